@@ -1,0 +1,146 @@
+"""Inputs of a contact analysis: tool, members, pair, assembly errors.
+
+Lengths are in mm and angles in rad. Every physical quantity may be a number or an
+array; arrays broadcast together to the *batch shape* of the design, so that one call
+analyses many members, coefficients or misalignments at once. Values are checked where
+they enter, in `beveloid_geom.design_file`; these classes hold them and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Quantity: TypeAlias = float | FloatArray
+Flank: TypeAlias = Literal["right", "left"]
+
+FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
+
+
+def flank_sign(flank: str) -> float:
+    """+1 for the right flank (upper sign of Eq. 4), -1 for the left one."""
+    try:
+        return FLANK_SIGN[flank]
+    except KeyError:
+        raise ValueError(f"flank must be 'right' or 'left', got {flank!r}") from None
+
+
+@dataclass(frozen=True)
+class Tool:
+    """Normal section of the generating rack (Fig. 2).
+
+    `addendum`, `dedendum` and `tip_radius` are those of the generated tooth in units of
+    the normal module, as in a basic rack; `parabola` is the coefficient a_j of Eq. 1 in
+    1/mm: positive makes the tooth concave, negative convex.
+    """
+
+    normal_module: Quantity
+    normal_pressure_angle: Quantity
+    addendum: Quantity = 1.0
+    dedendum: Quantity = 1.25
+    tip_radius: Quantity = 0.38
+    parabola: Quantity = 0.0
+
+
+@dataclass(frozen=True)
+class Member:
+    """One gear: the tool that cuts it, and how it is cut.
+
+    The helix angle is signed, right hand positive. The cone angle is the half angle of
+    the pitch cone: positive means that the tooth grows towards +z, the heel. The profile
+    shift coefficient holds at mid-face, `z = 0`.
+    """
+
+    tool: Tool
+    teeth: Quantity
+    helix_angle: Quantity
+    cone_angle: Quantity
+    profile_shift: Quantity
+    face_width: Quantity
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Layout: offset (shortest distance of the axes), magnitude of the shaft angle, and
+    optionally the distances along each axis from the common perpendicular to mid-face.
+    A mounting distance left out is computed from the pitch point (see `mounting`)."""
+
+    offset: Quantity
+    shaft_angle: Quantity
+    pinion_mounting: Quantity | None = None
+    gear_mounting: Quantity | None = None
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Assembly errors of Fig. 5. The offset error adds to the offset, the shaft-angle
+    error to the magnitude of the shaft angle; axial errors move a member along its own
+    axis, positive towards its heel."""
+
+    offset: Quantity = 0.0
+    shaft_angle: Quantity = 0.0
+    pinion_axial: Quantity = 0.0
+    gear_axial: Quantity = 0.0
+
+
+@dataclass(frozen=True)
+class Design:
+    """A pair of beveloid gears, as mounted."""
+
+    pinion: Member
+    gear: Member
+    pair: Pair
+    errors: Errors = field(default_factory=Errors)
+
+    @property
+    def members(self) -> tuple[Member, Member]:
+        """Pinion and gear, in this order."""
+        return self.pinion, self.gear
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape to which all array-valued inputs broadcast; `()` for a single design."""
+        arrays = [value for value in self._quantities() if not isinstance(value, (int, float))]
+        return np.broadcast_shapes(*(np.shape(value) for value in arrays)) if arrays else ()
+
+    def _quantities(self) -> Iterator[Quantity]:
+        for part in (self.pinion.tool, self.gear.tool, self.pinion, self.gear, self.pair, self.errors):
+            for value in vars(part).values():
+                if value is not None and not isinstance(value, Tool):
+                    yield value
+
+    def stacked_members(self) -> Member:
+        """Pinion and gear as one batched member: every quantity has shape (2, cases, 1), the
+        batch axes in one, ready to broadcast with flank parameters (2, cases, positions)."""
+        shape = self.batch_shape
+
+        def stack(pinion: Quantity, gear: Quantity) -> FloatArray:
+            both = np.empty((2, *shape))
+            both[0], both[1] = pinion, gear
+            return both.reshape(2, -1, 1)
+
+        tools = vars(self.pinion.tool), vars(self.gear.tool)
+        members = vars(self.pinion), vars(self.gear)
+        tool = Tool(**{name: stack(tools[0][name], tools[1][name]) for name in tools[0]})
+        rest = {name: stack(members[0][name], members[1][name]) for name in members[0] if name != "tool"}
+        return Member(tool=tool, **rest)
+
+    def with_parabola(self, pinion: Quantity | None = None, gear: Quantity | None = None) -> Design:
+        """The same design with other parabola coefficients (1/mm)."""
+        changed = self
+        if pinion is not None:
+            tool = replace(self.pinion.tool, parabola=pinion)
+            changed = replace(changed, pinion=replace(self.pinion, tool=tool))
+        if gear is not None:
+            tool = replace(self.gear.tool, parabola=gear)
+            changed = replace(changed, gear=replace(self.gear, tool=tool))
+        return changed
+
+    def with_errors(self, errors: Errors) -> Design:
+        """The same design under other assembly errors."""
+        return replace(self, errors=errors)

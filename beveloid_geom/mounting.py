@@ -1,0 +1,170 @@
+"""Where the members stand: pitch point, mounting distances, working radii, backlash.
+
+Without parabola the normal of a flank is the same in all its points. The common normal of a
+flank pair is then fixed in space and the contact runs along one straight line, the line of
+action, tangent to both base cylinders. It depends on offset, shaft angle and flanks alone,
+not on the axial positions. The pitch point P lies where the lines of the right and of the
+left flanks meet; its axial coordinates are the mounting distances d_w1, d_w2, its distances
+from the axes the working radii r_w1, r_w2 (Fig. 4). Real designs are rounded and the lines
+pass each other: P is the middle of their closest approach, the gap is reported.
+
+The x component n_x of a common normal is known up to its sign, which belongs to the design:
+positive on both flanks of ordinary pairs, negative on one flank where steep cones carry the
+pitch point far off the common perpendicular. Since the two normals are
+sin(a_w) N +/- cos(a_w) b with N the normal of the working pitch plane, their sum has a
+positive x component; of the signs that allow this, those that bring the two lines closer
+are right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from .assembly import Layout, common_normal, layout_by_case, layout_of
+from .inputs import Design, Errors, FloatArray, Member
+from .rack import rack_of
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """Layout of the unmodified pair without errors; arrays of the design's batch shape.
+
+    `distance` (2, ...): mid-face of pinion and gear along their axes, given by the design or
+    taken from the pitch point; `working_radius` (2, ...); `pitch_distance` (2, ...): axial
+    coordinates of the pitch point; `pitch_point` (..., 3) in S_f; `gap`: least distance of
+    the two lines of action; `normal_backlash`: clearance along the normal, reduced to half a
+    pitch either way, negative for interference; all mm. `branch` (2, ...): sign of n_x on
+    the right and on the left flank. NaN where the pair has no common normal."""
+
+    distance: FloatArray
+    working_radius: FloatArray
+    pitch_distance: FloatArray
+    pitch_point: FloatArray
+    gap: FloatArray
+    normal_backlash: FloatArray
+    branch: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Action:
+    """Line of action of an unmodified flank pair, points `foot + t normal` (..., 3), and its
+    constant `phase`, the gear's roll plus N1/N2 times the pinion's (rad), at given mounting."""
+
+    foot: FloatArray
+    normal: FloatArray
+    phase: FloatArray
+
+
+def across_action(
+    layout: Layout, axial: FloatArray, square: FloatArray, normal_y: FloatArray, moment: FloatArray
+) -> FloatArray:
+    """`n_x w_j` (2, ...): where the line of action crosses the members' planes of action.
+
+    A contact normal n lies in the plane of action of member j, parallel to k_j and n at the
+    distance g_j / S_j from the axis, with g_j = r_P n_y (`moment`) and S_j = sqrt(1 - v_j^2)
+    (`square`). w_j is the coordinate in that plane along (k_j - v_j n_j) / S_j, from the foot
+    of the common perpendicular. (R x n).k1 = g1 and ((R - E i) x n).k2 = -g2 together give
+
+        n_x w_1 = -[S_1 (g_2 - E n_y2) + g_1 (cos d + v_1 v_2) / S_1] / sin d,
+
+    and the same with 1 and 2 exchanged. The product stays regular where n_x vanishes."""
+    seen = moment - layout.offset * normal_y
+    shared = layout.cos_angle + axial[0] * axial[1]
+    return -(square * seen[::-1] + moment * shared / square) / layout.sin_angle
+
+
+def _action(layout: Layout, members: Member, flank: str, sign: float, distance: FloatArray) -> _Action:
+    rack = rack_of(members, flank)
+    nx, ny, v = rack.normal
+    x0, y0, z0 = rack.apex
+    normal = common_normal(layout, v)
+    fx, fy = sign * np.sqrt(normal.x_squared), normal.y
+    moment, square = rack.pitch_radius * ny, np.sqrt(1.0 - v * v)
+    w = across_action(layout, v, square, fy, moment)[0] / fx
+    # Foot: w along (k1 - v1 n) / S1 and g1/S1 along (n x k1) / S1.
+    reach, arm = w * v[0] / square[0], moment[0] / square[0] ** 2
+    foot = (arm * fy[0] - reach * fx, -arm * fx - reach * fy[0], w * square[0])
+    turned = np.arctan2(fy * nx - fx * ny, fx * nx + fy * ny)
+    drawn = nx * (rack.pitch_radius + x0) + ny * y0 + v * (z0 + distance)
+    phase = turned[1] + moment[0] / moment[1] * turned[0] + (layout.offset * fx - drawn[0] - drawn[1]) / moment[1]
+    return _Action(
+        np.stack(foot, axis=-1), np.stack(np.broadcast_arrays(fx, fy[0], v[0]), axis=-1), phase
+    )
+
+
+def _closest(first: _Action, second: _Action) -> tuple[FloatArray, FloatArray]:
+    """Middle (..., 3) and signed length of the common perpendicular of two lines of action."""
+    across = np.cross(first.normal, second.normal)
+    size = np.linalg.norm(across, axis=-1)
+    between = second.foot - first.foot
+    s = np.einsum("...i,...i", np.cross(between, second.normal), across) / size**2
+    t = np.einsum("...i,...i", np.cross(between, first.normal), across) / size**2
+    middle = 0.5 * (first.foot + s[..., None] * first.normal + second.foot + t[..., None] * second.normal)
+    return middle, np.einsum("...i,...i", between, across) / size
+
+
+SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
+"""Signs of n_x on the right and the left flank that can occur: their sum is positive."""
+
+
+def _mounting(design: Design) -> Mounting:
+    members, shape = design.stacked_members(), design.batch_shape
+    layout = layout_by_case(layout_of(design), shape)
+    none = np.zeros_like(members.helix_angle)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pairs = [
+            (_action(layout, members, "right", r, none), _action(layout, members, "left", s, none)) for r, s in SIGNS
+        ]
+        points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
+        sums = [pair[0].normal[..., 0] + pair[1].normal[..., 0] for pair in pairs]
+        cost = [np.where(total > 0.0, np.abs(gap), np.inf) for total, gap in zip(sums, gaps, strict=True)]
+    best = np.argmin(cost, axis=0)
+    gap = np.take_along_axis(np.stack(gaps), best[None], axis=0)[0]
+    point = np.take_along_axis(np.stack(points), best[None, ..., None], axis=0)[0]
+    branch = np.moveaxis(np.array(SIGNS)[best], -1, 0)
+    x, y, z = np.moveaxis(point, -1, 0)
+    sin, cos = layout.sin_angle, layout.cos_angle
+    pitch = np.stack([z, sin * y + cos * z])
+    radius = np.stack([np.hypot(x, y), np.hypot(x - layout.offset, cos * y - sin * z)])
+    distance = pitch.copy()
+    for member, given in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting)):
+        if given is not None:
+            distance[member] = np.broadcast_to(given, shape).reshape(-1, 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        phases = [
+            _action(layout, members, flank, sign, distance).phase
+            for flank, sign in zip(("right", "left"), branch, strict=True)
+        ]
+    teeth_pitch = 2.0 * np.pi / members.teeth[1]
+    clearance = np.remainder(phases[0] - phases[1] + 0.5 * teeth_pitch, teeth_pitch) - 0.5 * teeth_pitch
+    tool = members.tool
+    lever = 0.5 * tool.normal_module[1] * members.teeth[1] * np.cos(tool.normal_pressure_angle[1])
+    return Mounting(
+        distance=distance.reshape(2, *shape),
+        working_radius=radius.reshape(2, *shape),
+        pitch_distance=pitch.reshape(2, *shape),
+        pitch_point=point.reshape(*shape, 3),
+        gap=gap.reshape(shape),
+        normal_backlash=(clearance * lever).reshape(shape),
+        branch=branch.reshape(2, *shape),
+    )
+
+
+@lru_cache(maxsize=64)
+def _kept_mounting(design: Design) -> Mounting:
+    return _mounting(design)
+
+
+def mounting_of(design: Design) -> Mounting:
+    """Mounting of a design, from its unmodified flanks and without its errors.
+
+    Array quantities broadcast. The answer for a design of plain numbers is kept, as it is
+    asked for by every path computed on it."""
+    nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
+    try:
+        return _kept_mounting(nominal)
+    except TypeError:  # arrays have no hash
+        return _mounting(nominal)

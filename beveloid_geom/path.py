@@ -1,0 +1,241 @@
+"""Path of contact of a pair, its contact ratio and the limits that end it.
+
+A path is followed as a polynomial through exact solutions (`track`), expanded in the pinion's
+roll between its ends, and evaluated where it is asked for. Pinion drives: the path enters
+where l1 is least, at the pinion's root side, and leaves towards its tip.
+
+The contact ratio is Eq. 16: pinion roll between the ends, over a pitch. It speaks of the
+geometry of one tooth pair. With both parabola coefficients positive the transmission error is
+lowest at the ends of the path, the next pair's edge touches first, and the ratio at which such
+a pair operates is another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .contact import Limit, Pairing, gap_tolerance, pairing_of
+from .curve import basis_of, evaluate
+from .inputs import Design, FloatArray
+from .solve import Status
+from .track import (
+    HEIGHT,
+    NORMAL,
+    PHASE,
+    POINT,
+    ROWS,
+    Ends,
+    Track,
+    at_shares,
+    exact_rows,
+    find_ends,
+    resolving_degree,
+    track_of,
+)
+
+DENSE = basis_of(40)
+"""Paths with more positions than this has points are expanded in roll before evaluation."""
+CASES_PER_BLOCK = 256
+POSITIONS_PER_BLOCK = 8192
+ROUNDING = 64.0
+"""Limits count as met within this many gap tolerances."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathEnds:
+    """Ends of the path on the flanks; last axis (enter, leave), before it the batch axes.
+
+    `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
+    `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
+    `pieces` (number of pieces on the flanks, the longest is taken) and `status` (codes of
+    `Status`) have the batch shape."""
+
+    l1: FloatArray
+    l2: FloatArray
+    pinion_roll: FloatArray
+    limit: NDArray[np.int8]
+    contact_ratio: FloatArray
+    pieces: NDArray[np.int_]
+    status: NDArray[np.int8]
+
+    @property
+    def enter(self) -> Limit | None:
+        """The limit at which a single path enters."""
+        return self._single(0)
+
+    @property
+    def leave(self) -> Limit | None:
+        """The limit at which a single path leaves."""
+        return self._single(1)
+
+    def _single(self, end: int) -> Limit | None:
+        if self.limit.ndim != 1:
+            raise ValueError("enter and leave name the ends of one path; read `limit` for a batch")
+        return Limit(self.limit[end]) if self.limit[end] >= 0 else None
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPath:
+    """Contacts of one flank pair, arrays (*batch, positions), or (*batch, positions, 3).
+
+    `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
+    `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
+    moves with the member, towards the heel; `pinion_r, gear_r` (mm) from the member's axis;
+    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the
+    path on the flanks, rad; `status`: codes of `Status`. NaN where not solved."""
+
+    flank: str
+    l1: FloatArray
+    u1: FloatArray
+    l2: FloatArray
+    u2: FloatArray
+    pinion_roll: FloatArray
+    gear_roll: FloatArray
+    point: FloatArray
+    normal: FloatArray
+    pinion_z: FloatArray
+    pinion_r: FloatArray
+    gear_z: FloatArray
+    gear_r: FloatArray
+    transmission_error: FloatArray
+    status: NDArray[np.int8]
+    ends: PathEnds
+
+
+def path_of_contact(
+    design: Design, flank: str = "right", points: int = 101, *, l1: ArrayLike | None = None
+) -> ContactPath:
+    """Path of contact of a design.
+
+    Without `l1`: `points` positions from the exact point where the path enters both flanks to
+    the exact point where it leaves them, evenly spaced in pinion roll (evenly in l1 where the
+    roll turns back along the path), both ends included. If there is no contact on the
+    flanks a single design gives empty arrays, a batch gives NaN rows.
+
+    With `l1` (positions) or (*batch, positions), mm: the contacts at these pinion flank
+    parameters, unclipped; those outside the limits have the status OFF_FLANK.
+
+    Array quantities of the design broadcast to its batch shape. Source: Eqs. 15 and 16.
+    """
+    if l1 is None and points < 2:
+        raise ValueError(f"points must be at least 2, got {points}")
+    pairing, shape = pairing_of(design, flank), design.batch_shape
+    cases = pairing.branch.shape[0]
+    given = None if l1 is None else np.broadcast_to(l1, (*shape, np.shape(l1)[-1])).reshape(cases, -1)
+    found: list[Ends] = []
+    parts: list[tuple[FloatArray, NDArray[np.int8]]] = []
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, cases, CASES_PER_BLOCK):
+            block = slice(start, start + CASES_PER_BLOCK)
+            part = pairing.cases(block) if cases > CASES_PER_BLOCK else pairing
+            track = track_of(part)
+            found.append(find_ends(track))
+            if given is None:
+                parts.append(_on_path(part, track, found[-1], points))
+            else:
+                parts.append(_at_given(part, track, found[-1], given[block]))
+    table, status = parts[0]
+    if len(parts) > 1:
+        table = np.concatenate([rows for rows, _ in parts], axis=1)
+        status = np.concatenate([codes for _, codes in parts])
+    path_ends = _path_ends(pairing, found, shape)
+    if given is None and not shape and path_ends.status != Status.SOLVED:
+        table, status = table[..., :0], status[:, :0]
+    return _result(flank, table, status, path_ends, shape)
+
+
+def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
+    """Contact ratio (Eq. 16) of the batch shape: 0 where the path misses the flanks, NaN where
+    it could not be followed. It is not the operating ratio where edges touch first."""
+    return path_ends(design, flank).contact_ratio
+
+
+def path_ends(design: Design, flank: str = "right") -> PathEnds:
+    """Ends of the path of contact and the contact ratio, without the positions between."""
+    pairing = pairing_of(design, flank)
+    found = []
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, pairing.branch.shape[0], CASES_PER_BLOCK):
+            part = pairing.cases(slice(start, start + CASES_PER_BLOCK))
+            found.append(find_ends(track_of(part)))
+    return _path_ends(pairing, found, design.batch_shape)
+
+
+def _path_ends(pairing: Pairing, found: list[Ends], shape: tuple[int, ...]) -> PathEnds:
+    status = np.concatenate([ends.status for ends in found])
+    l = np.concatenate([ends.l for ends in found], axis=1)
+    roll = np.concatenate([ends.roll for ends in found])
+    ratio = np.abs(roll[:, 1] - roll[:, 0]) * pairing.teeth[0, :, 0] / (2.0 * np.pi)
+    ratio = np.where(status == Status.OFF_FLANK, 0.0, ratio)
+    return PathEnds(
+        l1=l[0].reshape(*shape, 2),
+        l2=l[1].reshape(*shape, 2),
+        pinion_roll=roll.reshape(*shape, 2),
+        limit=np.concatenate([ends.limit for ends in found]).reshape(*shape, 2),
+        contact_ratio=ratio.reshape(shape),
+        pieces=np.concatenate([ends.pieces for ends in found]).reshape(shape),
+        status=status.reshape(shape),
+    )
+
+
+def _result(
+    flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds, shape: tuple[int, ...]
+) -> ContactPath:
+    table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
+    vectors = {"point": np.moveaxis(table[POINT], 0, -1), "normal": np.moveaxis(table[NORMAL], 0, -1)}
+    rows = {name: table[row] for name, row in ROWS.items()}
+    return ContactPath(flank=flank, status=status, ends=ends, **rows, **vectors)
+
+
+def _on_path(
+    pairing: Pairing, track: Track, ends: Ends, points: int
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Rows and status at positions evenly spaced from enter to leave."""
+    share, rows = np.linspace(-1.0, 1.0, points), track.coefficients[:HEIGHT]
+    if points <= DENSE.nodes.size:
+        values = evaluate(rows, at_shares(track, ends, np.append(share, 0.0)))
+        middle, values = values[PHASE, :, -1:].copy(), values[..., :-1]
+    else:
+        values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
+        middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
+        degree = resolving_degree(pairing, by_roll[:, ends.status == Status.SOLVED])
+        if degree is None:
+            values = _by_blocks(rows, at_shares(track, ends, share))
+        else:
+            values = _by_blocks(by_roll[..., : degree + 1], share)
+    values[PHASE] -= middle
+    return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
+
+
+def _at_given(
+    pairing: Pairing, track: Track, ends: Ends, l1: FloatArray
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Rows and status at given l1: from the track, beyond its window solved one by one."""
+    x = (l1 - track.middle) / track.half
+    values, status = _by_blocks(track.coefficients, x), np.full(l1.shape, np.int8(Status.SOLVED))
+    beyond = ~((np.abs(x) <= 1.0) & (track.status == Status.SOLVED)[:, None]).all(axis=0)
+    if beyond.any():
+        values[..., beyond], status[:, beyond] = exact_rows(pairing, l1[:, beyond])
+    values[0] = l1
+    off = values[HEIGHT:].min(axis=0) < -ROUNDING * gap_tolerance(pairing)
+    status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
+    middle = evaluate(track.coefficients[PHASE : PHASE + 1], at_shares(track, ends, np.zeros(1)))[0]
+    if np.isnan(middle).any():  # no path on the flanks: the middle of what was asked for
+        between = 0.5 * (l1.min(axis=-1, keepdims=True) + l1.max(axis=-1, keepdims=True))
+        middle = np.where(np.isnan(middle), exact_rows(pairing, between)[0][PHASE], middle)
+    values[PHASE] -= middle
+    return values[:HEIGHT], status
+
+
+def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
+    """Values (rows, cases, positions), a block of positions at a time to stay in the cache."""
+    cases, positions = coefficients.shape[1], parameter.shape[-1]
+    size = max(1, POSITIONS_PER_BLOCK // cases)
+    values = np.empty((len(coefficients), cases, positions))
+    for start in range(0, positions, size):
+        block = slice(start, start + size)
+        values[..., block] = evaluate(coefficients, parameter[..., block])
+    return values

@@ -1,0 +1,134 @@
+"""Roots of the one equation F(l1, l2) = 0 in l2, for given l1.
+
+`solve_gear_parameter` is the safe way: it samples F over l2, brackets every sign change, and
+runs Newton with the exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs off to an infinity of known
+sign, so that a root between the last sample and that pole is bracketed too. Where there are
+several roots the one on the flanks is taken; if two are, the position is marked.
+
+The fast way, for positions along a path, is in `path`: it solves this way at a few Chebyshev
+points, starts everywhere else from their interpolant, and checks F at every position.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contact import Pairing, axial_and_radius, gap_tolerance, guarded_gap, limit_margins, meet, slope_by_gear
+from .inputs import FloatArray
+
+NEAR = np.linspace(-0.1, 1.1, 7)
+FAR = np.linspace(-1.0, 2.0, 25)
+"""Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
+active flank, and over three flank depths where nothing was found there."""
+NEWTON_LIMIT = 60
+LAST_STEP = 1e-6
+"""Share of the flank's depth below which a Newton step is the last: it leaves an error of its
+square. The callers judge F afterwards."""
+
+
+class Status(IntEnum):
+    """What is known of one position."""
+
+    SOLVED = 0
+    NO_COMMON_NORMAL = 1
+    """The flanks share no normal at this l1, wherever on the gear's flank one looks."""
+    NOT_CONVERGED = 2
+    OFF_FLANK = 3
+    """A contact of the flanks' extensions, outside root, tip, toe or heel of a member."""
+    SEVERAL_CONTACTS = 4
+    """More than one contact on the flanks for this l1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Roots l2 (mm), the slope dF/dl2 there, and the Status, each (*batch, positions)."""
+
+    l2: FloatArray
+    slope: FloatArray
+    status: NDArray[np.int8]
+
+
+def _sampled(pairing: Pairing, l1: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Sample points in l2, F at them, and which of them have a common normal; samples last."""
+    low, high = pairing.lowest[1][..., None], pairing.highest[1][..., None]
+    l2 = np.broadcast_to(low + share * (high - low), (*l1.shape, share.size))
+    l = np.stack((np.broadcast_to(l1[..., None], l2.shape), l2))
+    met = meet(pairing, l.reshape(*l.shape[:-2], -1))
+    values = guarded_gap(pairing, met).reshape(l2.shape)
+    return l2, values, ~np.isnan(met.gap).reshape(l2.shape)
+
+
+def _newton(
+    pairing: Pairing,
+    l1: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    f_low: FloatArray,
+    f_high: FloatArray,
+    wanted: NDArray[np.bool_],
+) -> Roots:
+    """Newton inside the brackets [low, high]; nothing is done where no root is `wanted`."""
+    rising = f_high > f_low
+    start = low - f_low * (high - low) / (f_high - f_low)
+    l2 = np.where(np.isfinite(start), start, 0.5 * (low + high))
+    slope, done, tolerance = np.ones_like(l2), ~wanted, gap_tolerance(pairing)
+    for _ in range(NEWTON_LIMIT):
+        l = np.stack((l1, l2))
+        gap, slope = slope_by_gear(pairing, l)
+        if np.isnan(gap).any():
+            gap = np.where(np.isnan(gap), guarded_gap(pairing, meet(pairing, l)), gap)
+        done = done | (np.abs(gap) <= tolerance)
+        above = (gap > 0.0) == rising
+        low, high = np.where(above, low, l2), np.where(above, l2, high)
+        following = l2 - gap / slope
+        following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
+        small = np.abs(following - l2) <= LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
+        l2 = np.where(done, l2, following)
+        done = done | small
+        if done.all():
+            break
+    return Roots(l2, slope, np.where(done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED)))
+
+
+def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
+    """Solve F(l1, l2) = 0 for l2 at every `l1` (*batch, positions), mm, safely.
+
+    Roots off the flanks are found up to one flank depth beyond the gear's flank and are
+    reported as solved; nothing is clipped here."""
+    near = _search(pairing, l1, NEAR)
+    if (near.status == Status.SOLVED).all():
+        return near
+    far = _search(pairing, l1, FAR)
+    pick = near.status == Status.SOLVED
+    return Roots(*(np.where(pick, a, b) for a, b in zip(vars(near).values(), vars(far).values(), strict=True)))
+
+
+def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
+    """The root on the flanks among all that `share` brackets, else the one least far off."""
+    l2, values, real = _sampled(pairing, l1, share)
+    change = (np.signbit(values[..., :-1]) != np.signbit(values[..., 1:])) & (real[..., :-1] | real[..., 1:])
+    rank = np.cumsum(change, axis=-1)
+    count = rank[..., -1]
+    best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
+    margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
+    for k in range(1, int(count.max(initial=0)) + 1):
+        has = count >= k
+        cell = (rank == k) & change
+        sides = (np.where(cell, part, 0.0).sum(axis=-1) for part in (l2[..., :-1], l2[..., 1:], values[..., :-1], values[..., 1:]))
+        root = _newton(pairing, l1, *sides, has)
+        if count.max() > 1:
+            l = np.stack((l1, root.l2))
+            margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))
+            depth = np.where(has, margins.min(axis=0), -np.inf)
+            hits += depth >= 0.0
+            has = has & ((depth > margin) | (k == 1))
+            margin = np.where(has, depth, margin)
+        best = Roots(*(np.where(has, new, old) for new, old in zip(vars(root).values(), vars(best).values(), strict=True)))
+    status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
+    status = np.where((count == 0) & ~real.all(axis=-1), np.int8(Status.NO_COMMON_NORMAL), status)
+    known = status == Status.SOLVED
+    return Roots(np.where(known, best.l2, np.nan), np.where(known, best.slope, np.nan), status)

@@ -1,0 +1,278 @@
+"""The three oracles against one another, against Table 1's checked numbers, and against
+properties that hold whatever the numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from math import acos, asin, cos, radians, sin
+
+import numpy as np
+import pytest
+
+from beveloid_geom.inputs import Design, Errors, Member
+
+from .five_equations_math import Contacts, solve_math
+from .five_equations_mp import (
+    MP,
+    ContactMp,
+    MountingMp,
+    base_cylinder_mp,
+    flank_surface,
+    mounting_mp,
+    reference_radius,
+    solve_mp,
+    zero_shift,
+)
+from .five_equations_numpy import solve_numpy
+from .pitch_region import Guess, pitch_guess, pitch_region
+from .table1 import table1
+
+MISALIGNED = Errors(offset=-0.3, shaft_angle=radians(0.01), pinion_axial=0.4, gear_axial=-0.7)
+CASES = [
+    ((0.0, 0.0), Errors()),
+    ((0.0, 0.0), MISALIGNED),
+    ((0.001, -0.001), Errors()),
+    ((0.001, -0.001), MISALIGNED),
+    ((0.0002, 0.0002), Errors()),
+    ((-0.0002, -0.0002), Errors(offset=0.5)),
+    ((-0.002, 0.002), Errors()),
+]
+
+
+@cache
+def table1_mounting() -> MountingMp:
+    return mounting_mp(table1())
+
+
+def table1_distances() -> tuple[float, float]:
+    return float(table1_mounting().dw1), float(table1_mounting().dw2)
+
+
+def six(contact: ContactMp) -> Guess:
+    l1, u1, l2, u2, phi1, phi2 = (
+        float(getattr(contact, name)) for name in ("l1", "u1", "l2", "u2", "phi1", "phi2")
+    )
+    return l1, u1, l2, u2, phi1, phi2
+
+
+def along_the_path(design: Design, flank: str, count: int) -> tuple[np.ndarray, Guess]:
+    """Pinion rolls from l1 = -4 to 4, and the contact at the first as a guess."""
+    mounting, guess = table1_distances(), pitch_guess(design, flank)
+    first, last = (solve_mp(design, flank, guess, ("l1", l1), mounting) for l1 in (-4.0, 4.0))
+    return np.linspace(float(first.phi1), float(last.phi1), count), six(first)
+
+
+def difference(contacts: Contacts, other: Contacts) -> float:
+    """Largest difference of points and flank parameters (mm)."""
+    return max(
+        float(np.max(np.abs(getattr(contacts, name) - getattr(other, name))))
+        for name in ("point", "l1", "u1", "l2", "u2")
+    )
+
+
+@pytest.mark.parametrize(("parabola", "errors"), CASES)
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_scalar_math_agrees_with_60_digits(flank: str, parabola: tuple[float, float], errors: Errors) -> None:
+    design, mounting = table1(parabola, errors), table1_distances()
+    rolls, guess = along_the_path(design, flank, 9)
+    contacts = solve_math(design, flank, rolls, guess, mounting)
+    for i in range(0, rolls.size, 2):
+        start = [getattr(contacts, name)[i] for name in ("l1", "u1", "l2", "u2", "phi1", "phi2")]
+        exact = solve_mp(design, flank, start, ("phi1", float(rolls[i])), mounting)
+        assert exact.residual < MP.mpf(10) ** -40
+        assert max(abs(float(x - y)) for x, y in zip(exact.point, contacts.point[i], strict=True)) < 1e-10
+        assert max(abs(float(x - y)) for x, y in zip(exact.normal, contacts.normal[i], strict=True)) < 1e-13
+        assert max(abs(x - y) for x, y in zip(six(exact)[:4], start[:4], strict=True)) < 1e-10
+        assert abs(float(exact.phi2) - start[5]) < 1e-12
+
+
+@pytest.mark.parametrize(("parabola", "errors"), CASES)
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_numpy_agrees_with_scalar_math(flank: str, parabola: tuple[float, float], errors: Errors) -> None:
+    design, mounting = table1(parabola, errors), table1_distances()
+    rolls, guess = along_the_path(design, flank, 15)
+    scalar = solve_math(design, flank, rolls, guess, mounting)
+    vectors = solve_numpy(design, flank, rolls, guess, mounting)
+    assert difference(scalar, vectors) < 1e-10
+    np.testing.assert_allclose(vectors.phi2, scalar.phi2, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(vectors.normal, scalar.normal, rtol=0.0, atol=1e-13)
+
+
+def test_table1_mounting() -> None:
+    mounting, (pinion, gear) = table1_mounting(), table1().members
+    assert float(mounting.dw1) == pytest.approx(211.594669, abs=1e-6)
+    assert float(mounting.dw2) == pytest.approx(210.211869, abs=1e-6)
+    assert float(mounting.rw1) == pytest.approx(96.890503, abs=1e-6)
+    assert float(mounting.rw2) == pytest.approx(138.747433, abs=1e-6)
+    assert float(mounting.gap) == pytest.approx(2.21, abs=5e-3)
+    assert float(zero_shift(pinion).height) == pytest.approx(19.462759, abs=1e-6)
+    assert float(zero_shift(gear).height) == pytest.approx(93.715481, abs=1e-6)
+    assert float(reference_radius(pinion)) == pytest.approx(95.993879, abs=1e-6)
+    assert float(reference_radius(gear)) == pytest.approx(137.330285, abs=1e-6)
+    # The lines do not depend on where they are cut, nor on errors and parabolas.
+    assert mounting_mp(table1((0.001, -0.001), MISALIGNED)) == mounting
+
+
+@pytest.mark.parametrize(
+    ("member", "flank", "radius", "helix_deg"),
+    [
+        ("pinion", "right", 89.833291, -24.487012),
+        ("pinion", "left", 88.331788, 22.252380),
+        ("gear", "right", 128.678252, 9.647257),
+        ("gear", "left", 128.896749, -10.202787),
+    ],
+)
+def test_base_cylinders(member: str, flank: str, radius: float, helix_deg: float) -> None:
+    gear: Member = getattr(table1(), member)
+    for el, u in ((-4.0, 10.0), (0.0, 0.0), (3.0, -20.0)):  # constant over an involute helicoid
+        base_radius, base_helix = base_cylinder_mp(gear, flank, el, u)
+        assert float(base_radius) == pytest.approx(radius, abs=1e-6)
+        assert float(MP.degrees(base_helix)) == pytest.approx(helix_deg, abs=1e-6)
+        # r_b cos(beta_b) = m_n N cos(alpha) / 2, exactly.
+        expected = 3 * gear.teeth * MP.cos(MP.mpf(gear.tool.normal_pressure_angle))
+        assert abs(base_radius * MP.cos(base_helix) - expected) < MP.mpf(10) ** -50
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_normal_is_square_to_the_surface_and_outward(flank: str) -> None:
+    surface = flank_surface(table1((0.01, 0.0)).pinion, flank)
+    step, at = MP.mpf(10) ** -25, (MP.mpf(2.5), MP.mpf(1.0), MP.zero)
+    point, normal = surface(*at)
+    for moved in ((at[0] + step, at[1], at[2]), (at[0], at[1] + step, at[2])):
+        tangent = [(x - y) / step for x, y in zip(surface(*moved)[0], point, strict=True)]
+        assert abs(sum(t * n for t, n in zip(tangent, normal, strict=True))) < MP.mpf(10) ** -20
+    assert abs(sum(n * n for n in normal) - 1) < MP.mpf(10) ** -50
+    # Out of the tooth, whose middle is the x axis at roll 0: away from it on either flank.
+    assert normal[1] * point[1] > 0
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_unmodified_flanks_transmit_exactly_under_any_misalignment(flank: str) -> None:
+    design, mounting = table1(errors=MISALIGNED), table1_distances()
+    guess = pitch_guess(design, flank)
+    angles = []
+    for l1 in (-5.0, 0.0, 5.0):
+        contact = solve_mp(design, flank, guess, ("l1", l1), mounting)
+        angles.append(contact.phi2 + MP.mpf(29) / 45 * contact.phi1)
+    assert max(angles) - min(angles) < MP.mpf(10) ** -50
+
+
+def test_fixed_roll_and_fixed_flank_parameter_give_one_contact() -> None:
+    design, mounting = table1((0.001, -0.001)), table1_distances()
+    by_l1 = solve_mp(design, "right", pitch_guess(design, "right"), ("l1", 2.5), mounting)
+    by_roll = solve_mp(design, "right", six(by_l1), ("phi1", by_l1.phi1), mounting)
+    assert abs(by_roll.l1 - MP.mpf(2.5)) < MP.mpf(10) ** -45
+
+
+@pytest.mark.parametrize(("flank", "opposite"), [("right", "left"), ("left", "right")])
+def test_mirrored_pair_has_the_mirrored_contact(flank: str, opposite: str) -> None:
+    design = table1((0.001, -0.001), MISALIGNED)
+    mirrored = replace(
+        design,
+        pinion=replace(design.pinion, helix_angle=-design.pinion.helix_angle),
+        gear=replace(design.gear, helix_angle=-design.gear.helix_angle),
+    )
+    there = mounting_mp(mirrored)
+    assert float(there.dw1) == pytest.approx(table1_distances()[0], abs=1e-12)
+    mounting = table1_distances()
+    here = solve_mp(design, flank, pitch_guess(design, flank), ("l1", 1.5), mounting)
+    across = solve_mp(mirrored, opposite, pitch_guess(mirrored, opposite), ("l1", 1.5), mounting)
+    for name, sign in (("u1", 1), ("l2", 1), ("u2", 1), ("phi1", -1), ("phi2", -1)):
+        assert abs(getattr(across, name) - sign * getattr(here, name)) < MP.mpf(10) ** -45
+    for axis, sign in enumerate((1, -1, 1)):
+        assert abs(across.point[axis] - sign * here.point[axis]) < MP.mpf(10) ** -45
+        assert abs(across.normal[axis] - sign * here.normal[axis]) < MP.mpf(10) ** -45
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_cone_angle_zero_is_the_limit_of_a_small_one(flank: str) -> None:
+    """Ties the paper's zero-shift section, with its turn and its u, to the radial displacement."""
+
+    def crossed_helical(cone_angle: float) -> Design:
+        members = (
+            replace(member, cone_angle=cone_angle, tool=replace(member.tool, parabola=a))
+            for member, a in zip(table1().members, (0.001, -0.0005), strict=True)
+        )
+        pinion, gear = members
+        return replace(table1(), pinion=pinion, gear=gear)
+
+    limit, near = crossed_helical(0.0), crossed_helical(1e-15)
+    mounting, guess = pitch_region(limit).mounting, pitch_guess(limit, flank)
+    exact = solve_mp(limit, flank, guess, ("l1", 1.0), mounting)
+    close = solve_mp(near, flank, guess, ("l1", 1.0), mounting)
+    assert zero_shift(near.pinion).height > 1e14
+    for name in ("u1", "l2", "u2", "phi1", "phi2"):
+        assert abs(getattr(close, name) - getattr(exact, name)) < 1e-10
+    rolls = np.array([float(exact.phi1)])
+    scalar = solve_math(limit, flank, rolls, six(exact), mounting)
+    assert max(abs(x - y) for x, y in zip(exact.point, scalar.point[0].tolist(), strict=True)) < 1e-10
+
+
+def closing_design(
+    helix_deg: tuple[float, float], cone_deg: tuple[float, float], working_deg: float
+) -> Design:
+    """Table 1's teeth with other angles, and the offset and shaft angle at which the right and
+    left lines of contact meet, in closed form from one working normal pressure angle."""
+    table, alpha, working = table1(), radians(20.0), radians(working_deg)
+    cones, helices, radii = [], [], []
+    for beta, gamma, member in zip(
+        map(radians, helix_deg), map(radians, cone_deg), table.members, strict=True
+    ):
+        cone = asin(sin(alpha) * sin(gamma) / sin(working))
+        helix = asin(cos(alpha) * sin(beta) * cos(gamma) / (cos(working) * cos(cone)))
+        cones.append(cone)
+        helices.append(helix)
+        radii.append(3.0 * float(member.teeth) * cos(alpha) / (cos(working) * cos(helix)))
+    total = abs(sum(helices))
+    shaft = acos(cos(cones[0]) * cos(cones[1]) * cos(total) - sin(cones[0]) * sin(cones[1]))
+    offset = (radii[0] * cos(cones[1]) + radii[1] * cos(cones[0])) * sin(total) / sin(shaft)
+    pinion, gear = (
+        replace(member, helix_angle=radians(beta), cone_angle=radians(gamma))
+        for member, beta, gamma in zip(table.members, helix_deg, cone_deg, strict=True)
+    )
+    return replace(
+        table, pinion=pinion, gear=gear, pair=replace(table.pair, offset=offset, shaft_angle=shaft)
+    )
+
+
+@pytest.mark.parametrize(
+    ("helix_deg", "cone_deg", "signs"),
+    [
+        ((25.0, -10.57), (3.0, 0.8), (1, 1)),
+        ((25.0, -10.57), (0.0, 0.0), (1, 1)),
+        ((25.0, -10.57), (6.0, 6.0), (-1, 1)),
+        ((-25.0, 10.57), (6.0, 4.0), (1, -1)),
+        ((20.0, 15.0), (3.0, 0.8), (1, 1)),
+        ((10.0, 8.0), (7.0, 8.0), (-1, 1)),
+    ],
+)
+def test_lines_of_a_closing_design_meet(
+    helix_deg: tuple[float, float], cone_deg: tuple[float, float], signs: tuple[int, int]
+) -> None:
+    design = closing_design(helix_deg, cone_deg, 20.6)
+    mounting = mounting_mp(design)
+    assert mounting.gap < 1e-9  # the inputs are rounded to doubles
+    distances = float(mounting.dw1), float(mounting.dw2)
+    for flank, sign in zip(("right", "left"), signs, strict=True):
+        exact = solve_mp(design, flank, pitch_guess(design, flank), ("l1", 0.5), distances)
+        assert exact.normal[0] * sign > 0
+        scalar = solve_math(design, flank, [float(exact.phi1)], six(exact), distances)
+        assert max(abs(x - y) for x, y in zip(exact.point, scalar.point[0].tolist(), strict=True)) < 1e-10
+
+
+def test_no_common_normal_is_an_error_in_each() -> None:
+    # v1^2 + v2^2 + 2 v1 v2 cos(d) > sin(d)^2 on the right flank.
+    design, mounting = table1(errors=Errors(shaft_angle=radians(-1.0))), table1_distances()
+    guess = pitch_guess(design, "right")
+    with pytest.raises(ArithmeticError, match="no contact found at l1"):
+        solve_mp(design, "right", guess, ("l1", 0.0), mounting)
+    with pytest.raises(ArithmeticError, match="no contact found at phi1"):
+        solve_math(design, "right", [guess[4]], guess, mounting)
+    with pytest.raises(ArithmeticError, match="no contact found at phi1"):
+        solve_numpy(design, "right", [guess[4]], guess, mounting)
+
+
+def test_only_l1_or_phi1_can_be_fixed() -> None:
+    with pytest.raises(ValueError, match="fixed must name 'l1' or 'phi1', got 'u1'"):
+        solve_mp(table1(), "right", pitch_guess(table1(), "right"), ("u1", 0.0), (0.0, 0.0))
