@@ -219,7 +219,7 @@ def trace_parameters(pairing: Pairing, met: Meeting, z: FloatArray) -> FloatArra
 def limit_margins(pairing: Pairing, l: FloatArray, z: FloatArray, radius: FloatArray) -> FloatArray:
     """How far (mm) a contact lies inside each limit, (8, cases, positions), indexed by
     `Limit`; negative outside. The root is measured in `l`."""
-    margins = np.stack(
+    margins = np.array(
         (
             l - pairing.lowest,
             pairing.tip + pairing.taper * z - radius,
@@ -235,9 +235,9 @@ def contact_point(met: Meeting) -> FloatArray:
     fx, fy, v, s = met.normal_x, met.normal_y[0], met.own[2, 0], met.square[0]
     flat = met.along[0] - met.across[0] * v / s
     arm = met.moment[0] / (s * s)
-    return np.stack((fx * flat + arm * fy, fy * flat - arm * fx, v * met.along[0] + s * met.across[0]))
+    return np.array((fx * flat + arm * fy, fy * flat - arm * fx, v * met.along[0] + s * met.across[0]))
 
 
 def contact_normal(met: Meeting) -> FloatArray:
     """Common unit normals (3, cases, positions) in S_f, out of the pinion's tooth."""
-    return np.stack((met.normal_x, met.normal_y[0], met.own[2, 0]))
+    return np.array((met.normal_x, met.normal_y[0], met.own[2, 0]))

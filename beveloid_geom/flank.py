@@ -102,7 +102,7 @@ def _generated(
 
 
 def _envelope(
-    rack: Rack, point: Sequence[FloatArray], normal: Sequence[FloatArray]
+    rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
     x_c, y_c, z_c = point
@@ -112,7 +112,7 @@ def _envelope(
 
 
 def generated(
-    rack: Rack, point: Sequence[FloatArray], normal: Sequence[FloatArray]
+    rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Points (mm) and unit normals (..., 3), own frame, which the `rack` cuts (Eq. 6) with any of
     its surface points; these and their unit normals by components in S_c, as `rack_point` has them."""

@@ -120,6 +120,8 @@ class Design:
         shape = self.batch_shape
 
         def stack(pinion: Quantity, gear: Quantity) -> FloatArray:
+            if not shape:
+                return np.array([[[pinion]], [[gear]]], dtype=float)
             both = np.empty((2, *shape))
             both[0], both[1] = pinion, gear
             return both.reshape(2, -1, 1)

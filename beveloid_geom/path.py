@@ -36,8 +36,8 @@ from .track import (
     track_of,
 )
 
-DENSE = basis_of(40)
-"""Paths with more positions than this has points are expanded in roll before evaluation."""
+DENSE, MANY = basis_of(40), 256
+"""A path of MANY positions or more is expanded in roll before it is evaluated."""
 CASES_PER_BLOCK = 256
 POSITIONS_PER_BLOCK = 8192
 ROUNDING = 64.0
@@ -195,7 +195,7 @@ def _on_path(
 ) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at positions evenly spaced from enter to leave."""
     share, rows = np.linspace(-1.0, 1.0, points), track.coefficients[:HEIGHT]
-    if points <= DENSE.nodes.size:
+    if points < MANY:
         values = evaluate(rows, at_shares(track, ends, np.append(share, 0.0)))
         middle, values = values[PHASE, :, -1:].copy(), values[..., :-1]
     else:

@@ -87,32 +87,33 @@ def rack_of(member: Member, flank: str) -> Rack:
 
 
 def _vector(x: Quantity, y: Quantity, z: Quantity) -> FloatArray:
-    vector = np.empty((3, *np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z))))
+    vector = np.empty((3, *np.shape(x + y + z)))
     vector[0], vector[1], vector[2] = x, y, z
     return vector
 
 
-def against(vector: FloatArray, l: Numbers) -> FloatArray:
-    """The vectors (3, *batch) with axes put in behind the first, to broadcast with `l`."""
-    missing = l.ndim + 1 - vector.ndim
+def _against(vector: FloatArray, values: Numbers) -> FloatArray:
+    """The vectors (3, *batch) with axes put in behind the first, to broadcast with `values`."""
+    missing = values.ndim + 1 - vector.ndim
     return vector if missing <= 0 else vector.reshape(3, *[1] * missing, *vector.shape[1:])
 
 
 def rack_point(rack: Rack, l: Numbers) -> Numbers:
     """Points (3, ...) of the rack in S_c at `u = 0` (Eq. 4), mm."""
     bend = rack.parabola * l * l
-    return against(rack.apex, l) + l * against(rack.direction, l) + bend * against(rack.normal, l)
+    return _against(rack.apex, bend) + l * _against(rack.direction, bend) + bend * _against(rack.normal, bend)
 
 
 def rack_normal(rack: Rack, l: Numbers) -> Numbers:
     """Unit normals (3, ...) of the rack in S_c (Eq. 5), out of the gear tooth."""
     bend = 2.0 * rack.parabola * l
-    return (against(rack.normal, l) - bend * against(rack.direction, l)) / np.sqrt(1.0 + bend * bend)
+    return (_against(rack.normal, bend) - bend * _against(rack.direction, bend)) / np.sqrt(1.0 + bend * bend)
 
 
 def rack_tangent(rack: Rack, l: Numbers) -> Numbers:
     """Derivative (3, ...) of the rack point by `l`; square to normal and trace, not of unit length."""
-    return against(rack.direction, l) + (2.0 * rack.parabola * l) * against(rack.normal, l)
+    bend = 2.0 * rack.parabola * l
+    return _against(rack.direction, bend) + bend * _against(rack.normal, bend)
 
 
 def parameter_at_height(tool: Tool, height: Quantity) -> FloatArray:

@@ -77,7 +77,7 @@ def _newton(
     l2 = np.where(np.isfinite(start), start, 0.5 * (low + high))
     slope, done, tolerance = np.ones_like(l2), ~wanted, gap_tolerance(pairing)
     for _ in range(NEWTON_LIMIT):
-        l = np.stack((l1, l2))
+        l = np.array((l1, l2))
         gap, slope = slope_by_gear(pairing, l)
         if np.isnan(gap).any():
             gap = np.where(np.isnan(gap), guarded_gap(pairing, meet(pairing, l)), gap)
@@ -121,7 +121,7 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
         sides = (np.where(cell, part, 0.0).sum(axis=-1) for part in (l2[..., :-1], l2[..., 1:], values[..., :-1], values[..., 1:]))
         root = _newton(pairing, l1, *sides, has)
         if count.max() > 1:
-            l = np.stack((l1, root.l2))
+            l = np.array((l1, root.l2))
             margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))
             depth = np.where(has, margins.min(axis=0), -np.inf)
             hits += depth >= 0.0

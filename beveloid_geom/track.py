@@ -95,12 +95,12 @@ def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np
     """Solve at every l1 (cases, positions), mm: the rows (HEIGHT + 8, cases, positions), NaN
     where not solved, and the Status of each position."""
     roots = solve_gear_parameter(pairing, l1)
-    l = np.stack((l1, roots.l2))
+    l = np.array((l1, roots.l2))
     met = meet(pairing, l)
     for _ in range(2):
         if (np.abs(met.gap) <= gap_tolerance(pairing)).all():
             break
-        l = np.stack((l1, l[1] - met.gap / roots.slope))
+        l[1] -= met.gap / roots.slope
         met = meet(pairing, l)
     missed = (roots.status == Status.SOLVED) & ~(np.abs(met.gap) <= 8.0 * gap_tolerance(pairing))
     status = np.where(missed, np.int8(Status.NOT_CONVERGED), roots.status)
@@ -173,8 +173,9 @@ def _narrowed(pairing: Pairing, middle: FloatArray, half: FloatArray) -> Track:
     middle = np.where(whole, 0.5 * l_side.sum(axis=-1), middle[:, 0])[:, None]
     half = np.where(whole, 0.5 * (l_side[:, 1] - l_side[:, 0]), half[:, 0])[:, None]
     track = _follow(pairing, middle, half, FINE)
-    reason = np.where(found, beyond.max(axis=-1), status.min(axis=-1))
-    absent = np.where(reason == Status.SOLVED, np.int8(Status.OFF_FLANK), reason)
+    lost = np.where((beyond == Status.OFF_FLANK).any(axis=-1), np.int8(Status.NOT_CONVERGED), beyond.max(axis=-1))
+    nowhere = np.where((status == Status.SOLVED).any(axis=-1), np.int8(Status.OFF_FLANK), status.min(axis=-1))
+    absent = np.where(found, lost, nowhere)
     return Track(middle, half, track.coefficients, np.where(whole, track.status, absent))
 
 
@@ -209,7 +210,7 @@ def find_ends(track: Track) -> Ends:
         rates = values[8:] * inward
         moves = np.where(rates > 0.0, -values[:8] / rates, -np.inf)
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
-        x = np.clip(x + move, -1.0, 1.0)
+        x = np.minimum(np.maximum(x + move, -1.0), 1.0)
         if not (np.abs(move) > NEWTON_LAST).any():
             break
     missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
@@ -237,16 +238,16 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
 
     The way is measured in pinion roll, inverted by Newton; on a path along which the roll
     turns back it is measured in l1."""
-    centre, reach = ends.x.mean(axis=-1, keepdims=True), 0.5 * (ends.x[:, 1:] - ends.x[:, :1])
-    goal = ends.roll.mean(axis=-1, keepdims=True) + 0.5 * (ends.roll[:, 1:] - ends.roll[:, :1]) * share
-    straight = x = centre + reach * share
+    enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
+    goal = 0.5 * ((first + last) + (last - first) * share)
+    straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
     roll = track.coefficients[ROLL : ROLL + 1]
     slope = (COARSE if roll.shape[-1] == COARSE.nodes.size else FINE).slope
     both = np.concatenate((roll, roll @ slope))
     for _ in range(PASSES):
         value, rate = evaluate(both, x)
         move = (goal - value) / rate
-        x = np.clip(x + move, ends.x[:, :1], ends.x[:, 1:])
+        x = np.minimum(np.maximum(x + move, enter), leave)
         if not (np.abs(move) > NEWTON_LAST).any():
             break
     turning = ~((np.abs(move) <= NEWTON_LAST) & (rate * rate[:, :1] > 0.0)).all(axis=-1, keepdims=True)

@@ -1,0 +1,43 @@
+"""The same pair seen otherwise: exchanged, mirrored, scaled. None of it may change an answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from beveloid_geom.inputs import Design, Errors, Member, Pair
+
+
+def exchanged(design: Design) -> Design:
+    """The same pair with pinion and gear in each other's place."""
+    pair, errors = design.pair, design.errors
+    return Design(
+        pinion=design.gear,
+        gear=design.pinion,
+        pair=Pair(pair.offset, pair.shaft_angle, pair.gear_mounting, pair.pinion_mounting),
+        errors=Errors(errors.offset, errors.shaft_angle, errors.gear_axial, errors.pinion_axial),
+    )
+
+
+def mirrored(design: Design) -> Design:
+    """The mirror image: both hands swapped."""
+    pinion, gear = (replace(m, helix_angle=-m.helix_angle) for m in design.members)
+    return replace(design, pinion=pinion, gear=gear)
+
+
+def scaled(design: Design, factor: float) -> Design:
+    """The same pair with all lengths multiplied."""
+
+    def bigger(member: Member) -> Member:
+        tool = member.tool
+        tool = replace(tool, normal_module=tool.normal_module * factor, parabola=tool.parabola / factor)
+        return replace(member, tool=tool, face_width=member.face_width * factor)
+
+    errors = design.errors
+    return Design(
+        pinion=bigger(design.pinion),
+        gear=bigger(design.gear),
+        pair=Pair(design.pair.offset * factor, design.pair.shaft_angle),
+        errors=Errors(
+            errors.offset * factor, errors.shaft_angle, errors.pinion_axial * factor, errors.gear_axial * factor
+        ),
+    )
