@@ -86,7 +86,9 @@ def member_frame(
     `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion, 1 for the gear;
     `axial_position` is its mounting distance plus axial error, mm."""
     roll, position = np.asarray(roll, dtype=float), np.asarray(axial_position, dtype=float)
-    shape = np.broadcast_shapes(roll.shape, position.shape, np.shape(layout.offset), np.shape(layout.sin_angle))
+    shape = np.broadcast_shapes(
+        roll.shape, position.shape, np.shape(layout.offset), np.shape(layout.sin_angle)
+    )
     cos, sin = np.cos(roll), np.sin(roll)
     turn = np.zeros((*shape, 3, 3))
     turn[..., 0, 0] = turn[..., 1, 1] = cos
@@ -109,9 +111,9 @@ def member_frame(
 def to_fixed(frame: tuple[FloatArray, FloatArray], points: FloatArray) -> FloatArray:
     """Points (..., 3) of a member's own frame in S_f, mm (Eq. 7)."""
     rotation, origin = frame
-    return np.einsum("...ij,...j->...i", rotation, points) + origin
+    return np.asarray(np.einsum("...ij,...j->...i", rotation, points) + origin)
 
 
 def normals_to_fixed(frame: tuple[FloatArray, FloatArray], normals: FloatArray) -> FloatArray:
     """Directions (..., 3) of a member's own frame in S_f (Eq. 8)."""
-    return np.einsum("...ij,...j->...i", frame[0], normals)
+    return np.asarray(np.einsum("...ij,...j->...i", frame[0], normals))

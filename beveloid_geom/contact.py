@@ -27,10 +27,10 @@ approximate line contact. What else is asked for follows from eta_j and w_j: the
 r on each member, u_j, and the roll angles, since n is turned by roll + phi from its pose in
 the generating frame and eta_j - n.R0 = g_j phi.
 
-Pinion and gear stand on the leading axis of all arrays, (2, cases, positions), where the
-batch axes of the design are one axis of cases; the formulas are symmetric, `[::-1]` reads "the other member". No trigonometric function is called before
-the roll angles. All arithmetic holds for complex arguments, so that derivatives are taken
-by a complex step, exact to rounding.
+Pinion and gear stand on the leading axis of all arrays, (2, cases, positions), where the batch
+axes of the design are one axis of cases; the formulas are symmetric, `[::-1]` reads "the other
+member". No trigonometric function is called before the roll angles. All arithmetic holds for
+complex arguments, so that derivatives are taken by a complex step, exact to rounding.
 """
 
 from __future__ import annotations
@@ -70,7 +70,9 @@ class Pairing:
 
     def cases(self, index: NDArray[np.int_] | slice) -> Pairing:
         """The cases `index` of a pairing with one batch axis."""
-        pick = {name: value[..., index, :] for name, value in vars(self).items() if name not in ("rack", "layout")}
+        pick = {
+            name: value[..., index, :] for name, value in vars(self).items() if name not in ("rack", "layout")
+        }
         rack = {name: v if name == "sigma" else v[..., index, :] for name, v in vars(self.rack).items()}
         layout = {name: value[index] for name, value in vars(self.layout).items()}
         return Pairing(rack=Rack(**rack), layout=Layout(**layout), **pick)

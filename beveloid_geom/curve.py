@@ -46,7 +46,8 @@ def basis_of(degree: int) -> Basis:
     weights = np.ones(degree + 1)
     weights[[0, -1]] = 0.5
     fit = 2.0 / degree * weights[:, None] * chebyshev.chebvander(nodes, degree) * weights
-    slope = np.vstack((chebyshev.chebder(np.eye(degree + 1), axis=0), np.zeros(degree + 1))).T
+    slope = np.zeros((degree + 1, degree + 1))
+    slope[:, :-1] = chebyshev.chebder(np.eye(degree + 1), axis=0).T
     return Basis(nodes, fit, slope)
 
 
@@ -54,7 +55,8 @@ def polynomials(parameter: FloatArray, degree: int) -> FloatArray:
     """Chebyshev polynomials (degree + 1, ...) at parameters in [-1, 1]."""
     orders = np.arange(degree + 1.0).reshape(-1, *[1] * parameter.ndim)
     if parameter.size * degree < SMALL:  # fewer calls beat fewer operations
-        return np.cos(orders * np.arccos(np.minimum(np.maximum(parameter, -1.0), 1.0)))
+        angle = np.arccos(np.minimum(np.maximum(parameter, -1.0), 1.0))
+        return np.asarray(np.cos(orders * angle))
     values = np.empty((degree + 1, *parameter.shape))
     values[0] = 1.0
     values[1] = parameter

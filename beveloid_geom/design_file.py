@@ -2,10 +2,7 @@
 
 A file is checked once, here, and every fault is reported in one go, each on a line that
 names key, limit, value and likely cure. Limits of single keys stand in the table models.
-Limits that join several keys are functions of the finished inputs: the generating normal
-must lean outwards all along both flanks, tan(alpha - atan(2 a l)) > sin|beta| tan|gamma|
-(where its radial component vanishes the generating roll of Eq. 6 is infinite), the tool
-must keep a flank below its tip round, and so on. How well a pair closes, undercut and
+Limits that join several keys stand in `design_limits`. How well a pair closes, undercut and
 pointed teeth do not make a file faulty.
 """
 
@@ -16,22 +13,30 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from .design_limits import (
+    IN_RADIANS,
+    MIN_FLANK_DEPTH,
+    MIN_SHAFT_ANGLE_DEG,
+    Fault,
+    layout_faults,
+    member_faults,
+    mesh_faults,
+    outside,
+    radian_faults,
+    shown_value,
+)
 from .inputs import Design, Errors, Member, Pair, Tool
 
 BUILTIN = "ni-2017"
-MIN_SHAFT_ANGLE_DEG = 0.5
-MIN_FLANK_DEPTH = 0.5  # modules; profile shift moves the pitch point about that far
-NORMAL_MARGIN = math.radians(1.0)  # local pressure angle above a vanishing radial normal
-MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 deg
 
 
 class DesignError(ValueError):
@@ -49,15 +54,6 @@ class DesignError(ValueError):
         return "\n".join(lead + fault for fault in self.faults)
 
 
-class _Fault(NamedTuple):
-    table: str
-    key: str
-    text: str
-
-    def __str__(self) -> str:
-        return " ".join(part for part in (self.table and f"[{self.table}]", self.key, self.text) if part)
-
-
 def _within(low: float, high: float, unit: str, *cures: tuple[float, str]) -> AfterValidator:
     """Check of a closed range; the cure offered is the first whose bound is not below the value."""
 
@@ -65,24 +61,27 @@ def _within(low: float, high: float, unit: str, *cures: tuple[float, str]) -> Af
         if low <= value <= high:
             return value
         cure = next(text for bound, text in cures if value <= bound)
-        text = f"must be between {low:g} and {high:g}{unit}, got {_shown(value)}: {cure}"
+        text = f"must be between {low:g} and {high:g}{unit}, got {shown_value(value)}: {cure}"
         raise PydanticCustomError("range", "{text}", {"text": text})
 
     return AfterValidator(check)
 
 
 _ANY = math.inf
-_RADIANS = "was it given in radians?"
 _POSITIVE = (_ANY, "give a positive length in mm")
 _MODULES = (_ANY, "it counts in normal modules, not in mm")
-_PRESSURE = ((0.0, "it is positive on both flanks"), (0.8, _RADIANS), (_ANY, "tools usually have 14.5 to 30"))
+_PRESSURE = (
+    (0.0, "it is positive on both flanks"),
+    (0.8, IN_RADIANS),
+    (_ANY, "tools usually have 14.5 to 30"),
+)
 _TEETH = ((0, "a member has at least one tooth"), (_ANY, "a rack is not covered by this model"))
 _HELIX = (_ANY, "measure it from the axis, right hand positive; the lead angle is 90 deg less it")
 _CONE = (_ANY, "it is half the angle of the pitch cone, positive if the tooth grows towards the heel at +z")
 _SHAFT = (
     (-1e-9, "give its magnitude, its sense follows from the helix angles"),
     (0.0, "teeth on parallel axes touch along lines, not in the points this model is for"),
-    (MIN_SHAFT_ANGLE_DEG, _RADIANS),
+    (MIN_SHAFT_ANGLE_DEG, IN_RADIANS),
     (_ANY, "it is the smaller angle of the two axes, take 180 deg less it"),
 )
 _LAYOUT = (_ANY, "change shaft_angle_deg of [pair] if another layout is meant")
@@ -142,59 +141,40 @@ _TYPES = {
 _MISSING = "is missing: the built-in design shows all tables and keys"
 
 
-def _shown(value: object) -> str:
-    """A value on one short line, as TOML writes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int) and value.bit_length() > 100:
-        return f"an integer of {value.bit_length()} bits"
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
-
-
-def _deg(angle: Any) -> float:
-    """Degrees for a message, free of the rounding of the way to rad and back."""
-    return float(f"{math.degrees(angle):.6g}")
-
-
-def _outside(table: str, key: str, limit: str, value: object, cure: str) -> _Fault:
-    return _Fault(table, key, f"must {limit}, got {_shown(value)}: {cure}")
-
-
 def _guess(word: str, known: Iterable[str]) -> str | None:
     return next(iter(difflib.get_close_matches(word.lower(), list(known), n=1)), None)
 
 
-def _unknown(table: str, key: str, value: object) -> _Fault:
+def _unknown(table: str, key: str, value: object) -> Fault:
     """A key that `table` does not have; '' stands for the top of the file."""
     known = list(_TABLES[table].model_fields) if table else [f"[{name}]" for name in _TABLES]
-    shown = key if re.fullmatch(r"[\w-]{1,40}", key) else _shown(key)
+    shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
     elif homes := [f"[{name}]" for name, model in _TABLES.items() if key in model.model_fields]:
-        return _Fault(table, shown, f"does not belong here: move it to {' or '.join(homes)}")
+        return Fault(table, shown, f"does not belong here: move it to {' or '.join(homes)}")
     guess = _guess(shown, known)
     hint = f"did you mean {guess}?" if guess else f"there are {', '.join(known)}"
-    return _Fault(table, shown, f"is unknown: {hint}")
+    return Fault(table, shown, f"is unknown: {hint}")
 
 
-def _translated(table: str, error: ErrorDetails) -> _Fault:
+def _translated(table: str, error: ErrorDetails) -> Fault:
     """One of pydantic's errors in our words."""
     kind, value, key = error["type"], error["input"], str(error["loc"][0])
     if kind == "extra_forbidden":
         return _unknown(table, key, value)
     if kind == "missing":
-        return _Fault(table, key, _MISSING)
+        return Fault(table, key, _MISSING)
     if kind in _TYPES:
         limit, cure = _TYPES[kind]
-        return _outside(table, key, f"be {limit}", value, cure)
-    return _Fault(table, key, error["msg"])
+        return outside(table, key, f"be {limit}", value, cure)
+    return Fault(table, key, error["msg"])
 
 
 K = TypeVar("K", bound=_Keys)
 
 
-def _checked(model: type[K], table: str, values: Mapping[str, object], faults: list[_Fault]) -> K | None:
+def _checked(model: type[K], table: str, values: Mapping[str, object], faults: list[Fault]) -> K | None:
     """The table as a model, or None and its faults added to `faults`."""
     try:
         return model.model_validate(dict(values))
@@ -206,103 +186,6 @@ def _checked(model: type[K], table: str, values: Mapping[str, object], faults: l
     return None
 
 
-def parabola_limit(member: Member) -> float:
-    """Largest magnitude of the parabola coefficient (1/mm) that `member` can be cut with.
-
-    Over the height h = max(addendum, dedendum) m_n either side of the tool's reference line
-    the local pressure angle alpha - tau, tan(tau) = 2 a l, must stay 1 deg above the angle at
-    which the generating normal of a flank loses its radial component, atan(sin|beta|
-    tan|gamma|), and below 60 deg. With l = tan(tau)/(2 a), x_n = l cos(alpha) +
-    a l^2 sin(alpha) = h gives a = tan(tau) (cos(alpha) + tan(tau) sin(alpha)/2)/(2 h). A change
-    of sign of a, l and x_n together changes nothing: one limit for concave and convex. Not
-    positive where the cone is too steep for any tool of this pressure angle."""
-    tool = member.tool
-    alpha = float(tool.normal_pressure_angle)
-    height = float(tool.normal_module) * max(float(tool.addendum), float(tool.dedendum))
-    lowest = math.atan(abs(math.sin(member.helix_angle) * math.tan(member.cone_angle))) + NORMAL_MARGIN
-    low, high = (
-        bend * (math.cos(alpha) + 0.5 * bend * math.sin(alpha)) / (2.0 * height)
-        for bend in (math.tan(alpha - lowest), math.tan(alpha - MAX_LOCAL_PRESSURE_ANGLE))
-    )
-    return min(low, -high)
-
-
-def _member_faults(name: str, member: Member) -> Iterator[_Fault]:
-    """What joins several keys of one member, each within its own limits."""
-    tool, alpha = member.tool, float(member.tool.normal_pressure_angle)
-    most = parabola_limit(member)
-    if most <= 0.0:
-        steepest = _deg(math.atan(math.tan(alpha - NORMAL_MARGIN) / abs(math.sin(member.helix_angle))))
-        limit = f"be between -{steepest} and {steepest} deg at this helix and pressure angle"
-        cure = "the tool would cut one flank from behind, take a larger pressure angle"
-        yield _outside(name, "cone_angle_deg", limit, _deg(member.cone_angle), cure)
-    elif abs(float(tool.parabola)) > most:
-        cure = "a stronger one folds the rack profile, usual are 0.0001 to 0.01"
-        yield _outside(name, "parabola", f"be between -{most:.4g} and {most:.4g} 1/mm", tool.parabola, cure)
-
-    largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
-    if float(tool.tip_radius) > largest:
-        cure = "the round would eat the flank; it counts in normal modules, not in mm"
-        yield _outside(
-            name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure
-        )
-    tip = 0.5 * member.teeth / math.cos(member.helix_angle) + member.profile_shift + tool.addendum
-    taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
-    if (radius := float(tool.normal_module * tip - taper)) <= 0.0:
-        limit = "leave a tip radius at the narrow end of the face above 0 mm"
-        yield _outside(
-            name, "face_width", limit, float(f"{radius:.6g}"), "take a narrower face or a smaller cone"
-        )
-
-
-def _mesh_faults(pinion: Member, gear: Member) -> Iterator[_Fault]:
-    """What keeps two members from running together."""
-    pitch, other = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
-    if not math.isclose(pitch, other, rel_tol=1e-9):
-        key, limit = (
-            "normal_module cos(normal_pressure_angle_deg)",
-            f"equal that of [pinion], {pitch:.12g} mm",
-        )
-        yield _outside("gear", key, limit, float(f"{other:.12g}"), "teeth that mesh share their base pitch")
-    if abs(float(pinion.helix_angle + gear.helix_angle)) < 1e-9:
-        cure = "without a sum of helix angles the axes do not cross at a distance"
-        yield _outside("gear", "helix_angle_deg", "not cancel that of [pinion]", _deg(gear.helix_angle), cure)
-
-
-def _layout_faults(pair: Pair, errors: Errors) -> Iterator[_Fault]:
-    """Assembly errors that leave no layout."""
-    if abs(float(errors.offset)) > (half := 0.5 * float(pair.offset)):
-        limit = f"be between -{half:g} and {half:g} mm, half the offset"
-        yield _outside(
-            "errors", "offset", limit, errors.offset, "it adds to the offset, it does not replace it"
-        )
-    lowest = math.radians(MIN_SHAFT_ANGLE_DEG) - float(pair.shaft_angle)
-    if float(errors.shaft_angle) < lowest - 1e-12:
-        cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"
-        limit = f"be at least {_deg(lowest)} deg"
-        yield _outside("errors", "shaft_angle_deg", limit, _deg(errors.shaft_angle), cure)
-
-
-def _radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[_Fault]:
-    """Angles within their limits that fit together only if some were given in rad."""
-    keys = ("pinion", "helix_angle_deg"), ("gear", "helix_angle_deg"), ("pair", "shaft_angle_deg")
-    given = float(pinion.helix_angle), float(gear.helix_angle), float(pair.shaft_angle)
-    scale, cones = 180.0 / math.pi, (float(pinion.cone_angle), float(gear.cone_angle))
-    readings = (1, 1, 1), (1, 1, scale), (scale, scale, 1), (scale, 1, 1), (1, scale, 1)
-    for factors in readings:
-        first, second, shaft = (angle * factor for angle, factor in zip(given, factors, strict=True))
-        # Shaft angle that fits the reference cones and tooth traces; working ones are near them.
-        cosine = math.cos(cones[0]) * math.cos(cones[1]) * math.cos(first + second)
-        fitting = math.acos(min(1.0, cosine - math.sin(cones[0]) * math.sin(cones[1])))
-        tolerance = 0.2 if factors == readings[0] else 0.1
-        if max(abs(first), abs(second), shaft) < 1.6 and abs(shaft - fitting) < tolerance * fitting:
-            for (table, key), angle, factor in zip(keys, given, factors, strict=True):
-                if factor > 1.0:
-                    limit = f"be about {math.degrees(angle * factor):.3g} deg to fit the other angles"
-                    yield _outside(table, key, limit, _deg(angle), _RADIANS)
-            return
-
-
 def _in_radians(keys: _Keys, only_set: bool = False) -> dict[str, Any]:
     """The keys of a table as the inputs name them: degrees become rad and lose their suffix."""
     return {
@@ -311,23 +194,23 @@ def _in_radians(keys: _Keys, only_set: bool = False) -> dict[str, Any]:
     }
 
 
-def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[_Fault]) -> Member | None:
+def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Fault]) -> Member | None:
     """A member with what it takes over from [tool], whose own faults are reported elsewhere."""
     own, tool = tables[name], tables.get("tool", {})
     inherited = {key: tool[key] for key in _ToolKeys.model_fields if key in tool and key not in own}
-    found: list[_Fault] = []
+    found: list[Fault] = []
     keys = _checked(_MemberKeys, name, inherited | own, found)
     if keys is None:
         faults += [fault for fault in found if fault.key in own or fault.key not in _ToolKeys.model_fields]
         return None
     values = _in_radians(keys)
     member = Member(Tool(**{field.name: values.pop(field.name) for field in fields(Tool)}), **values)
-    for fault in _member_faults(name, member):
+    for fault in member_faults(name, member):
         faults.append(fault._replace(table="tool") if fault.key in inherited else fault)
     return member
 
 
-def _read_tables(data: Mapping[str, object], faults: list[_Fault]) -> dict[str, dict[str, Any]]:
+def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, dict[str, Any]]:
     """The tables of a file as far as they are tables; all else is a fault."""
     unknown = [name for name in data if name not in _TABLES]
     faults += [_unknown("", name, data[name]) for name in unknown]
@@ -336,11 +219,11 @@ def _read_tables(data: Mapping[str, object], faults: list[_Fault]) -> dict[str, 
     for name in _TABLES:
         value = data.get(name, {})
         if not isinstance(value, dict):
-            faults.append(_outside(name, "", "be a table", value, f"write [{name}] above its keys"))
+            faults.append(outside(name, "", "be a table", value, f"write [{name}] above its keys"))
         elif name in data or (name in ("tool", "errors") and name not in meant):
             tables[name] = value
         elif name not in meant:
-            faults.append(_Fault(name, "", _MISSING))
+            faults.append(Fault(name, "", _MISSING))
     return tables
 
 
@@ -352,12 +235,12 @@ def parse_design(text: str, source: str = "design") -> Design:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise DesignError([f"is not valid TOML: {' '.join(str(error).split())}"], source) from None
-    faults: list[_Fault] = []
+    faults: list[Fault] = []
     tables = _read_tables(data, faults)
     if "tool" in tables:
         members = [tables[name] for name in ("pinion", "gear") if name in tables]
         supplied = {key for key in _ToolKeys.model_fields if members and all(key in own for own in members)}
-        found: list[_Fault] = []
+        found: list[Fault] = []
         _checked(_ToolKeys, "tool", tables["tool"], found)
         faults += [fault for fault in found if fault.text != _MISSING or fault.key not in supplied]
     pinion, gear = (
@@ -369,11 +252,11 @@ def parse_design(text: str, source: str = "design") -> Design:
     if "errors" in tables and (error_keys := _checked(_ErrorKeys, "errors", tables["errors"], faults)):
         errors = Errors(**_in_radians(error_keys))
     if pinion and gear:
-        faults += _mesh_faults(pinion, gear)
+        faults += mesh_faults(pinion, gear)
     if pair and errors:
-        faults += _layout_faults(pair, errors)
+        faults += layout_faults(pair, errors)
     if pinion and gear and pair:
-        faults += _radian_faults(pinion, gear, pair)
+        faults += radian_faults(pinion, gear, pair)
         if errors and not faults:
             return Design(pinion, gear, pair, errors)
     raise DesignError(dict.fromkeys(map(str, faults)), source)
@@ -400,7 +283,7 @@ def read_design(path: str | os.PathLike[str]) -> Design:
 def builtin_text(name: str = BUILTIN) -> str:
     """Text of the built-in design file, as a start for one's own. Raises DesignError."""
     if name != BUILTIN:
-        raise DesignError([f"there is no built-in design {_shown(name)}: there is '{BUILTIN}'"])
+        raise DesignError([f"there is no built-in design {shown_value(name)}: there is '{BUILTIN}'"])
     return (resources.files(__package__) / "designs" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -431,7 +314,7 @@ def override(
         ("pinion", "parabola", "parabola_pinion"): parabola_pinion,
         ("gear", "parabola", "parabola_gear"): parabola_gear,
     }
-    faults: list[_Fault] = []
+    faults: list[Fault] = []
     changes: dict[str, dict[str, Any]] = {}
     for table, model in (("errors", _ErrorKeys), ("pinion", _ParabolaKeys), ("gear", _ParabolaKeys)):
         own = {key: value for (home, key, _), value in given.items() if home == table and value is not None}
@@ -440,8 +323,8 @@ def override(
     changed = design.with_errors(replace(design.errors, **changes["errors"]))
     changed = changed.with_parabola(changes["pinion"].get("parabola"), changes["gear"].get("parabola"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
-        faults += _member_faults(name, member)
-    faults += _layout_faults(changed.pair, changed.errors)
+        faults += member_faults(name, member)
+    faults += layout_faults(changed.pair, changed.errors)
     names = {(table, key): name for (table, key, name), value in given.items() if value is not None}
     if faults:
         lines = (f"{names[f[:2]]} {f.text}" if f[:2] in names else str(f) for f in faults)

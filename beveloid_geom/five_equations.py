@@ -150,7 +150,12 @@ def _result(
     ratio = design.pinion.teeth / design.gear.teeth
     lost = np.array([position is None for position in positions])
     unknowns, own, point, normal = (
-        np.array([np.full(np.shape(getattr(centre, name)), np.nan) if p is None else getattr(p, name) for p in positions])
+        np.array(
+            [
+                np.full(np.shape(getattr(centre, name)), np.nan) if p is None else getattr(p, name)
+                for p in positions
+            ]
+        )
         for name in ("unknowns", "own", "point", "normal")
     )
     roll = np.array([np.nan if p is None else p.roll for p in positions])

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .inputs import FloatArray, Member, Quantity
+from .inputs import FloatArray, Member
 from .rack import Rack, parameter_at_height, rack_normal, rack_of, rack_point, rack_tangent, reference_radius
 
 ROUND_SNAP = 1e-4
@@ -191,7 +191,7 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
         step = (target - radius) / slope
         l = l + step
         if np.all(np.abs(step) <= 1e-13 * target):
-            return l
+            break
     return np.where(np.abs(step) <= 1e-9 * target, l, np.nan)
 
 
@@ -209,7 +209,9 @@ def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike)
 def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
     """Transverse thickness (mm, along the circle) of the tooth at the tip cone in the plane
     `z`; negative where the tooth is pointed below its tip cone."""
-    angle = sum(half_thickness_angle(member, flank, tip_parameter(member, flank, z), z) for flank in ("right", "left"))
+    angle = sum(
+        half_thickness_angle(member, flank, tip_parameter(member, flank, z), z) for flank in ("right", "left")
+    )
     return np.asarray(angle * tip_radius(member, z))
 
 

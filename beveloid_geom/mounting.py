@@ -18,13 +18,13 @@ are right.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from .assembly import Layout, common_normal, layout_by_case, layout_of
-from .inputs import Design, Errors, FloatArray, Member
+from .inputs import Design, FloatArray, Member, Pair
 from .rack import rack_of
 
 
@@ -73,7 +73,7 @@ def across_action(
     and the same with 1 and 2 exchanged. The product stays regular where n_x vanishes."""
     seen = moment - layout.offset * normal_y
     shared = layout.cos_angle + axial[0] * axial[1]
-    return -(square * seen[::-1] + moment * shared / square) / layout.sin_angle
+    return np.asarray(-(square * seen[::-1] + moment * shared / square) / layout.sin_angle)
 
 
 def _action(layout: Layout, members: Member, flank: str, sign: float, distance: FloatArray) -> _Action:
@@ -89,10 +89,10 @@ def _action(layout: Layout, members: Member, flank: str, sign: float, distance: 
     foot = (arm * fy[0] - reach * fx, -arm * fx - reach * fy[0], w * square[0])
     turned = np.arctan2(fy * nx - fx * ny, fx * nx + fy * ny)
     drawn = nx * (rack.pitch_radius + x0) + ny * y0 + v * (z0 + distance)
-    phase = turned[1] + moment[0] / moment[1] * turned[0] + (layout.offset * fx - drawn[0] - drawn[1]) / moment[1]
-    return _Action(
-        np.stack(foot, axis=-1), np.stack(np.broadcast_arrays(fx, fy[0], v[0]), axis=-1), phase
+    phase = (
+        turned[1] + moment[0] / moment[1] * turned[0] + (layout.offset * fx - drawn[0] - drawn[1]) / moment[1]
     )
+    return _Action(np.stack(foot, axis=-1), np.stack(np.broadcast_arrays(fx, fy[0], v[0]), axis=-1), phase)
 
 
 def _closest(first: _Action, second: _Action) -> tuple[FloatArray, FloatArray]:
@@ -110,52 +110,64 @@ SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
 """Signs of n_x on the right and the left flank that can occur: their sum is positive."""
 
 
-def _mounting(design: Design) -> Mounting:
-    members, shape = design.stacked_members(), design.batch_shape
-    layout = layout_by_case(layout_of(design), shape)
+def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pitch point (cases, 1, 3), gap (cases, 1) and branches (2, cases, 1)."""
     none = np.zeros_like(members.helix_angle)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        pairs = [
-            (_action(layout, members, "right", r, none), _action(layout, members, "left", s, none)) for r, s in SIGNS
-        ]
-        points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
-        sums = [pair[0].normal[..., 0] + pair[1].normal[..., 0] for pair in pairs]
-        cost = [np.where(total > 0.0, np.abs(gap), np.inf) for total, gap in zip(sums, gaps, strict=True)]
+    pairs = [
+        (_action(layout, members, "right", r, none), _action(layout, members, "left", s, none))
+        for r, s in SIGNS
+    ]
+    points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
+    sums = [pair[0].normal[..., 0] + pair[1].normal[..., 0] for pair in pairs]
+    cost = [np.where(total > 0.0, np.abs(gap), np.inf) for total, gap in zip(sums, gaps, strict=True)]
     best = np.argmin(cost, axis=0)
     gap = np.take_along_axis(np.stack(gaps), best[None], axis=0)[0]
     point = np.take_along_axis(np.stack(points), best[None, ..., None], axis=0)[0]
-    branch = np.moveaxis(np.array(SIGNS)[best], -1, 0)
-    x, y, z = np.moveaxis(point, -1, 0)
-    sin, cos = layout.sin_angle, layout.cos_angle
-    pitch = np.stack([z, sin * y + cos * z])
-    radius = np.stack([np.hypot(x, y), np.hypot(x - layout.offset, cos * y - sin * z)])
-    distance = pitch.copy()
-    for member, given in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting)):
-        if given is not None:
-            distance[member] = np.broadcast_to(given, shape).reshape(-1, 1)
+    return point, gap, np.moveaxis(np.array(SIGNS)[best], -1, 0)
+
+
+def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: FloatArray) -> FloatArray:
+    """Normal backlash (cases, 1), reduced to half a pitch either way, mm."""
+    right, left = (
+        _action(layout, members, flank, sign, distance).phase
+        for flank, sign in zip(("right", "left"), branch, strict=True)
+    )
+    tool, teeth = members.tool, np.asarray(members.teeth)[1]
+    pitch = 2.0 * np.pi / teeth
+    clearance = np.remainder(right - left + 0.5 * pitch, pitch) - 0.5 * pitch
+    lever = 0.5 * np.asarray(tool.normal_module)[1] * teeth * np.cos(tool.normal_pressure_angle)[1]
+    return np.asarray(clearance * lever)
+
+
+def _mounting(design: Design) -> Mounting:
+    design = design.with_parabola(0.0, 0.0)
+    members, shape = design.stacked_members(), design.batch_shape
+    layout = layout_by_case(layout_of(design), shape)
     with np.errstate(invalid="ignore", divide="ignore"):
-        phases = [
-            _action(layout, members, flank, sign, distance).phase
-            for flank, sign in zip(("right", "left"), branch, strict=True)
-        ]
-    teeth_pitch = 2.0 * np.pi / members.teeth[1]
-    clearance = np.remainder(phases[0] - phases[1] + 0.5 * teeth_pitch, teeth_pitch) - 0.5 * teeth_pitch
-    tool = members.tool
-    lever = 0.5 * tool.normal_module[1] * members.teeth[1] * np.cos(tool.normal_pressure_angle[1])
+        point, gap, branch = _pitch_point(layout, members)
+        x, y, z = np.moveaxis(point, -1, 0)
+        sin, cos = layout.sin_angle, layout.cos_angle
+        pitch = np.stack([z, sin * y + cos * z])
+        radius = np.stack([np.hypot(x, y), np.hypot(x - layout.offset, cos * y - sin * z)])
+        distance = pitch.copy()
+        for member, given in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting)):
+            if given is not None:
+                distance[member] = np.broadcast_to(given, shape).reshape(-1, 1)
+        backlash = _backlash(layout, members, branch, distance)
     return Mounting(
         distance=distance.reshape(2, *shape),
         working_radius=radius.reshape(2, *shape),
         pitch_distance=pitch.reshape(2, *shape),
         pitch_point=point.reshape(*shape, 3),
         gap=gap.reshape(shape),
-        normal_backlash=(clearance * lever).reshape(shape),
+        normal_backlash=backlash.reshape(shape),
         branch=branch.reshape(2, *shape),
     )
 
 
 @lru_cache(maxsize=64)
-def _kept_mounting(design: Design) -> Mounting:
-    return _mounting(design)
+def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
+    return _mounting(Design(pinion, gear, pair))
 
 
 def mounting_of(design: Design) -> Mounting:
@@ -163,8 +175,7 @@ def mounting_of(design: Design) -> Mounting:
 
     Array quantities broadcast. The answer for a design of plain numbers is kept, as it is
     asked for by every path computed on it."""
-    nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
     try:
-        return _kept_mounting(nominal)
+        return _kept_mounting(design.pinion, design.gear, design.pair)
     except TypeError:  # arrays have no hash
-        return _mounting(nominal)
+        return _mounting(Design(design.pinion, design.gear, design.pair))

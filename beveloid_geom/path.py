@@ -185,14 +185,13 @@ def _result(
     flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds, shape: tuple[int, ...]
 ) -> ContactPath:
     table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
-    vectors = {"point": np.moveaxis(table[POINT], 0, -1), "normal": np.moveaxis(table[NORMAL], 0, -1)}
+    last = (*range(1, table.ndim), 0)
+    vectors = {"point": table[POINT].transpose(last), "normal": table[NORMAL].transpose(last)}
     rows = {name: table[row] for name, row in ROWS.items()}
     return ContactPath(flank=flank, status=status, ends=ends, **rows, **vectors)
 
 
-def _on_path(
-    pairing: Pairing, track: Track, ends: Ends, points: int
-) -> tuple[FloatArray, NDArray[np.int8]]:
+def _on_path(pairing: Pairing, track: Track, ends: Ends, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at positions evenly spaced from enter to leave."""
     share, rows = np.linspace(-1.0, 1.0, points), track.coefficients[:HEIGHT]
     if points < MANY:

@@ -1,12 +1,10 @@
 """Roots of the one equation F(l1, l2) = 0 in l2, for given l1.
 
-`solve_gear_parameter` is the safe way: it samples F over l2, brackets every sign change, and
-runs Newton with the exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs off to an infinity of known
-sign, so that a root between the last sample and that pole is bracketed too. Where there are
-several roots the one on the flanks is taken; if two are, the position is marked.
-
-The fast way, for positions along a path, is in `path`: it solves this way at a few Chebyshev
-points, starts everywhere else from their interpolant, and checks F at every position.
+`solve_gear_parameter` samples F over l2, brackets every sign change, and runs Newton with the
+exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs
+off to an infinity of known sign, so that a root between the last sample and that pole is
+bracketed too. Where there are several roots the one on the flanks is taken; if two are, the
+position is marked.
 """
 
 from __future__ import annotations
@@ -52,7 +50,9 @@ class Roots:
     status: NDArray[np.int8]
 
 
-def _sampled(pairing: Pairing, l1: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+def _sampled(
+    pairing: Pairing, l1: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Sample points in l2, F at them, and which of them have a common normal; samples last."""
     low, high = pairing.lowest[1][..., None], pairing.highest[1][..., None]
     l2 = np.broadcast_to(low + share * (high - low), (*l1.shape, share.size))
@@ -104,7 +104,9 @@ def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
         return near
     far = _search(pairing, l1, FAR)
     pick = near.status == Status.SOLVED
-    return Roots(*(np.where(pick, a, b) for a, b in zip(vars(near).values(), vars(far).values(), strict=True)))
+    return Roots(
+        *(np.where(pick, a, b) for a, b in zip(vars(near).values(), vars(far).values(), strict=True))
+    )
 
 
 def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
@@ -112,14 +114,17 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
     l2, values, real = _sampled(pairing, l1, share)
     change = (np.signbit(values[..., :-1]) != np.signbit(values[..., 1:])) & (real[..., :-1] | real[..., 1:])
     rank = np.cumsum(change, axis=-1)
-    count = rank[..., -1]
+    count, step = rank[..., -1], l2[..., 1] - l2[..., 0]
     best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
     margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
     for k in range(1, int(count.max(initial=0)) + 1):
         has = count >= k
         cell = (rank == k) & change
-        sides = (np.where(cell, part, 0.0).sum(axis=-1) for part in (l2[..., :-1], l2[..., 1:], values[..., :-1], values[..., 1:]))
-        root = _newton(pairing, l1, *sides, has)
+        low = l2[..., 0] + step * cell.argmax(axis=-1)
+        f_low, f_high = (
+            np.where(cell, part, 0.0).sum(axis=-1) for part in (values[..., :-1], values[..., 1:])
+        )
+        root = _newton(pairing, l1, low, low + step, f_low, f_high, has)
         if count.max() > 1:
             l = np.array((l1, root.l2))
             margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))
@@ -127,7 +132,12 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
             hits += depth >= 0.0
             has = has & ((depth > margin) | (k == 1))
             margin = np.where(has, depth, margin)
-        best = Roots(*(np.where(has, new, old) for new, old in zip(vars(root).values(), vars(best).values(), strict=True)))
+        best = Roots(
+            *(
+                np.where(has, new, old)
+                for new, old in zip(vars(root).values(), vars(best).values(), strict=True)
+            )
+        )
     status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
     status = np.where((count == 0) & ~real.all(axis=-1), np.int8(Status.NO_COMMON_NORMAL), status)
     known = status == Status.SOLVED

@@ -173,7 +173,9 @@ def _narrowed(pairing: Pairing, middle: FloatArray, half: FloatArray) -> Track:
     middle = np.where(whole, 0.5 * l_side.sum(axis=-1), middle[:, 0])[:, None]
     half = np.where(whole, 0.5 * (l_side[:, 1] - l_side[:, 0]), half[:, 0])[:, None]
     track = _follow(pairing, middle, half, FINE)
-    lost = np.where((beyond == Status.OFF_FLANK).any(axis=-1), np.int8(Status.NOT_CONVERGED), beyond.max(axis=-1))
+    lost = np.where(
+        (beyond == Status.OFF_FLANK).any(axis=-1), np.int8(Status.NOT_CONVERGED), beyond.max(axis=-1)
+    )
     nowhere = np.where((status == Status.SOLVED).any(axis=-1), np.int8(Status.OFF_FLANK), status.min(axis=-1))
     absent = np.where(found, lost, nowhere)
     return Track(middle, half, track.coefficients, np.where(whole, track.status, absent))

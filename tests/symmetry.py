@@ -38,6 +38,9 @@ def scaled(design: Design, factor: float) -> Design:
         gear=bigger(design.gear),
         pair=Pair(design.pair.offset * factor, design.pair.shaft_angle),
         errors=Errors(
-            errors.offset * factor, errors.shaft_angle, errors.pinion_axial * factor, errors.gear_axial * factor
+            errors.offset * factor,
+            errors.shaft_angle,
+            errors.pinion_axial * factor,
+            errors.gear_axial * factor,
         ),
     )

@@ -14,10 +14,10 @@ from beveloid_geom.design_file import (
     builtin_design,
     builtin_text,
     override,
-    parabola_limit,
     parse_design,
     read_design,
 )
+from beveloid_geom.design_limits import parabola_limit
 from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
 
 TABLE_1 = {

@@ -118,7 +118,9 @@ def test_rack_section_has_the_pressure_angle_and_the_papers_space_width() -> Non
     tool = Tool(6.0, radians(20.0))
     points = section_point(tool, "right", np.array([0.0, 1.0]))
     assert points[0] == pytest.approx([0.0, pi * 6.0 / 4.0])
-    assert np.degrees(np.arctan2(-(points[1] - points[0])[1], (points[1] - points[0])[0])) == pytest.approx(20.0)
+    assert np.degrees(np.arctan2(-(points[1] - points[0])[1], (points[1] - points[0])[0])) == pytest.approx(
+        20.0
+    )
     bent = section_point(replace(tool, parabola=0.01), "right", np.array([3.0]))[0]
     straight = section_point(tool, "right", np.array([3.0]))[0]
     outward = np.array([np.sin(radians(20.0)), np.cos(radians(20.0))])
@@ -161,7 +163,11 @@ def test_spur_undercut_begins_below_18_teeth(flank: str) -> None:
     """The textbook's limit is 2 / sin(20 deg)^2 = 17.097 teeth without shift."""
     assert undercut_margin(spur(17), flank) < 0.0 < undercut_margin(spur(18), flank)
     needed = 1.0 - 12 * np.sin(radians(20.0)) ** 2 / 2.0
-    assert undercut_margin(spur(12, needed - 1e-3), flank) < 0.0 < undercut_margin(spur(12, needed + 1e-3), flank)
+    assert (
+        undercut_margin(spur(12, needed - 1e-3), flank)
+        < 0.0
+        < undercut_margin(spur(12, needed + 1e-3), flank)
+    )
 
 
 def test_arrays_of_members_broadcast() -> None:

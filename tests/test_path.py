@@ -34,7 +34,13 @@ def five_equation_residual(design: Design, path: ContactPath) -> float:
     layout, mounting, worst = layout_of(design), mounting_of(design).distance, 0.0
     errors = (design.errors.pinion_axial, design.errors.gear_axial)
     for j, (member, l, u, roll) in enumerate(
-        zip(design.members, (path.l1, path.l2), (path.u1, path.u2), (path.pinion_roll, path.gear_roll), strict=True)
+        zip(
+            design.members,
+            (path.l1, path.l2),
+            (path.u1, path.u2),
+            (path.pinion_roll, path.gear_roll),
+            strict=True,
+        )
     ):
         patch = flank_patch(member, path.flank, l, u)
         frame = member_frame(layout, j, roll, mounting[j] + errors[j])
@@ -43,7 +49,9 @@ def five_equation_residual(design: Design, path: ContactPath) -> float:
         worst = max(worst, np.abs(normal - path.normal).max(initial=0.0))
         x, y, z = np.moveaxis(patch.point, -1, 0)
         own_z, own_r = ((path.pinion_z, path.pinion_r), (path.gear_z, path.gear_r))[j]
-        worst = max(worst, np.abs(z - own_z).max(initial=0.0), np.abs(np.hypot(x, y) - own_r).max(initial=0.0))
+        worst = max(
+            worst, np.abs(z - own_z).max(initial=0.0), np.abs(np.hypot(x, y) - own_r).max(initial=0.0)
+        )
     return float(worst)
 
 
@@ -103,7 +111,11 @@ def test_contact_ratios_of_table_1(flank: str, parabola: tuple[float, float], ex
 
 @settings(max_examples=40, deadline=None)
 @given(
-    st.floats(-1.0, 1.0), st.floats(-5e-4, 5e-4), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.sampled_from(FLANKS)
+    st.floats(-1.0, 1.0),
+    st.floats(-5e-4, 5e-4),
+    st.floats(-3.0, 3.0),
+    st.floats(-3.0, 3.0),
+    st.sampled_from(FLANKS),
 )
 def test_unmodified_flanks_transmit_exactly(e: float, d: float, a1: float, a2: float, flank: str) -> None:
     """Involute helicoids turn at a constant ratio under every misalignment."""
@@ -129,13 +141,21 @@ def test_five_equations_refuse_batches_and_pass_on_an_empty_path() -> None:
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.tuples(*[st.floats(-0.0015, 0.0015)] * 2), st.floats(-0.5, 0.5), st.floats(-2.0, 2.0), st.sampled_from(FLANKS))
+@given(
+    st.tuples(*[st.floats(-0.0015, 0.0015)] * 2),
+    st.floats(-0.5, 0.5),
+    st.floats(-2.0, 2.0),
+    st.sampled_from(FLANKS),
+)
 def test_symmetries(parabola: tuple[float, float], e: float, axial: float, flank: str) -> None:
     """Mirror image (flanks swapped), members exchanged, lengths scaled: the same contacts."""
     design = table1(parabola, Errors(offset=e, gear_axial=axial))
     path = path_of_contact(design, flank, 11)
     other = {"right": "left", "left": "right"}[flank]
-    mirror, big = path_of_contact(mirrored(design), other, 11), path_of_contact(scaled(design, 4.0), flank, 11)
+    mirror, big = (
+        path_of_contact(mirrored(design), other, 11),
+        path_of_contact(scaled(design, 4.0), flank, 11),
+    )
     swapped = path_of_contact(exchanged(design), flank, 11)
     assert path.l1.shape == mirror.l1.shape == big.l1.shape == swapped.l1.shape
     if path.l1.size == 0:
@@ -191,7 +211,9 @@ def test_batches_are_the_single_answers() -> None:
                 assert (batch.status[i, j] == one.ends.status).all()
                 continue
             for name in NUMBERS:
-                np.testing.assert_allclose(getattr(batch, name)[i, j], getattr(one, name), atol=1e-10, err_msg=name)
+                np.testing.assert_allclose(
+                    getattr(batch, name)[i, j], getattr(one, name), atol=1e-10, err_msg=name
+                )
 
 
 def test_more_cases_than_a_block() -> None:

@@ -1,0 +1,117 @@
+"""The command `beveloid-geom`.
+
+Exit status: 0 done (`check`: warnings or not), 1 no contact on the flanks, 2 bad input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from .cli_support import BUILTIN_DESIGN, OVERRIDES, changed_design, load_design, option_name, write_out
+
+Command = Callable[..., Any]
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="beveloid-geom", prog_name="beveloid-geom")
+def main() -> None:
+    """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
+
+    A DESIGN is a TOML file or the name of the built-in design, ni-2017.
+    """
+
+
+def _override_options(command: Command) -> Command:
+    """One option for each value of a design that a command line may change."""
+    for argument, metavar, text in reversed(OVERRIDES):
+        text = f"{text} Default: that of the design."
+        option = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)
+        command = option(command)
+    return command
+
+
+@main.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@click.option("--flank", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@click.option(
+    "--points",
+    type=click.IntRange(2, 100_000),
+    default=101,
+    show_default=True,
+    help="Positions along the path, both ends included.",
+)
+@_override_options
+@click.option(
+    "--method",
+    type=click.Choice(["one-equation", "five-equation"]),
+    default="one-equation",
+    show_default=True,
+    help="The five equations are the paper's, slower, to compare with.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one position a row, mm and rad.")
+@click.pass_context
+def tca(
+    context: click.Context,
+    /,
+    design: str,
+    flank: str,
+    points: int,
+    method: str,
+    as_json: bool,
+    as_csv: bool,
+    **changes: float | None,
+) -> None:
+    """Tooth contact analysis: path of contact of a pair of flanks.
+
+    Rolls count from the position in which each member's generating rack is centred; z counts
+    from mid-face towards the heel. Exit status 1 if there is no contact on the flanks.
+    """
+    if as_json and as_csv:
+        raise click.UsageError("--json and --csv exclude each other: give one of them")
+    changed = changed_design(load_design(design), changes)
+    from . import report
+
+    found = report.contact_report(click.format_filename(design), changed, flank, points, method)
+    if as_json:
+        write_out(report.contact_json(found))
+    else:
+        write_out(report.contact_csv(found) if as_csv else report.contact_table(found))
+        if found.reason:
+            click.echo(f"No contact: {found.reason}", err=True)
+    if found.reason:
+        context.exit(1)
+
+
+@main.command()
+def design() -> None:
+    """Print the built-in design file, as a start for one's own."""
+    from .design_file import builtin_text
+
+    write_out(builtin_text())
+
+
+@main.command()
+@click.argument("design")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
+def check(design: str, as_json: bool) -> None:
+    """Say how well a design closes: offset, shaft angle, backlash.
+
+    Warns of lines of action that do not meet, interference, undercut and pointed teeth. Exit
+    status 0 with or without warnings.
+    """
+    given = load_design(design)
+    from .closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
+    from .report import closing_json, closing_table
+
+    closing = closing_of(given)
+    ideal: ClosedLayout | str
+    try:
+        ideal = zero_backlash_layout(given)
+    except ValueError as error:
+        ideal = str(error)
+    shown = closing_json if as_json else closing_table
+    write_out(shown(click.format_filename(design), given, closing, ideal, remarks_on(given, closing)))

@@ -1,0 +1,87 @@
+"""What the commands share: reading designs, refusing bad input, writing to standard output.
+
+A command imports the rest of the package inside its function: `--help` must not wait for it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from typing import IO, TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from .inputs import Design
+
+BUILTIN_DESIGN = "ni-2017"
+
+OVERRIDES = (
+    ("offset_error", "MM", "Error of the offset."),
+    ("shaft_angle_error_deg", "DEG", "Error of the shaft angle, added to its magnitude."),
+    ("pinion_axial_error", "MM", "Axial error of the pinion, positive towards its heel."),
+    ("gear_axial_error", "MM", "Axial error of the gear, positive towards its heel."),
+    ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
+    ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
+)
+"""Arguments of `design_file.override` that have an option, its metavar and help."""
+
+
+class Refusal(click.ClickException):
+    """Bad input: one line for every fault on standard error, exit status 2."""
+
+    exit_code = 2
+
+    def __init__(self, faults: Iterable[str]) -> None:
+        """Take the lines to be shown."""
+        self.faults = tuple(faults)
+        super().__init__("\n".join(self.faults))
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        """Write the lines."""
+        for fault in self.faults:
+            click.echo(f"Error: {fault}", file=file, err=True)
+
+
+def option_name(argument: str) -> str:
+    """The option for an argument of `design_file.override`; its unit stands in the metavar."""
+    return "--" + argument.removesuffix("_deg").replace("_", "-")
+
+
+def load_design(source: str) -> Design:
+    """The design in the file `source`, or the built-in one by its name. Raises Refusal."""
+    from .design_file import DesignError, read_design
+
+    try:
+        return read_design(source)
+    except DesignError as error:
+        name = click.format_filename(error.source)
+        raise Refusal(f"{name}: {fault}" for fault in error.faults) from None
+
+
+def changed_design(design: Design, changes: dict[str, float | None]) -> Design:
+    """The design with the values of options, by the names of OVERRIDES. Raises Refusal, which
+    speaks of the options."""
+    from .design_file import DesignError, override
+
+    try:
+        return override(design, **changes)
+    except DesignError as error:
+        words = [fault.partition(" ") for fault in error.faults]
+        raise Refusal(
+            f"{option_name(first) if first in changes else first} {rest}" for first, _, rest in words
+        ) from None
+
+
+def write_out(text: str) -> None:
+    """Write to standard output. A reader that leaves early (`| head`) ends the command quietly;
+    raises Refusal where the text cannot be written, as on a full disk."""
+    try:
+        click.echo(text, nl=False)
+    except BrokenPipeError:
+        raise  # click's business
+    except OSError as error:
+        # The rest still in the buffer would fail once more when the interpreter ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise Refusal([f"cannot write to standard output: {error.strerror}"]) from None

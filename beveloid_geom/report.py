@@ -1,0 +1,333 @@
+"""Results as text: tables to read, JSON and CSV to go on with.
+
+JSON and CSV hold mm and rad, tables degrees and arc seconds. JSON is strict: null stands for
+what is not known, NaN inside. CSV leaves the cell empty.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from .closing import OFFSET_TOLERANCE, ClosedLayout, Closing, Remark, closing_offset
+from .contact import Limit
+from .flank import highest_parameter, root_parameter
+from .inputs import Design, Errors, flank_sign
+from .mounting import Mounting, mounting_of
+from .path import ContactPath, path_of_contact
+from .solve import Status
+
+UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
+"""Units of the fields of a path where they are not mm."""
+AHEAD = 0.1
+"""Arc seconds of transmission error below which ends of a path do not count as ahead."""
+PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in ("flank", "ends"))
+
+COLUMNS = (
+    ("pinion_roll", "pinion roll", "deg", 12, 6),
+    ("gear_roll", "gear roll", "deg", 12, 6),
+    ("pinion_z", "pinion z", "mm", 10, 4),
+    ("pinion_r", "pinion r", "mm", 10, 4),
+    ("gear_z", "gear z", "mm", 10, 4),
+    ("gear_r", "gear r", "mm", 10, 4),
+    ("l1", "l1", "mm", 10, 4),
+    ("l2", "l2", "mm", 10, 4),
+    ("transmission_error", "tr. error", "arcsec", 11, 4),
+)
+"""Columns of the table: field, heading, unit, width, digits after the point."""
+TABLE_SCALES = {"deg": math.degrees(1.0), "arcsec": math.degrees(3600.0), "mm": 1.0}
+
+
+@dataclass(frozen=True, eq=False)
+class ContactReport:
+    """A path of contact with all that it is to be read with.
+
+    `reason` says why there is no contact on the flanks, None if there is; `notes` say what a
+    contact ratio or a path does not."""
+
+    name: str
+    design: Design
+    method: str
+    path: ContactPath
+    mounting: Mounting
+    reason: str | None
+    notes: tuple[str, ...]
+
+    @property
+    def contact_ratio(self) -> float:
+        """Contact ratio: 0 without contact on the flanks, NaN where the path could not be followed."""
+        if self.path.ends.status in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL):
+            return 0.0
+        return float(self.path.ends.contact_ratio)
+
+
+def contact_report(name: str, design: Design, flank: str, points: int, method: str) -> ContactReport:
+    """Path of contact of a single design by `method`, 'one-equation' or 'five-equation'."""
+    if method == "five-equation":
+        from .five_equations import path_of_contact_five_equations
+
+        path = path_of_contact_five_equations(design, flank, points)
+    else:
+        path = path_of_contact(design, flank, points)
+    reason = _reason(design, path)
+    notes = () if reason else _notes(design, path)
+    return ContactReport(name, design, method, path, mounting_of(design), reason, notes)
+
+
+def _reason(design: Design, path: ContactPath) -> str | None:
+    """Why a path has no point on the flanks."""
+    status = Status(int(path.ends.status))
+    if status == Status.SOLVED:
+        return None
+    if status == Status.NO_COMMON_NORMAL or bool(np.isnan(mounting_of(design).gap)):
+        return f"the {path.flank} flanks have no common normal in this layout: is the shaft angle right?"
+    if status != Status.OFF_FLANK:
+        return f"the path of contact on the {path.flank} flanks could not be followed: {status_name(status)}"
+    text = f"the path of contact does not meet the {path.flank} flanks"
+    middle = 0.5 * (root_parameter(design.pinion) + highest_parameter(design.pinion))
+    beyond = path_of_contact(design, path.flank, l1=[float(middle)])
+    where = [
+        f"{axial[0]:+.4g} mm on the {member} (half face width {0.5 * float(teeth.face_width):g} mm)"
+        for member, axial, teeth in (
+            ("pinion", beyond.pinion_z, design.pinion),
+            ("gear", beyond.gear_z, design.gear),
+        )
+        if math.isfinite(axial[0])
+    ]
+    return f"{text}: at mid-depth of the pinion it runs at z = {' and '.join(where)}" if where else text
+
+
+def _notes(design: Design, path: ContactPath) -> tuple[str, ...]:
+    notes = []
+    difference = closing_offset(design) - float(design.pair.offset)
+    if abs(difference) > OFFSET_TOLERANCE:
+        closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
+        notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
+    if path.ends.pieces > 1:
+        pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
+        notes.append(f"{pieces}: this is the longest, and the contact ratio is its own")
+    missing = int(np.count_nonzero(path.status != Status.SOLVED))
+    if missing:
+        notes.append(f"{missing} of {path.status.size} positions are not solved")
+        return tuple(notes)
+    return (*notes, *_drive_notes(path))
+
+
+def _drive_notes(path: ContactPath) -> Iterator[str]:
+    """Where a path of tangency is not the contact under drive. Driven by its right flank the
+    pinion rolls up and the gear down: the gear stands ahead where its roll is less."""
+    sigma = flank_sign(path.flank)
+    if np.any(sigma * np.diff(path.pinion_roll) < 0.0):
+        text = "the pinion's roll runs against the drive along this path"
+        yield f"{text}: it is passed the other way round, or the flanks cut into each other beside it"
+    lead = -sigma * path.transmission_error
+    ahead = math.degrees(min(lead[0], lead[-1]) - lead.min()) * 3600.0
+    if ahead > AHEAD:
+        text = f"both ends of the path run ahead of its middle, by {ahead:.3g} arcsec"
+        yield f"{text}: edges of neighbouring teeth touch before, the contact ratio is not an operating one"
+
+
+def status_name(status: int) -> str:
+    """Name of a status in files: lower case with underscores."""
+    return Status(int(status)).name.lower()
+
+
+def json_text(data: Any) -> str:
+    """One line of strict JSON, null for every number that is not finite."""
+
+    def strict(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: strict(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [strict(item) for item in value]
+        if isinstance(value, np.ndarray | np.generic):
+            return strict(value.tolist())
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(strict(data), allow_nan=False) + "\n"
+
+
+def _layout_data(design: Design, mounting: Mounting) -> dict[str, Any]:
+    """The entries that say in what layout a result was found."""
+    return {
+        "layout": {
+            "offset": design.pair.offset,
+            "shaft_angle": design.pair.shaft_angle,
+            "errors": dict(vars(design.errors)),
+        },
+        "mounting": {
+            "dw1": mounting.distance[0],
+            "dw2": mounting.distance[1],
+            "rw1": mounting.working_radius[0],
+            "rw2": mounting.working_radius[1],
+            "pitch_point": mounting.pitch_point,
+        },
+        "normal_backlash": mounting.normal_backlash,
+    }
+
+
+def _end_data(limit: Limit | None) -> dict[str, str] | None:
+    return None if limit is None else {"member": limit.member, "limit": limit.limit}
+
+
+def contact_json(report: ContactReport) -> str:
+    """Strict JSON of a path of contact, mm and rad."""
+    path = report.path
+    data: dict[str, Any] = {
+        "design": report.name,
+        "flank": path.flank,
+        "method": report.method,
+        "contact_ratio": report.contact_ratio,
+        **_layout_data(report.design, report.mounting),
+        "parabola": {"pinion": report.design.pinion.tool.parabola, "gear": report.design.gear.tool.parabola},
+        "ends": {"enter": _end_data(path.ends.enter), "leave": _end_data(path.ends.leave)},
+        "path": {name: getattr(path, name) for name in PATH_FIELDS},
+        "notes": report.notes,
+    }
+    data["path"]["status"] = [status_name(code) for code in path.status]
+    if report.reason:
+        data["reason"] = report.reason
+    return json_text(data)
+
+
+def contact_csv(report: ContactReport) -> str:
+    """CSV of the positions, one a row, mm and rad, units in the header."""
+    header: list[str] = []
+    columns: list[list[float] | list[str]] = []
+    for name in PATH_FIELDS:
+        values, unit = getattr(report.path, name), UNITS.get(name, "mm")
+        suffix = f"_{unit}" if unit else ""
+        if name == "status":
+            header.append(name)
+            columns.append([status_name(code) for code in values])
+        elif values.ndim > 1:
+            header += [f"{name}_{axis}{suffix}" for axis in "xyz"]
+            columns += values.T.tolist()
+        else:
+            header.append(f"{name}{suffix}")
+            columns.append(values.tolist())
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    for row in zip(*columns, strict=True):
+        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
+    return text.getvalue()
+
+
+def _line(label: str, text: str) -> str:
+    indent = " " * 21
+    return textwrap.fill(f"{label:<19}{text}", 100, initial_indent="  ", subsequent_indent=indent) + "\n"
+
+
+def _stand_words(mounting: Mounting) -> str:
+    if np.isnan(mounting.distance).any():
+        return "no mounting distances: the flanks have no common normal"
+    return "dw1 = {:.6f} mm, dw2 = {:.6f} mm".format(*mounting.distance)
+
+
+def _axes_words(offset: float, shaft_angle: float) -> str:
+    return f"E = {offset:.9g} mm, shaft angle = {math.degrees(shaft_angle):.9g} deg"
+
+
+def _layout_line(design: Design, mounting: Mounting) -> str:
+    axes = _axes_words(float(design.pair.offset), float(design.pair.shaft_angle))
+    return _line("layout", f"{axes}, {_stand_words(mounting)}")
+
+
+def _error_line(errors: Errors) -> str:
+    found = (
+        ("offset", float(errors.offset), "mm"),
+        ("shaft angle", math.degrees(float(errors.shaft_angle)), "deg"),
+        ("pinion axial", float(errors.pinion_axial), "mm"),
+        ("gear axial", float(errors.gear_axial), "mm"),
+    )
+    text = ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
+    return _line("errors", text) if text else ""
+
+
+def _end_words(ends: tuple[Limit | None, Limit | None]) -> str:
+    words = (f"the {end.member}'s {end.limit}" if end is not None else "an unknown limit" for end in ends)
+    return "enters at {}, leaves at {}".format(*words)
+
+
+def _position_lines(path: ContactPath) -> str:
+    lines = ["".join(f"{column[part]:>{column[3]}}" for column in COLUMNS) for part in (1, 2)]
+    scaled = [getattr(path, column[0]) * TABLE_SCALES[column[2]] for column in COLUMNS]
+    for row, values in enumerate(zip(*scaled, strict=True)):
+        if path.status[row] == Status.SOLVED:
+            shown = (f"{value:z{c[3]}.{c[4]}f}" for value, c in zip(values, COLUMNS, strict=True))
+            lines.append("".join(shown))
+        else:
+            lines.append(f"{status_name(path.status[row]):>{COLUMNS[0][3] + COLUMNS[1][3]}}")
+    return "\n".join(lines) + "\n"
+
+
+def contact_table(report: ContactReport) -> str:
+    """Readable table of a path of contact, at most 100 characters wide, in mm and deg."""
+    path, mounting = report.path, report.mounting
+    text = f"Path of contact of {report.name}, {path.flank} flanks, {report.method} method\n"
+    text += _layout_line(report.design, mounting) + _error_line(report.design.errors)
+    parabolas = [float(member.tool.parabola) for member in report.design.members]
+    if any(parabolas):
+        text += _line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas))
+    text += _line("contact ratio", f"{report.contact_ratio:.6f}")
+    if not report.reason:
+        text += _line("path", _end_words((path.ends.enter, path.ends.leave)))
+    backlash = float(mounting.normal_backlash)
+    if not math.isnan(backlash):
+        text += _line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+    text += "".join(_line("note", note) for note in report.notes)
+    return text if report.reason else f"{text}\n{_position_lines(path)}"
+
+
+def closing_json(
+    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
+) -> str:
+    """Strict JSON of how well a design closes, mm and rad; `ideal` is the layout without backlash
+    or the reason why there is none."""
+    return json_text(
+        {
+            "design": name,
+            **_layout_data(design, mounting_of(design)),
+            "closing": dict(vars(closing)),
+            "zero_backlash": None if isinstance(ideal, str) else dict(vars(ideal)),
+            "warnings": [remark.text for remark in remarks if remark.level == "warning"],
+            "notes": [remark.text for remark in remarks if remark.level != "warning"],
+        }
+    )
+
+
+def closing_table(
+    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
+) -> str:
+    """Readable account of how well a design closes."""
+    mounting = mounting_of(design)
+    text = f"How well {name} closes (unmodified flanks, without errors)\n"
+    text += _layout_line(design, mounting)
+    if not math.isnan(closing.gap):
+        text += _line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
+        text += _line("lines of action", f"pass {closing.gap:.4f} mm apart")
+        text += _line("normal backlash", f"{closing.normal_backlash:.4f} mm")
+    if not math.isnan(closing.offset):
+        at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
+        text += _line("closes at", at)
+    if not math.isnan(closing.shaft_angle):
+        angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
+        text += _line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
+    text += _line("zero backlash", ideal if isinstance(ideal, str) else _ideal_words(ideal))
+    text += "".join(_line(remark.level, remark.text) for remark in remarks)
+    return text if remarks else text + "No warnings.\n"
+
+
+def _ideal_words(ideal: ClosedLayout) -> str:
+    axes = f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(float(ideal.shaft_angle)):.4f} deg"
+    stands = "dw1 = {:.3f} mm, dw2 = {:.3f} mm".format(*ideal.mounting)
+    return f"{axes}, {stands}"

@@ -1,0 +1,90 @@
+"""Speed of the contact solve, as ratios in one run on the same work.
+
+    python -m pytest tests/benchmarks -m benchmark -s
+
+The references are the paper's five equations through `scipy.optimize.fsolve`, xtol 1e-14, each
+position started from the one before: `math` is written in scalar floats with every constant
+hoisted, one square root, one sine and cosine per member and evaluation (about 20 evaluations
+a position); `numpy` with 3-vectors and 4 x 4 matrices, constants hoisted too. The one
+equation gives the full result (every field of `ContactPath`), mounting known.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+
+from beveloid_geom.inputs import Errors
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import path_of_contact
+from tests.oracle.five_equations_math import solve_math
+from tests.oracle.five_equations_numpy import solve_numpy
+from tests.oracle.table1 import table1
+
+pytestmark = pytest.mark.benchmark
+
+
+def best(work: Callable[[], object], repeat: int) -> float:
+    """Least wall time of some runs, s."""
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
+def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola)
+    rows = []
+    for points, repeat in ((101, 50), (1_000, 50), (100_000, 7)):
+        seconds = best(partial(path_of_contact, design, flank, points), repeat)
+        rows.append((f"one equation, path of {points:,}", seconds, points))
+    l1 = np.linspace(-5.0, 5.0, 100_000)
+    rows.append(
+        ("one equation, 100,000 given l1", best(lambda: path_of_contact(design, flank, l1=l1), 7), l1.size)
+    )
+    cases = table1(parabola, Errors(offset=np.linspace(-0.3, 0.3, 5_000)))
+    rows.append(
+        (
+            "one equation, 5,000 misalignments x 1",
+            best(lambda: path_of_contact(cases, flank, l1=[0.0]), 2),
+            5_000,
+        )
+    )
+    path = path_of_contact(design, flank, 1_001)
+    guess = tuple(float(x[0]) for x in (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll))
+    mounting = (float(mounting_of(design).distance[0]), float(mounting_of(design).distance[1]))
+    roll = path.pinion_roll
+    rows.append(
+        (
+            "five equations, scalar math",
+            best(lambda: solve_math(design, flank, roll, guess, mounting), 5),
+            1_001,
+        )
+    )
+    few = roll[:201]
+    rows.append(
+        (
+            "five equations, NumPy vectors",
+            best(lambda: solve_numpy(design, flank, few, guess, mounting), 2),
+            201,
+        )
+    )
+    cost = {name: seconds / n for name, seconds, n in rows}
+    print(f"\n{flank} flank, a = {parabola}")
+    for name, seconds, n in rows:
+        print(f"  {name:40s} {1e6 * seconds / n:10.4f} us a position {1e3 * seconds:9.3f} ms in all")
+    full = cost["one equation, path of 100,000"]
+    ratios = (cost["five equations, scalar math"] / full, cost["five equations, NumPy vectors"] / full)
+    print(f"  faster by {ratios[0]:.0f} (scalar math) and {ratios[1]:.0f} (NumPy vectors)")
+    exact = solve_math(design, flank, roll, guess, mounting)
+    assert np.abs(exact.point - path.point).max() < 1e-10
+    assert ratios[0] > 500.0
+    assert ratios[1] > 3000.0

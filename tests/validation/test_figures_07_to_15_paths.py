@@ -1,0 +1,87 @@
+"""Every pair of the paper's Figs. 7-15 against the five equations at 50 digits and more."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom.inputs import Errors
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import path_of_contact
+from tests.oracle.five_equations_mp import mounting_mp, solve_mp
+from tests.oracle.table1 import table1
+
+BOUND = 1e-10  # mm, and rad
+SMALL, LARGE = (0.0, 0.00005, 0.0001, 0.00015, 0.0002), (0.0, 0.0005, 0.001, 0.0015, 0.002)
+MODIFIED = (0.001, -0.001)
+SHAFT_ANGLE_ERROR = float(np.radians(0.015))
+
+FIGURES_7_TO_10 = [
+    (figure, (sign1 * a, sign2 * a))
+    for figure, sign1, sign2, range_ in (
+        (7, 1, 1, SMALL),
+        (8, -1, -1, SMALL),
+        (9, 1, -1, LARGE),
+        (10, -1, 1, LARGE),
+    )
+    for a in range_
+]
+FIGURES_12_TO_15 = [
+    (figure, parabola, Errors(**{field: sign * size}))
+    for figure, field, size in (
+        (12, "offset", 0.5),
+        (13, "shaft_angle", SHAFT_ANGLE_ERROR),
+        (14, "pinion_axial", 0.5),
+        (15, "gear_axial", 0.5),
+    )
+    for parabola in ((0.0, 0.0), MODIFIED)
+    for sign in (-1.0, 1.0)
+]
+
+
+@lru_cache(maxsize=1)
+def exact_mounting() -> tuple[Any, Any]:
+    mounting = mounting_mp(table1())
+    return mounting.dw1, mounting.dw2
+
+
+def compare(parabola: tuple[float, float], errors: Errors, flank: str) -> None:
+    """Three positions of the path, ends included, solved anew at 60 digits at the same l1."""
+    design = table1(parabola, errors)
+    path = path_of_contact(design, flank, 3)
+    for k in range(path.l1.size):
+        numbers = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
+        guess = tuple(float(x[k]) for x in numbers)
+        exact = solve_mp(design, flank, guess, ("l1", guess[0]), exact_mounting())
+        for name, ours in zip(("u1", "l2", "u2", "phi1", "phi2"), guess[1:], strict=True):
+            assert abs(ours - getattr(exact, name)) < BOUND, name
+        assert max(abs(float(e - x)) for e, x in zip(exact.point, path.point[k], strict=True)) < BOUND
+        assert max(abs(float(e - x)) for e, x in zip(exact.normal, path.normal[k], strict=True)) < BOUND
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize(("figure", "parabola"), FIGURES_7_TO_10)
+def test_figures_7_to_10(figure: int, parabola: tuple[float, float], flank: str) -> None:
+    compare(parabola, Errors(), flank)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize(("figure", "parabola", "errors"), FIGURES_12_TO_15)
+def test_figures_12_to_15(figure: int, parabola: tuple[float, float], errors: Errors, flank: str) -> None:
+    compare(parabola, errors, flank)
+
+
+def test_every_path_of_the_figures_is_on_the_flanks() -> None:
+    """No panel of the right flank is empty; the paths are what the figures draw."""
+    for _, parabola in FIGURES_7_TO_10:
+        assert path_of_contact(table1(parabola), points=3).l1.size == 3
+    for _, parabola, errors in FIGURES_12_TO_15:
+        assert path_of_contact(table1(parabola, errors), points=3).l1.size == 3
+
+
+def test_mounting_is_exact() -> None:
+    ours = mounting_of(table1()).distance
+    assert max(abs(float(e) - x) for e, x in zip(exact_mounting(), ours, strict=True)) < BOUND

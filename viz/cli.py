@@ -1,0 +1,180 @@
+"""`render-figures`: all figures of the paper, and the numbers behind each, from one command."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .figures import FIGURES, Figure
+
+if TYPE_CHECKING:
+    from beveloid_geom.inputs import Design
+
+    from .recipe import Table
+
+DEFAULT_OUT = Path("outputs/figures")
+SMALLEST, LARGEST = 200, 8000
+
+
+class Trouble(click.ClickException):
+    """An error in what the user asked for: one line, exit status 2."""
+
+    exit_code = 2
+
+
+class NoOpenGL(click.ClickException):
+    """Nothing can be drawn on this machine: one line, exit status 3."""
+
+    exit_code = 3
+
+
+class PageSize(click.ParamType[tuple[int, int]]):
+    """A page size in pixels, such as 1600x1200."""
+
+    name = "WxH"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        """Width and height."""
+        match = re.fullmatch(r"(\d+)[xX](\d+)", str(value))
+        if not match:
+            self.fail(f"{value!r} is not a size: write it as 1600x1200", param, ctx)
+        width, height = int(match[1]), int(match[2])
+        if not all(SMALLEST <= side <= LARGEST for side in (width, height)):
+            self.fail(f"{value!r} is out of range: sides are {SMALLEST} to {LARGEST} pixels", param, ctx)
+        return width, height
+
+
+def chosen_figures(names: Sequence[str]) -> list[Figure]:
+    """The figures named, in the paper's order; all of them without names."""
+    known = [figure.name for figure in FIGURES]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise Trouble(f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}")
+    return [figure for figure in FIGURES if not names or figure.name in names]
+
+
+def prepare_folder(path: Path) -> None:
+    """Make the output folder and see that it can be written to."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise Trouble(f"cannot write to {path} ({error.strerror}): choose a folder with --out") from None
+
+
+def load_design(source: str) -> Design:
+    """The design named on the command line."""
+    from beveloid_geom.design_file import DesignError, read_design
+
+    try:
+        return read_design(source)
+    except DesignError as error:
+        raise Trouble(str(error)) from None
+
+
+def write_table(table: Table, path: Path) -> None:
+    """Write the numbers behind a figure; the file appears whole or not at all."""
+    header, rows = table
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(header)
+            writer.writerows(rows)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def make_figure(figure: Figure, design: Design, size: tuple[int, int], folder: Path) -> int:
+    """Compute, draw and write one figure; the number of its triangles."""
+    from . import theme
+
+    recipe = figure.recipe()
+    data = recipe.compute(design)
+    with theme.style():
+        drawing = recipe.draw(data, size)
+        theme.save_page(drawing.page, folder / f"{figure.name}.png")
+    write_table(recipe.rows(data), folder / f"{figure.name}.csv")
+    return drawing.triangles
+
+
+def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
+        for figure in FIGURES:
+            click.echo(f"{figure.name}  {figure.title}")
+        context.exit()
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list,
+    help="List the figures, and stop.",
+)
+@click.option("--only", "names", metavar="NAME", multiple=True, help="Draw only this figure; repeatable.")
+@click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    default=DEFAULT_OUT,
+    show_default=True,
+    help="Folder for PNG and CSV files.",
+)
+@click.option("--size", type=PageSize(), default="1600x1200", show_default=True, help="Size in pixels.")
+@click.option(
+    "--design",
+    "source",
+    metavar="FILE",
+    default="ni-2017",
+    show_default=True,
+    help="Design file (TOML), or name.",
+)
+def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
+    """Draw the figures of Ni et al. 2017 as PNG, each with the numbers behind it as CSV."""
+    figures = chosen_figures(names)
+    design = load_design(source)
+    prepare_folder(folder)
+
+    from tqdm import tqdm
+
+    from .opengl import MissingOpenGLError, require_opengl
+
+    try:
+        require_opengl()
+    except MissingOpenGLError as error:
+        raise NoOpenGL(str(error)) from None
+    summary, begin = [], time.perf_counter()
+    bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
+    for figure in bar:
+        bar.set_postfix_str(figure.name)
+        start = time.perf_counter()
+        try:
+            triangles = make_figure(figure, design, size, folder)
+        except OSError as error:
+            raise Trouble(f"cannot write {figure.name} to {folder} ({error.strerror})") from None
+        summary.append((figure, triangles, time.perf_counter() - start))
+    for figure, triangles, seconds in summary:
+        click.echo(f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}")
+    click.echo(
+        f"{len(summary)} figures (PNG) and their numbers (CSV) are in {folder.resolve()},"
+        f" drawn in {time.perf_counter() - begin:.1f} s"
+    )

@@ -1,0 +1,47 @@
+"""The figures of Ni et al. 2017: their names, titles, and where each is drawn.
+
+Every module `fig_*` has a dictionary `RECIPES` with a `Recipe` for each figure it draws. They
+are imported when asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..recipe import Recipe
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Name, as in `render-figures --only fig-07`, title, and module of a figure."""
+
+    name: str
+    title: str
+    module: str
+
+    def recipe(self) -> Recipe[Any]:
+        """How it is computed and drawn."""
+        recipes: dict[str, Recipe[Any]] = import_module(f".{self.module}", __name__).RECIPES
+        return recipes[self.name]
+
+
+FIGURES = (
+    Figure("fig-01", "The crossed beveloid gear pair", "fig_pair"),
+    Figure("fig-02", "Normal section of the rack cutter", "fig_rack"),
+    Figure("fig-03", "Frames of the generation", "fig_generation"),
+    Figure("fig-04", "Meshing model of the pair", "fig_meshing"),
+    Figure("fig-05", "Assembly errors", "fig_errors"),
+    Figure("fig-06", "Effect of the parabola coefficient's sign on the flank", "fig_modification"),
+    Figure("fig-07", "Paths of contact, both coefficients positive", "fig_paths"),
+    Figure("fig-08", "Paths of contact, both coefficients negative", "fig_paths"),
+    Figure("fig-09", "Paths of contact, pinion positive and gear negative", "fig_paths"),
+    Figure("fig-10", "Paths of contact, pinion negative and gear positive", "fig_paths"),
+    Figure("fig-11", "Contact ratio against the coefficient", "fig_contact_ratio"),
+    Figure("fig-12", "Paths of contact under offset error", "fig_misalignment"),
+    Figure("fig-13", "Paths of contact under shaft-angle error", "fig_misalignment"),
+    Figure("fig-14", "Paths of contact under axial error of the pinion", "fig_misalignment"),
+    Figure("fig-15", "Paths of contact under axial error of the gear", "fig_misalignment"),
+)

@@ -1,0 +1,125 @@
+"""Fig. 11: contact ratio against the parabola coefficient, for the four combinations of signs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.contact import Limit
+from beveloid_geom.inputs import Design, FloatArray
+from beveloid_geom.path import PathEnds, path_ends
+
+from .. import theme
+from ..recipe import Drawing, Recipe, Table
+from ..theme import Page, Size
+from .fig_paths import CASES, SignCase, coefficient_text
+
+POINTS = 161
+FLANKS = ("right", "left")
+LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
+NOTE = (
+    "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over a pitch"
+    " (360\u00b0 over the pinion's teeth); a kink stands where another limit begins to end the path. The ratio speaks of the geometry of one tooth"
+    " pair. With both coefficients positive (a) the edge of the next tooth touches first, and it is no operating ratio."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RatioFigure:
+    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank."""
+
+    size: FloatArray
+    ends: dict[str, tuple[PathEnds, ...]]
+
+
+def compute(design: Design) -> RatioFigure:
+    """Ends of all paths, one call for each flank and sign case."""
+    size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
+    ends = {
+        flank: tuple(
+            path_ends(design.with_parabola(case.pinion * a, case.gear * a), flank)
+            for case, a in zip(CASES, size, strict=True)
+        )
+        for flank in FLANKS
+    }
+    return RatioFigure(size, ends)
+
+
+def draw(data: RatioFigure, size: Size) -> Drawing:
+    """Four panels, as in the paper."""
+    page = theme.new_page(
+        size,
+        "Fig. 11   Contact ratio against the parabola coefficient",
+        "Coefficients $a_1$ of the pinion, $a_2$ of the gear, in mm$^{\u22121}$; all panels have the same scale of contact ratio",
+    )
+    low = theme.caption(page, NOTE) + theme.inches(page, 0.55)
+    high, gap = theme.top(page) - theme.inches(page, 0.55), theme.inches(page, 1.35)
+    height, width = (high - low - gap) / 2.0, 0.42
+    values = np.concatenate([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])
+    values = values[np.isfinite(values)]
+    limits = _limits(values)
+    for index, case in enumerate(CASES):
+        row, column = divmod(index, 2)
+        axes = page.add_axes((0.065 + 0.5 * column, high - height - row * (height + gap), width, height))
+        _panel(axes, data, index, case)
+        axes.set_ylim(*limits)
+    return Drawing(page, {})
+
+
+def _limits(values: FloatArray) -> tuple[float, float]:
+    if not values.size:
+        return 0.0, 1.0
+    margin = 0.06 * max(float(np.ptp(values)), 0.1)
+    return float(values.min()) - margin, float(values.max()) + margin
+
+
+def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
+    a = case.pinion * data.size[index]
+    for flank in reversed(FLANKS):
+        colour, width, style = LOOKS[flank]
+        ratio = data.ends[flank][index].contact_ratio
+        axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flank")
+        if not np.isfinite(ratio).any():
+            axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
+    axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
+    axes.set_ylabel("contact ratio")
+    other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
+    axes.set_xlabel(f"$a_1$ = {other}  (mm$^{{\u22121}}$)")
+    axes.set_xlim(min(a[0], a[-1]), max(a[0], a[-1]))
+    if case.pinion < 0.0:
+        axes.invert_xaxis()
+    ticks = case.pinion * np.linspace(0.0, case.greatest, 5) + 0.0
+    axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
+    axes.grid(True)
+    axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
+    axes.legend(loc="best", reverse=True)
+
+
+def _name(case: SignCase) -> str:
+    def word(sign: float) -> str:
+        return "positive" if sign > 0.0 else "negative"
+
+    if case.pinion == case.gear:
+        return f"both coefficients {word(case.pinion)}"
+    return f"pinion {word(case.pinion)}, gear {word(case.gear)}"
+
+
+def rows(data: RatioFigure) -> Table:
+    """Contact ratio and limits of the path at every coefficient."""
+    header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
+
+    def body() -> Iterator[list[object]]:
+        for index, case in enumerate(CASES):
+            for flank in FLANKS:
+                ends = data.ends[flank][index]
+                for a, ratio, codes in zip(data.size[index].tolist(), ends.contact_ratio.tolist(), ends.limit, strict=True):
+                    names = [Limit(int(code)).name.replace("_", " ").lower() if code >= 0 else "" for code in codes]
+                    yield [case.pinion * a + 0.0, case.gear * a + 0.0, flank, ratio, *names]
+
+    return header, body()
+
+
+RECIPES = {"fig-11": Recipe(compute, draw, rows)}

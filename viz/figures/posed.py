@@ -1,0 +1,144 @@
+"""The pair as it stands in mesh, and its members as surfaces to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+
+from beveloid_geom.assembly import layout_of, member_frame, normals_to_fixed, to_fixed
+from beveloid_geom.flank import tip_radius
+from beveloid_geom.inputs import Design, Errors, FloatArray, Member
+from beveloid_geom.mounting import Mounting, mounting_of
+from beveloid_geom.path import path_of_contact
+from beveloid_geom.tooth import Mesh, gear_mesh
+
+from ..scene import Surface
+
+Frame: TypeAlias = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and origin (3,), mm, that carry a member's own frame to S_f."""
+NAMES = ("pinion", "gear")
+SHAFT_SHARE = 0.22
+"""Radius of a shaft as a share of the least tip radius."""
+
+
+@dataclass(frozen=True, eq=False)
+class PosedPair:
+    """A design with the `frames` of its members, their `roll` (2,) (rad) and `position` (2,) along
+    the axes (mm), and the `contact` point (3,) in S_f, NaN where no flanks touch."""
+
+    design: Design
+    mounting: Mounting
+    roll: FloatArray
+    position: FloatArray
+    contact: FloatArray
+    frames: tuple[Frame, Frame]
+
+    @property
+    def axis(self) -> FloatArray:
+        """Unit vectors (2, 3) of the axes in S_f, towards the heels."""
+        return np.stack([rotation[:, 2] for rotation, _ in self.frames])
+
+    @property
+    def foot(self) -> FloatArray:
+        """Points (2, 3) of the axes on the common perpendicular, mm."""
+        return np.stack([origin for _, origin in self.frames]) - self.position[:, None] * self.axis
+
+    @property
+    def hand(self) -> float:
+        """+1, or -1 where everything is mirrored in y: a pair with a left-hand pinion."""
+        return 1.0 if self.axis[1, 1] >= 0.0 else -1.0
+
+
+def pose(design: Design, flank: str = "right") -> PosedPair:
+    """The pair with its flanks touching in the middle of the path of contact. Where they share
+    none, the rolls are those of the unmodified pair without errors, or zero."""
+    mounting = mounting_of(design)
+    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
+    distance = np.where(np.isfinite(mounting.distance), mounting.distance, 0.0)
+    roll, contact = _middle(design, flank)
+    if not np.isfinite(roll).all():
+        roll, _ = _middle(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank)
+    roll = np.where(np.isfinite(roll), roll, 0.0)
+    layout, position = layout_of(design), distance + axial
+    first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
+    return PosedPair(design, mounting, roll, position, contact, (first, second))
+
+
+def _middle(design: Design, flank: str) -> tuple[FloatArray, FloatArray]:
+    path = path_of_contact(design, flank, points=3)
+    if not len(path.pinion_roll):
+        return np.full(2, np.nan), np.full(3, np.nan)
+    return np.array([path.pinion_roll[1], path.gear_roll[1]]), path.point[1]
+
+
+def rings(member: Member, count: int = 49) -> FloatArray:
+    """Points (2, count, 3) of the tip circles at toe and heel, own frame, mm."""
+    half = 0.5 * float(member.face_width)
+    return np.stack([circle(float(tip_radius(member, z)), z, count) for z in (-half, half)])
+
+
+def circle(radius: float, z: float, count: int = 97) -> FloatArray:
+    """Points (count, 3) of a circle about z, closed."""
+    turn = np.linspace(0.0, 2.0 * np.pi, count)
+    return np.stack((radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, z)), axis=-1)
+
+
+def shaft_radius(member: Member) -> float:
+    """Radius (mm) of the shaft drawn for a member."""
+    half = 0.5 * float(member.face_width)
+    return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
+
+
+def teeth_of(
+    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+) -> tuple[Mesh | None, str]:
+    """The gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
+    try:
+        return gear_mesh(member, tolerance, teeth, bore_radius), ""
+    except ValueError as error:
+        return None, str(error)
+
+
+def surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surface:
+    """A mesh of the own frame as a surface in S_f."""
+    points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
+    return Surface(points, mesh.faces, normals, colour, opacity)
+
+
+def lathe(
+    profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
+) -> list[Surface]:
+    """Surfaces of revolution about the own z axis, one for each piece of a profile (n, 2) of
+    radius and z, mm; the metal is on the left of it."""
+    turn = np.linspace(0.0, 2.0 * np.pi, count)
+    index = np.arange(2 * count).reshape(2, count)
+    faces = np.stack((index[0, :-1], index[0, 1:], index[1, 1:], index[1, :-1]), axis=-1)
+    pieces = []
+    for (r0, z0), (r1, z1) in pairwise(profile):
+        points = np.stack((circle(r0, z0, count), circle(r1, z1, count)))
+        size = np.hypot(r1 - r0, z1 - z0)
+        radial, axial = (z1 - z0) / size, (r0 - r1) / size
+        normals = np.stack((radial * np.cos(turn), radial * np.sin(turn), np.full(count, axial)), axis=-1)
+        placed = to_fixed(frame, points).reshape(-1, 3)
+        placed_normals = normals_to_fixed(frame, np.stack((normals, normals))).reshape(-1, 3)
+        pieces.append(Surface(placed, faces, placed_normals, colour, opacity))
+    return pieces
+
+
+def blank(
+    member: Member, frame: Frame, colour: str, bore_radius: float, opacity: float = 1.0
+) -> list[Surface]:
+    """A member as it is before its teeth are cut."""
+    half = 0.5 * float(member.face_width)
+    toe, heel = (float(tip_radius(member, z)) for z in (-half, half))
+    profile = np.array([[bore_radius, -half], [toe, -half], [heel, half], [bore_radius, half]])
+    return lathe(profile, frame, colour, opacity)
+
+
+def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
+    """A round shaft along the own axis from `low` to `high`, mm."""
+    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)
