@@ -68,7 +68,9 @@ def tca(
     """Tooth contact analysis: path of contact of a pair of flanks.
 
     Rolls count from the position in which each member's generating rack is centred; z counts
-    from mid-face towards the heel. Exit status 1 if there is no contact on the flanks.
+    from mid-face towards the heel. JSON and CSV give each position a status: solved,
+    no_common_normal, not_converged, off_flank or several_contacts. Exit status 1 if there is no
+    contact on the flanks.
     """
     if as_json and as_csv:
         raise click.UsageError("--json and --csv exclude each other: give one of them")

@@ -90,7 +90,8 @@ def _reason(design: Design, path: ContactPath) -> str | None:
     if status == Status.NO_COMMON_NORMAL or bool(np.isnan(mounting_of(design).gap)):
         return f"the {path.flank} flanks have no common normal in this layout: is the shaft angle right?"
     if status != Status.OFF_FLANK:
-        return f"the path of contact on the {path.flank} flanks could not be followed: {status_name(status)}"
+        words = status_name(status).replace("_", " ")
+        return f"the path of contact on the {path.flank} flanks could not be followed: {words}"
     text = f"the path of contact does not meet the {path.flank} flanks"
     middle = 0.5 * (root_parameter(design.pinion) + highest_parameter(design.pinion))
     beyond = path_of_contact(design, path.flank, l1=[float(middle)])
@@ -278,7 +279,8 @@ def contact_table(report: ContactReport) -> str:
     parabolas = [float(member.tool.parabola) for member in report.design.members]
     if any(parabolas):
         text += _line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas))
-    text += _line("contact ratio", f"{report.contact_ratio:.6f}")
+    ratio = report.contact_ratio
+    text += _line("contact ratio", "not known" if math.isnan(ratio) else f"{ratio:.6f}")
     if not report.reason:
         text += _line("path", _end_words((path.ends.enter, path.ends.leave)))
     backlash = float(mounting.normal_backlash)

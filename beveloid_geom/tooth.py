@@ -71,7 +71,11 @@ class Mesh:
 
     def of(self, *names: str) -> Mesh:
         """Only the faces of the named parts."""
-        return self.where(np.isin(self.part, [self.names.index(name) for name in names]))
+        return self.where(self.is_of(*names))
+
+    def is_of(self, *names: str) -> NDArray[np.bool_]:
+        """Which faces (m,) belong to the named parts."""
+        return np.isin(self.part, [self.names.index(name) for name in names])
 
     def where(self, wanted: NDArray[np.bool_]) -> Mesh:
         """Only the faces `wanted` (m,), with the points they use."""

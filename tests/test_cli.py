@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from beveloid_geom import report
 from beveloid_geom.cli import main
 from beveloid_geom.design_file import builtin_design, builtin_text, parse_design
 from beveloid_geom.inputs import Errors
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_of_contact
+from beveloid_geom.solve import Status
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
@@ -292,6 +295,27 @@ def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> Non
     data = strict_json(result.stdout)
     assert data["mounting"] == dict.fromkeys(("dw1", "dw2", "rw1", "rw2")) | {"pitch_point": [None] * 3}
     assert "nan" not in run("tca", path).stdout
+
+
+def test_positions_that_are_not_known_are_shown_as_such() -> None:
+    """NaN in the result: null, an empty cell, the name of the status."""
+    found = report.contact_report("pair", builtin_design(), "right", 3, "one-equation")
+    missing = np.array([1.0, np.nan, 1.0])
+    status = np.array([Status.SOLVED, Status.SEVERAL_CONTACTS, Status.SOLVED], dtype=np.int8)
+    scaled = {name: getattr(found.path, name) * missing for name in ("pinion_roll", "l1")}
+    path = replace(found.path, status=status, point=found.path.point * missing[:, None], **scaled)
+    ends = replace(path.ends, contact_ratio=np.array(np.nan))
+    holed = replace(found, path=replace(path, ends=ends))
+    data = strict_json(report.contact_json(holed))
+    assert data["contact_ratio"] is None
+    assert data["path"]["l1"][1] is None
+    assert data["path"]["point"][1] == [None] * 3
+    assert data["path"]["status"] == ["solved", "several_contacts", "solved"]
+    rows = list(csv.DictReader(io.StringIO(report.contact_csv(holed))))
+    assert (rows[1]["l1_mm"], rows[1]["point_z_mm"], rows[1]["status"]) == ("", "", "several_contacts")
+    table = report.contact_table(holed)
+    assert table.splitlines()[-2].split() == ["several_contacts"]
+    assert "contact ratio      not known" in table
 
 
 # design, check, the rest

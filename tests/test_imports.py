@@ -16,6 +16,7 @@ FLOORS = (
     *("sampling", "tooth", "report", "cli_support", "cli"),
 )
 """From the ground up: a module imports only modules named before it."""
+LOWER = {".opengl", ".theme", ".scene"}
 OFFSCREEN = {"viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
 
 

@@ -14,16 +14,18 @@ from beveloid_geom.path import PathEnds, path_ends
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..theme import Page, Size
+from ..theme import Size
 from .fig_paths import CASES, SignCase, coefficient_text
+from .solved import limit_name
 
 POINTS = 161
 FLANKS = ("right", "left")
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over a pitch"
-    " (360\u00b0 over the pinion's teeth); a kink stands where another limit begins to end the path. The ratio speaks of the geometry of one tooth"
-    " pair. With both coefficients positive (a) the edge of the next tooth touches first, and it is no operating ratio."
+    " (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to end the right"
+    " flank's path. The ratio speaks of the geometry of one tooth pair: with both coefficients positive (a) the edge"
+    " of the next tooth touches first, and it is no operating ratio."
 )
 
 
@@ -40,7 +42,7 @@ def compute(design: Design) -> RatioFigure:
     size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
     ends = {
         flank: tuple(
-            path_ends(design.with_parabola(case.pinion * a, case.gear * a), flank)
+            path_ends(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank)
             for case, a in zip(CASES, size, strict=True)
         )
         for flank in FLANKS
@@ -53,11 +55,11 @@ def draw(data: RatioFigure, size: Size) -> Drawing:
     page = theme.new_page(
         size,
         "Fig. 11   Contact ratio against the parabola coefficient",
-        "Coefficients $a_1$ of the pinion, $a_2$ of the gear, in mm$^{\u22121}$; all panels have the same scale of contact ratio",
+        "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear; one scale of contact ratio in all panels",
     )
     low = theme.caption(page, NOTE) + theme.inches(page, 0.55)
     high, gap = theme.top(page) - theme.inches(page, 0.55), theme.inches(page, 1.35)
-    height, width = (high - low - gap) / 2.0, 0.42
+    height, width = (high - low - gap) / 2.0, 0.405
     values = np.concatenate([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])
     values = values[np.isfinite(values)]
     limits = _limits(values)
@@ -72,8 +74,8 @@ def draw(data: RatioFigure, size: Size) -> Drawing:
 def _limits(values: FloatArray) -> tuple[float, float]:
     if not values.size:
         return 0.0, 1.0
-    margin = 0.06 * max(float(np.ptp(values)), 0.1)
-    return float(values.min()) - margin, float(values.max()) + margin
+    room = max(float(np.ptp(values)), 0.1)
+    return float(values.min()) - 0.06 * room, float(values.max()) + 0.12 * room
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
@@ -84,6 +86,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
         axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flank")
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
+    _mark_kinks(axes, a, data.ends["right"][index])
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")
     other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
@@ -96,6 +99,18 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
     axes.legend(loc="best", reverse=True)
+
+
+def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
+    """Where other limits begin to end the path on the right flank, and which."""
+    changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
+    for at in np.nonzero(changed)[0] + 1:
+        place = (a[at], ends.contact_ratio[at])
+        axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
+        text = " \u2192 ".join(limit_name(Limit(int(code))) for code in ends.limit[at])
+        axes.annotate(
+            text, place, xytext=(0, 8), textcoords="offset points", ha="center", fontsize=theme.SMALL
+        )
 
 
 def _name(case: SignCase) -> str:
@@ -115,8 +130,9 @@ def rows(data: RatioFigure) -> Table:
         for index, case in enumerate(CASES):
             for flank in FLANKS:
                 ends = data.ends[flank][index]
-                for a, ratio, codes in zip(data.size[index].tolist(), ends.contact_ratio.tolist(), ends.limit, strict=True):
-                    names = [Limit(int(code)).name.replace("_", " ").lower() if code >= 0 else "" for code in codes]
+                columns = data.size[index].tolist(), ends.contact_ratio.tolist(), ends.limit
+                for a, ratio, codes in zip(*columns, strict=True):
+                    names = [limit_name(Limit(int(code)) if code >= 0 else None) for code in codes]
                     yield [case.pinion * a + 0.0, case.gear * a + 0.0, flank, ratio, *names]
 
     return header, body()

@@ -1,30 +1,63 @@
-"""Fig. 1: the pair in mesh, with shafts and axes."""
+"""Fig. 1: the pair in mesh, with shafts and axes, and a section through the contact point."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom.assembly import to_fixed
 from beveloid_geom.inputs import Design, FloatArray
+from beveloid_geom.tooth import transverse_section
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..scene import Camera, Item, Picture, Scene, Tube, fit_camera, render
+from ..scene import Item, Picture, Scene, fit_camera, render
+from ..theme import Page
 from . import annotate, posed
 from .posed import PosedPair
 
 COLOURS = (theme.STEEL, theme.BRONZE)
-SHAFT = "#8d959d"
-CLOSE_UP = 4.2
-"""Half the height of the close-up in normal modules."""
+FACES = ("#c9d3dc", "#e4d7bd")
+"""Toe and heel, a little lighter than the teeth."""
+SHAFT = "#9aa1a8"
+VIEW = np.array([-0.5, 0.52, 0.7])
+MESH_PX = 0.35
+SECTION_MODULES = 3.2
+"""Half the width of the section shown, in normal modules."""
+SECTION_TOLERANCE = 0.001
+"""Of the section, in normal modules."""
 
 
-def compute(design: Design) -> PosedPair:
+@dataclass(frozen=True, eq=False)
+class PairFigure:
+    """The pair as posed, and where its flanks touch both transverse sections through the contact
+    point, outlines (n, 3) in S_f."""
+
+    pair: PosedPair
+    sections: tuple[FloatArray, ...]
+
+    @property
+    def touching(self) -> bool:
+        """Whether the right flanks share a point."""
+        return bool(np.isfinite(self.pair.contact).all())
+
+
+def compute(design: Design) -> PairFigure:
     """The pair with its right flanks touching in the middle of their path."""
-    return posed.pose(design)
+    pair = posed.pose(design)
+    sections = []
+    for member, (rotation, origin) in zip(design.members, pair.frames, strict=True):
+        z = float((pair.contact - origin) @ rotation[:, 2])
+        try:
+            outline = transverse_section(member, z, SECTION_TOLERANCE * float(member.tool.normal_module))
+        except ValueError:
+            break
+        flat = np.column_stack((outline, np.full(len(outline), z)))
+        sections.append(to_fixed((rotation, origin), flat))
+    return PairFigure(pair, tuple(sections))
 
 
 def _ends(pair: PosedPair) -> FloatArray:
@@ -40,97 +73,144 @@ def _reach(pair: PosedPair) -> FloatArray:
         to_fixed(frame, posed.rings(member)).reshape(-1, 3)
         for frame, member in zip(pair.frames, pair.design.members, strict=True)
     ]
-    ends = pair.foot[:, None] + _ends(pair)[..., None] * pair.axis[:, None]
-    return np.concatenate((*tips, ends.reshape(-1, 3)))
+    return np.concatenate((*tips, pair.foot))
 
 
-def _items(pair: PosedPair, px_per_mm: float, shafts: bool) -> tuple[list[Item], list[str]]:
+def _items(pair: PosedPair, px_per_mm: float) -> tuple[list[Item], list[str]]:
     """Gears and shafts, and remarks on what could not be drawn."""
     items: list[Item] = []
     remarks = []
-    for member, name, frame, colour, position, ends in zip(
-        pair.design.members, posed.NAMES, pair.frames, COLOURS, pair.position, _ends(pair), strict=True
+    for number, (member, frame, ends) in enumerate(
+        zip(pair.design.members, pair.frames, _ends(pair), strict=True)
     ):
         bore = posed.shaft_radius(member)
-        mesh, reason = posed.teeth_of(member, 0.35 / px_per_mm, bore_radius=bore)
+        mesh, reason = posed.teeth_of(member, MESH_PX / px_per_mm, bore_radius=bore)
         if mesh is None:
-            remarks.append(f"The {name} is drawn without teeth: {reason}.")
-            items += posed.blank(member, frame, colour, bore)
+            remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
+            items += posed.blank(member, frame, COLOURS[number], bore)
         else:
-            items.append(posed.surface(mesh, frame, colour))
-        if shafts:
-            items += posed.shaft(frame, bore, *(ends - position), SHAFT)
+            faces = mesh.is_of("toe", "heel")
+            items.append(posed.surface(mesh.where(~faces), frame, COLOURS[number]))
+            items.append(posed.surface(mesh.where(faces), frame, FACES[number]))
+        items += posed.shaft(frame, bore, *(ends - pair.position[number]), SHAFT)
     return items, remarks
 
 
-def draw(data: PosedPair, size: theme.Size) -> Drawing:
-    """Both gears on their shafts, and a close-up of the teeth in contact."""
-    design = data.design
-    degrees = np.degrees(design.pair.shaft_angle + design.errors.shaft_angle)
+def draw(data: PairFigure, size: theme.Size) -> Drawing:
+    """Both gears on their shafts, and the section through the contact point."""
+    pair = data.pair
     page = theme.new_page(
         size,
         "Fig. 1   The crossed beveloid gear pair in mesh",
-        f"Offset E = {data.foot[1, 0]:g} mm, shaft angle \u03b4 = {degrees:g}\u00b0;"
-        f" pinion {_kind(data, 0)}, gear {_kind(data, 1)}",
+        "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
+        " shaft angle $\\delta$",
     )
-    touching = np.isfinite(data.contact).all()
+    box = theme.place(page, 0.14, 0.06, 0.86, theme.top(page) - 0.06)
+    view = VIEW * (1.0, pair.hand, 1.0)
+    camera = fit_camera(_reach(pair), view, (0.0, -pair.hand, 0.0), box.size, 0.06)
+    items, remarks = _items(pair, box.height / (2.0 * camera.half_height))
     pose = (
-        "Rolls are those of the middle of the right flanks' path of contact: the flanks touch in one point."
-        if touching
-        else "The right flanks share no contact point with these errors; the rolls are nominal ones."
+        "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
+        if data.touching
+        else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
     )
-    box = theme.place(page, 0.0, 0.045, 1.0, theme.top(page) - 0.045)
-    camera = fit_camera(_reach(data), (0.2, 0.5 * data.hand, 0.84), (0.0, -data.hand, 0.0), box.size, 0.05)
-    px_per_mm = box.height / (2.0 * camera.half_height)
-    items, remarks = _items(data, px_per_mm, True)
-    theme.caption(page, " ".join((pose, *remarks)))
+    theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
     picture = render(Scene(items, camera), box.size)
-    _annotate(theme.show(page, box, picture), picture, data)
+    _annotate(theme.show(page, box, picture), picture, pair)
+    if data.touching and len(data.sections) == 2:
+        _draw_section(page, data)
     return Drawing(page, {"pair": picture})
-
-
-def _kind(pair: PosedPair, member: int) -> str:
-    one = pair.design.members[member]
-    angle = float(np.degrees(one.helix_angle))
-    hand = "straight" if angle == 0.0 else f"{abs(angle):g}\u00b0 {'right' if angle > 0.0 else 'left'} hand"
-    return f"{int(one.teeth)} teeth, {hand}, cone {np.degrees(one.cone_angle):g}\u00b0"
 
 
 def _annotate(axes: Axes, picture: Picture, pair: PosedPair) -> None:
     """Axes, offset, shaft angle, toe and heel."""
-    ends = np.stack((np.minimum(0.0, 1.02 * _ends(pair)[:, 0]), _ends(pair)[:, 1] + 12.0), axis=-1)
-    for foot, axis, (low, high) in zip(pair.foot, pair.axis, ends, strict=True):
-        annotate.axis_line(axes, picture, foot + low * axis, foot + high * axis, theme.INK)
-    offset = f"$E$ = {pair.foot[1, 0]:g} mm"
-    annotate.dimension(axes, picture, *pair.foot, offset, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING)
+    ends = _ends(pair)
+    low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
+    for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
+        annotate.axis_line(axes, picture, foot + first * axis, foot + last * axis, theme.INK)
+    words = f"$E$ = {pair.foot[1, 0]:g} mm"
+    style = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    annotate.dimension(axes, picture, *pair.foot, words, (-4.0, -6.0), **style)
     _shaft_angle(axes, picture, pair)
+    right, up, _ = picture.camera.axes
     for number, member in enumerate(pair.design.members):
-        name = posed.NAMES[number]
-        for ring, end in zip(posed.rings(member), ("toe", "heel"), strict=True):
-            seen = to_fixed(pair.frames[number], ring)
-            highest = seen[np.argmax(seen @ picture.camera.axes[1])]
-            annotate.note(axes, picture, highest, end, (-26.0 if end == "heel" else 30.0, 22.0))
-        annotate.label(axes, picture, pair.foot[number] + pair.position[number] * pair.axis[number], name)
+        toe, heel = to_fixed(pair.frames[number], posed.rings(member))
+        for ring, end, offset in ((toe, "toe", (-20.0, 34.0)), (heel, "heel", (-6.0, 28.0))):
+            annotate.note(axes, picture, ring[np.argmax(ring @ up)], end, offset)
+        corner = heel[np.argmax(heel @ (right + up))]
+        annotate.note(axes, picture, corner, _kind(pair, number), (30.0, 34.0), ha="left", va="bottom")
+
+
+def _kind(pair: PosedPair, member: int) -> str:
+    one = pair.design.members[member]
+    angle, cone = float(np.degrees(one.helix_angle)), float(np.degrees(one.cone_angle))
+    hand = "right hand" if angle > 0.0 else "left hand" if angle < 0.0 else "straight"
+    text = f"{int(one.teeth)} teeth, {hand}\nhelix {angle:g}\u00b0, cone {cone:g}\u00b0".replace(
+        "-", "\u2212"
+    )
+    return f"{posed.NAMES[member]}\n{text}"
 
 
 def _shaft_angle(axes: Axes, picture: Picture, pair: PosedPair) -> None:
     """The gear axis against a parallel to the pinion axis through its foot."""
-    reach = 0.62 * _ends(pair)[1, 0]
+    reach = 0.65 * abs(float(_ends(pair)[1, 0]))
     foot, (first, second) = pair.foot[1], pair.axis
-    annotate.line(axes, picture, np.stack((foot, foot + 1.15 * reach * first)), color=theme.RED, linestyle="--")
-    arc = annotate.arc(foot, first, second, reach)
-    annotate.arrow_along(axes, picture, arc, theme.RED)
-    degrees = np.degrees(pair.design.pair.shaft_angle + pair.design.errors.shaft_angle)
+    annotate.line(
+        axes, picture, np.stack((foot, foot + 1.2 * reach * first)), color=theme.RED, linestyle="--"
+    )
+    annotate.arrow_along(axes, picture, annotate.arc(foot, first, second, reach), theme.RED)
+    degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
+    style = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
     annotate.label(
-        axes, picture, arc[16], f"$\\delta$ = {degrees:g}\u00b0", (-34.0, 0.0), color=theme.RED, fontsize=theme.HEADING
+        axes, picture, foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style
     )
 
 
-def rows(data: PosedPair) -> Table:
+def _draw_section(page: Page, data: PairFigure) -> None:
+    """Both transverse sections, seen along the middle of the two axes."""
+    pair = data.pair
+    box = theme.place(page, 0.026, 0.085, 0.25, 0.31)
+    axes = theme.overlay(page, box)
+    along = pair.axis.sum(axis=0)
+    along /= np.linalg.norm(along)
+    across = np.array([1.0, 0.0, 0.0]) - along[0] * along
+    across /= np.linalg.norm(across)
+    plane = np.stack((across, -pair.hand * np.cross(along, across)))
+    half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
+    for outline, colour in zip(data.sections, COLOURS, strict=True):
+        axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
+    axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
+    high = half * box.height / box.width
+    axes.set_xlim(-half, half)
+    axes.set_ylim(-high, high)
+    axes.set_axis_on()
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(visible=True, color=theme.GREY, linewidth=1.0)
+    axes.set_title("Transverse sections through the contact point", fontsize=theme.LABEL)
+    annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
+    annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
+    style = {"color": theme.RED, "fontsize": theme.SMALL}
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), **style)
+    length = theme.round_length(0.6 * half)
+    axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
+    annotate.text(
+        axes, (0.9 * half - 0.5 * length, -0.9 * high), f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL
+    )
+
+
+def rows(data: PairFigure) -> Table:
     """Layout and pose."""
+    pair = data.pair
 
     def lines() -> Iterator[tuple[str, str, float]]:
-        yield "offset", "mm", float(data.foot[1, 0])
+        yield "offset", "mm", float(pair.foot[1, 0])
+        yield "shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
+        for number, name in enumerate(posed.NAMES):
+            yield f"{name}_mounting", "mm", float(pair.position[number])
+            yield f"{name}_roll", "rad", float(pair.roll[number])
+        for letter, value in zip("xyz", pair.contact, strict=True):
+            yield f"contact_{letter}_f", "mm", float(value)
 
     return ("quantity", "unit", "value"), lines()
 

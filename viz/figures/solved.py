@@ -65,7 +65,7 @@ class SolvedPath:
     @property
     def ends(self) -> tuple[str, str]:
         """Where the path enters and leaves, as 'gear tip', 'pinion tip'; '' without a path."""
-        enter, leave = (_limit_name(limit) for limit in (self.path.ends.enter, self.path.ends.leave))
+        enter, leave = (limit_name(limit) for limit in (self.path.ends.enter, self.path.ends.leave))
         return enter, leave
 
     @property
@@ -74,7 +74,8 @@ class SolvedPath:
         return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
 
 
-def _limit_name(limit: Limit | None) -> str:
+def limit_name(limit: Limit | None) -> str:
+    """'gear tip' and the like; '' for no limit."""
     return "" if limit is None else f"{limit.member} {limit.limit}"
 
 
