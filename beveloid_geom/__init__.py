@@ -21,6 +21,7 @@ _HOME = {
     "Tool": "inputs",
     "base_cylinder": "flank",
     "builtin_design": "design_file",
+    "closing_of": "closing",
     "contact_ratio": "path",
     "flank_patch": "flank",
     "flank_point": "flank",
@@ -29,7 +30,9 @@ _HOME = {
     "path_of_contact": "path",
     "path_of_contact_five_equations": "five_equations",
     "read_design": "design_file",
+    "remarks_on": "closing",
     "sample_flank": "sampling",
+    "zero_backlash_layout": "closing",
 }
 
 __all__ = sorted(_HOME)

@@ -148,8 +148,8 @@ def path_of_contact(
 
 
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
-    """Contact ratio (Eq. 16) of the batch shape: 0 where the path misses the flanks, NaN where
-    it could not be followed. It is not the operating ratio where edges touch first."""
+    """Contact ratio (Eq. 16) of the batch shape: 0 where there is no contact on the flanks, NaN
+    where the path could not be followed. It is not the operating ratio where edges touch first."""
     return path_ends(design, flank).contact_ratio
 
 
@@ -169,7 +169,7 @@ def _path_ends(pairing: Pairing, found: list[Ends], shape: tuple[int, ...]) -> P
     l = np.concatenate([ends.l for ends in found], axis=1)
     roll = np.concatenate([ends.roll for ends in found])
     ratio = np.abs(roll[:, 1] - roll[:, 0]) * pairing.teeth[0, :, 0] / (2.0 * np.pi)
-    ratio = np.where(status == Status.OFF_FLANK, 0.0, ratio)
+    ratio = np.where((status == Status.OFF_FLANK) | (status == Status.NO_COMMON_NORMAL), 0.0, ratio)
     return PathEnds(
         l1=l[0].reshape(*shape, 2),
         l2=l[1].reshape(*shape, 2),

@@ -35,6 +35,8 @@ class Status(IntEnum):
     NO_COMMON_NORMAL = 1
     """The flanks share no normal at this l1, wherever on the gear's flank one looks."""
     NOT_CONVERGED = 2
+    """Not found to rounding; of a path: lost on the flanks, where its common normal vanishes or
+    l1 turns back."""
     OFF_FLANK = 3
     """A contact of the flanks' extensions, outside root, tip, toe or heel of a member."""
     SEVERAL_CONTACTS = 4

@@ -160,8 +160,8 @@ def _narrowed(pairing: Pairing, middle: FloatArray, half: FloatArray) -> Track:
     """Tracks over the part of the window around the flanks.
 
     The window is searched at many l1. If on both sides of the longest part on the flanks the
-    next position is a contact off them, the path is sound up to there; else the status of
-    that next position says what ends it."""
+    next position is a contact off them, the path is sound up to there; else it is lost on the
+    flanks, where its common normal vanishes or l1 turns back."""
     l1 = middle + half * np.linspace(-1.0, 1.0, SEARCH)
     rows, status = exact_rows(pairing, l1)
     first, last, _ = longest_run(rows[HEIGHT:].min(axis=0) > 0.0)
@@ -173,9 +173,8 @@ def _narrowed(pairing: Pairing, middle: FloatArray, half: FloatArray) -> Track:
     middle = np.where(whole, 0.5 * l_side.sum(axis=-1), middle[:, 0])[:, None]
     half = np.where(whole, 0.5 * (l_side[:, 1] - l_side[:, 0]), half[:, 0])[:, None]
     track = _follow(pairing, middle, half, FINE)
-    lost = np.where(
-        (beyond == Status.OFF_FLANK).any(axis=-1), np.int8(Status.NOT_CONVERGED), beyond.max(axis=-1)
-    )
+    several = (beyond == Status.SEVERAL_CONTACTS).any(axis=-1)
+    lost = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.NOT_CONVERGED))
     nowhere = np.where((status == Status.SOLVED).any(axis=-1), np.int8(Status.OFF_FLANK), status.min(axis=-1))
     absent = np.where(found, lost, nowhere)
     return Track(middle, half, track.coefficients, np.where(whole, track.status, absent))

@@ -238,7 +238,7 @@ def test_no_path_is_empty_and_says_why(design: Design, status: Status) -> None:
     assert path.point.shape == (0, 3)
     assert path.ends.status == status
     assert path.ends.enter is None
-    assert np.isnan(path.ends.contact_ratio) if status != Status.OFF_FLANK else path.ends.contact_ratio == 0.0
+    assert path.ends.contact_ratio == 0.0
     at_l1 = path_of_contact(design, l1=[0.0])
     if status == Status.NO_COMMON_NORMAL:
         assert at_l1.status.tolist() == [status]

@@ -6,7 +6,7 @@ Nothing is written into the images: text is laid over them on the page, at the p
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -219,10 +219,15 @@ def _arrow(arrow: Arrow) -> Any:
 def grid_surface(
     points: FloatArray, normals: FloatArray | None, colour: str, opacity: float = 1.0, edges: bool = False
 ) -> Surface:
-    """A surface from a grid of points (rows, columns, 3), with its normals if there are any."""
+    """A surface from a grid of points (rows, columns, 3), with its normals if there are any:
+    its faces then look the same way."""
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
-    corners: Iterable[NDArray[np.int_]] = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
     faces = np.stack([corner.ravel() for corner in corners], axis=1)
-    flat = None if normals is None else normals.reshape(-1, 3)
-    return Surface(points.reshape(-1, 3), faces, flat, colour, opacity, edges)
+    flat = points.reshape(-1, 3)
+    if normals is None:
+        return Surface(flat, faces, None, colour, opacity, edges)
+    a, b, c, d = flat[faces.T]
+    facing = np.einsum("ni,ni->", np.cross(c - a, d - b), normals.reshape(-1, 3)[faces[:, 0]])
+    return Surface(flat, faces if facing >= 0.0 else faces[:, ::-1], normals.reshape(-1, 3), colour, opacity, edges)

@@ -102,9 +102,11 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
 
 
 def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
-    """Where other limits begin to end the path on the right flank, and which."""
+    """Where other limits begin to end the path on the right flank, and which; of changes close
+    to each other the last."""
     changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
-    for at in np.nonzero(changed)[0] + 1:
+    kinks = np.nonzero(changed)[0] + 1
+    for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
         place = (a[at], ends.contact_ratio[at])
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
         text = " \u2192 ".join(limit_name(Limit(int(code))) for code in ends.limit[at])

@@ -26,11 +26,11 @@ LINES = (theme.RED, theme.BLACK, theme.BLUE)
 CUTS = (1.0, 0.36, -0.3, -1.0)
 """Ends of the terraces as shares of half the face width, from the heel."""
 POINTS = 241
-VIEW = (0.62, 0.3, 1.0)
+VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
 NOTE = (
     "Left: the flanks overlaid in true proportions, seen from outside and from the heel; convex and involute flank run on"
-    " under the flanks that cover them, the coloured steps show what lies between. Right: section at mid-face, square"
+    " under those that cover them. The steps, and the profiles at the heel, show what lies between them. Right: section at mid-face, square"
     " to the axis, seen from the heel. Deviations are taken at equal radius, along the normal of the involute flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
@@ -186,15 +186,29 @@ def _terraces(
         z = half * np.linspace(CUTS[index], CUTS[index + 1], 1 + int(cells[1]))
         patch = _patch(data.members[a], share, z)[1]
         front = patch.point[:, 0]
-        items.append(grid_surface(patch.point[:, ::-1], patch.normal[:, ::-1], COLOURS[index]))
+        items.append(grid_surface(patch.point, patch.normal, COLOURS[index]))
         items += [Tube(edge, LINES[index], radius) for edge in (front, patch.point[0], patch.point[-1])]
-        if below is not None:
+        if below is None:
+            items += _heel_profiles(data, share, radius)
+        else:
             under = _patch(data.members[COEFFICIENTS[below]], share, z[:1])[1].point[:, 0]
             items.append(grid_surface(np.stack((under, front)), None, LINES[index]))
             items.append(Tube(under, LINES[below], radius))
         labels[a] = patch.point[-1, patch.point.shape[1] // 2]
         below = index
     return items, labels
+
+
+def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -> list[Item]:
+    """The profiles of all flanks in the plane of the heel, and what lies between them."""
+    z = np.array([0.5 * float(data.members[0.0].face_width)])
+    profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
+    items: list[Item] = [Tube(points, LINES[COEFFICIENTS.index(a)], radius) for a, points in profiles.items()]
+    for a, points in profiles.items():
+        if a:
+            colour = COLOURS[COEFFICIENTS.index(a)]
+            items.append(grid_surface(np.stack((points, profiles[0.0])), None, colour, opacity=0.75))
+    return items
 
 
 def coefficient_name(a: float) -> str:
@@ -218,10 +232,10 @@ def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dic
             **style,
         )
     for text, point, offset in (
-        ("toe", points[4, 0], (30, 0)),
-        ("heel", points[4, -1], (-34, 0)),
-        ("root", points[0, 4], (0, -22)),
-        ("tip", points[-1, 0], (20, 16)),
+        ("toe", points[4, 0], (-26, 0)),
+        ("heel", points[4, -1], (30, 0)),
+        ("root", points[0, 4], (0, -24)),
+        ("tip", points[-1, -1], (26, 8)),
     ):
         place = tuple(picture.project(point))
         axes.annotate(text, place, xytext=offset, ha="center", va="center", color=theme.GREY, **style)
@@ -231,7 +245,7 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     """The profiles in true proportions."""
     for a, section in reversed(data.sections.items()):
         colour = LINES[COEFFICIENTS.index(a)]
-        axes.plot(section.across, section.up, color=colour, linewidth=2.2, label=coefficient_name(a))
+        axes.plot(section.across, section.up, color=colour, linewidth=2.2)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Section at mid-face, true proportions", loc="left")
     axes.set_xlabel("across the tooth (mm)")
@@ -242,7 +256,6 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
         axes.text(
             x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha="left" if x < 0.5 else "right"
         )
-    axes.legend(loc="upper left", handlelength=1.2)
 
 
 def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
@@ -251,6 +264,9 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         colour = LINES[COEFFICIENTS.index(a)]
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
+    for text, x, a in (("convex:\nmetal taken off", 0.04, -0.01), ("concave:\nmetal left on", 0.96, 0.01)):
+        style: dict[str, Any] = {"color": LINES[COEFFICIENTS.index(a)], "ha": "left" if x < 0.5 else "right"}
+        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", **style)
     axes.set_title("Deviation from the involute flank", loc="left")
     axes.set_xlabel("out of the tooth (mm)")
     axes.set_ylabel("radius (mm)")
