@@ -21,7 +21,7 @@ from scipy.optimize import brentq, fsolve
 from .assembly import layout_of, member_frame, normals_to_fixed, to_fixed
 from .contact import Limit
 from .flank import flank_patch, root_parameter, tip_radius
-from .inputs import Design, FloatArray
+from .inputs import Design, FloatArray, flank_sign
 from .mounting import mounting_of
 from .path import ContactPath, PathEnds, path_of_contact
 from .solve import Status
@@ -128,7 +128,7 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     if middle is None:
         raise ArithmeticError("the five equations do not converge in the middle of the path")
     step = 2.0 * np.pi / float(design.pinion.teeth) / STEPS_PER_PITCH
-    step = step if guide.pinion_roll[2] > guide.pinion_roll[0] else -step
+    step = step * flank_sign(flank)
     (enter, first), (leave, last) = solver.end(middle, -step), solver.end(middle, step)
     positions: list[_Position | None] = []
     known = enter

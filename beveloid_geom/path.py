@@ -1,8 +1,9 @@
 """Path of contact of a pair, its contact ratio and the limits that end it.
 
 A path is followed as a polynomial through exact solutions (`track`), expanded in the pinion's
-roll between its ends, and evaluated where it is asked for. Pinion drives: the path enters
-where l1 is least, at the pinion's root side, and leaves towards its tip.
+roll between its ends, and evaluated where it is asked for. Pinion drives, so that its roll
+rises along the path of right flanks and falls along that of left flanks: ordinarily the path
+enters at the pinion's root side and leaves towards its tip.
 
 The contact ratio is Eq. 16: pinion roll between the ends, over a pitch. It speaks of the
 geometry of one tooth pair. With both parabola coefficients positive the transmission error is
@@ -132,7 +133,7 @@ def path_of_contact(
             block = slice(start, start + CASES_PER_BLOCK)
             part = pairing.cases(block) if cases > CASES_PER_BLOCK else pairing
             track = track_of(part)
-            found.append(find_ends(track))
+            found.append(find_ends(part, track))
             if given is None:
                 parts.append(_on_path(part, track, found[-1], points))
             else:
@@ -160,7 +161,7 @@ def path_ends(design: Design, flank: str = "right") -> PathEnds:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, pairing.branch.shape[0], CASES_PER_BLOCK):
             part = pairing.cases(slice(start, start + CASES_PER_BLOCK))
-            found.append(find_ends(track_of(part)))
+            found.append(find_ends(part, track_of(part)))
     return _path_ends(pairing, found, design.batch_shape)
 
 

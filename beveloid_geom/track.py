@@ -193,12 +193,13 @@ def longest_run(
     return last - length.max(axis=-1) + 1, last, runs
 
 
-def find_ends(track: Track) -> Ends:
+def find_ends(pairing: Pairing, track: Track) -> Ends:
     """Ends of the path within the window of its track.
 
     Of the margins that shrink towards the outside, the one whose zero lies furthest inside
     ends the path; Newton on that maximum changes limits by itself when another one turns
-    out to be met first."""
+    out to be met first. The pinion drives, with rising roll on right flanks and falling roll on
+    left ones: that says which end is entered."""
     margins = track.coefficients[HEIGHT:]
     size = margins.shape[-1]
     depth = (margins @ SCAN_VALUES[size]).min(axis=0)
@@ -220,8 +221,11 @@ def find_ends(track: Track) -> Ends:
     status = np.where(track.status != Status.SOLVED, track.status, status)
     lost = (status != Status.SOLVED)[:, None]
     x = np.where(lost, np.nan, x)
-    l1, l2, roll = evaluate(track.coefficients[[0, 1, ROLL]], x)
     limit = np.where(lost, -1, limit).astype(np.int8)
+    roll = evaluate(track.coefficients[ROLL : ROLL + 1], x)[0]
+    against = pairing.rack.sigma * (roll[:, 1] - roll[:, 0]) < 0.0
+    x[against], limit[against] = x[against, ::-1], limit[against, ::-1]
+    l1, l2, roll = evaluate(track.coefficients[[0, 1, ROLL]], x)
     return Ends(x, np.stack((l1, l2)), roll, limit, np.where(lost[:, 0], 0, pieces), status)
 
 
@@ -241,6 +245,7 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
     turns back it is measured in l1."""
     enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
     goal = 0.5 * ((first + last) + (last - first) * share)
+    low, high = np.minimum(enter, leave), np.maximum(enter, leave)
     straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
     roll = track.coefficients[ROLL : ROLL + 1]
     slope = (COARSE if roll.shape[-1] == COARSE.nodes.size else FINE).slope
@@ -248,7 +253,7 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
     for _ in range(PASSES):
         value, rate = evaluate(both, x)
         move = (goal - value) / rate
-        x = np.minimum(np.maximum(x + move, enter), leave)
+        x = np.minimum(np.maximum(x + move, low), high)
         if not (np.abs(move) > NEWTON_LAST).any():
             break
     turning = ~((np.abs(move) <= NEWTON_LAST) & (rate * rate[:, :1] > 0.0)).all(axis=-1, keepdims=True)

@@ -276,3 +276,14 @@ def test_arguments_are_checked() -> None:
         path_of_contact(table1(), "upper")
     with pytest.raises(ValueError, match="one path"):
         _ = path_ends(table1(errors=Errors(offset=np.zeros(2)))).enter
+
+
+def test_the_path_runs_as_the_pinion_drives() -> None:
+    """With a1 = a2 = 0.001 the roll falls with l1 on the right flank: entered at the pinion's tip side."""
+    for flank, sign in (("right", 1.0), ("left", -1.0)):
+        for parabola in ((0.0, 0.0), (0.001, 0.001)):
+            path = path_of_contact(table1(parabola), flank, 11)
+            assert (sign * np.diff(path.pinion_roll) > 0.0).all()
+    backwards = path_of_contact(table1((0.001, 0.001)), "right", 11)
+    assert backwards.l1[0] > backwards.l1[-1]
+    assert five_equation_residual(table1((0.001, 0.001)), backwards) < 2e-11
