@@ -152,7 +152,6 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
     """Draw the figures of Ni et al. 2017 as PNG, each with the numbers behind it as CSV."""
     figures = chosen_figures(names)
     design = load_design(source)
-    prepare_folder(folder)
 
     from tqdm import tqdm
 
@@ -162,6 +161,7 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
         require_opengl()
     except MissingOpenGLError as error:
         raise NoOpenGL(str(error)) from None
+    prepare_folder(folder)
     summary, begin = [], time.perf_counter()
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:

@@ -230,4 +230,6 @@ def grid_surface(
         return Surface(flat, faces, None, colour, opacity, edges)
     a, b, c, d = flat[faces.T]
     facing = np.einsum("ni,ni->", np.cross(c - a, d - b), normals.reshape(-1, 3)[faces[:, 0]])
-    return Surface(flat, faces if facing >= 0.0 else faces[:, ::-1], normals.reshape(-1, 3), colour, opacity, edges)
+    return Surface(
+        flat, faces if facing >= 0.0 else faces[:, ::-1], normals.reshape(-1, 3), colour, opacity, edges
+    )

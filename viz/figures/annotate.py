@@ -143,27 +143,30 @@ def triad(
     origin: ArrayLike,
     vectors: ArrayLike,
     length: float,
-    name: str,
+    names: Sequence[str],
     colour: str,
-    offset: Offset = (0.0, 0.0),
-    letters: Sequence[str] = ("x", "y", "z"),
+    title: str = "",
+    offset: Offset = (-14.0, -12.0),
 ) -> None:
-    """A frame: arrows `length` mm long from `origin` along the rows of `vectors`, lettered with the
-    subscript `name`; `offset` moves the frame's own name, $S_name$, which is left out if empty."""
+    """A frame: arrows `length` mm long from `origin` along the rows of `vectors`, with the `names`
+    of its axes in mathematical type; one with an empty name is left out. `title` names the frame
+    beside its origin, moved by `offset`."""
     start = picture.project(origin)
     full = length * picture.px_per_mm
-    for letter, vector in zip(letters, np.asarray(vectors, dtype=float), strict=True):
+    for name, vector in zip(names, np.asarray(vectors, dtype=float), strict=True):
+        if not name:
+            continue
         tip = picture.project(np.asarray(origin) + length * vector)
         way = tip - start
         seen = float(np.linalg.norm(way))
-        words = f"${letter}_{{{name}}}$"
         if seen < END_ON * full:
             away = float(vector @ picture.camera.axes[2]) < 0.0
-            axes.plot(*start, "o", ms=8, mfc="white", mec=colour, mew=1.5, zorder=4)
+            axes.plot(*start, "o", ms=9, mfc="white", mec=colour, mew=1.6, zorder=4)
             axes.plot(*start, "x" if away else ".", ms=5, color=colour, mew=1.2, zorder=5)
-            text(axes, start, words, (-11.0, -9.0), color=colour, fontsize=theme.SMALL)
+            text(axes, start, f"${name}$", (-13.0, 11.0), color=colour)
             continue
-        arrow(axes, start, tip, colour, 1.6)
-        text(axes, tip, words, tuple(11.0 * way / seen * (1.0, -1.0)), color=colour)
-    if any(offset):
-        text(axes, start, f"$S_{{{name}}}$", offset, color=colour, fontweight="bold", fontsize=theme.HEADING)
+        arrow(axes, start, tip, colour, 1.8)
+        shift = way / seen * (1.0, -1.0)
+        text(axes, tip, f"${name}$", (13.0 * shift[0], 11.0 * shift[1]), color=colour)
+    if title:
+        text(axes, start, f"${title}$", offset, color=colour, fontweight="bold", fontsize=theme.HEADING)

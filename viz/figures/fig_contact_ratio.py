@@ -22,10 +22,10 @@ POINTS = 161
 FLANKS = ("right", "left")
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (
-    "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over a pitch"
-    " (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to end the right"
-    " flank's path. The ratio speaks of the geometry of one tooth pair: with both coefficients positive (a) the edge"
-    " of the next tooth touches first, and it is no operating ratio."
+    "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
+    " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
+    " end the right flank's path. The ratio speaks of the geometry of one tooth pair: with both"
+    " coefficients positive (a) the edge of the next tooth touches first, and it is no operating ratio."
 )
 
 
@@ -55,7 +55,7 @@ def draw(data: RatioFigure, size: Size) -> Drawing:
     page = theme.new_page(
         size,
         "Fig. 11   Contact ratio against the parabola coefficient",
-        "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear; one scale of contact ratio in all panels",
+        "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
     )
     low = theme.caption(page, NOTE) + theme.inches(page, 0.55)
     high, gap = theme.top(page) - theme.inches(page, 0.55), theme.inches(page, 1.35)
@@ -74,7 +74,7 @@ def draw(data: RatioFigure, size: Size) -> Drawing:
 def _limits(values: FloatArray) -> tuple[float, float]:
     if not values.size:
         return 0.0, 1.0
-    room = max(float(np.ptp(values)), 0.1)
+    room = max(float(np.ptp(values)), 0.5)
     return float(values.min()) - 0.06 * room, float(values.max()) + 0.12 * room
 
 

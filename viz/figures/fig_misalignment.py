@@ -47,8 +47,8 @@ LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
 FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
 LABEL = 0.27  # inches, over and under a flank
 NOTE = (
-    "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members stay"
-    " mounted as without errors; contact ratios are Eq. 16, from the limits of one tooth pair."
+    "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members"
+    " stay mounted as without errors; contact ratios are Eq. 16, from the limits of one tooth pair."
 )
 CHOSEN = (
     " The paper does not give its shaft-angle error; this one was chosen so that the paths fill the face."
@@ -113,8 +113,8 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
     high = theme.top(page) - theme.inches(page, 0.3)
     width, height = (RIGHT - LEFT) / 2.0, (high - low) / 2.0
     views = [[panels.flank_view(m, FLANK, STRETCH) for m in paths[1].design.members] for paths in data.paths]
-    probe = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - theme.inches(page, 2.0 * LABEL + 0.15))
-    px_per_mm = panels.scale_for([view for row in views for view in row], probe.size)
+    room = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - theme.inches(page, 2.0 * LABEL + 0.15))
+    px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
     panels.scale_bars(page, px_per_mm, STRETCH)
     _legend(page, case)
     pictures: dict[str, Picture] = {}
@@ -123,9 +123,9 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
         _row_heading(page, bottom + 0.5 * height, name)
         for column, member in enumerate(solved.MEMBERS):
             cell = (LEFT + column * width, bottom, width, height - theme.inches(page, 0.15))
-            pictures[f"{member}-{name}"] = _panel(
-                page, cell, case, paths, column, views[row][column], px_per_mm
-            )
+            picture = _panel(page, cell, case, paths, column, views[row][column], px_per_mm)
+            if picture is not None:
+                pictures[f"{member}-{name}"] = picture
     for column, member in enumerate(solved.MEMBERS):
         x = LEFT + (column + 0.5 * FLANK_SHARE + 0.06) * width
         page.text(x, high, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
@@ -163,9 +163,9 @@ def _panel(
     case: ErrorCase,
     paths: tuple[SolvedPath, ...],
     column: int,
-    view: FlankView,
+    view: FlankView | None,
     px_per_mm: float,
-) -> Picture:
+) -> Picture | None:
     """One flank with three paths, each labelled at its tip end."""
     x, bottom, width, height = cell
     box = theme.place(page, x, bottom, (FLANK_SHARE + 0.12) * width, height)
@@ -174,7 +174,10 @@ def _panel(
         Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
         for path, look in zip(paths, LOOKS, strict=True)
     ]
-    axes, picture = panels.draw_flank(page, box, member, FLANK, view, traces, px_per_mm, colour)
+    drawn = panels.draw_flank(page, box, member, FLANK, view, traces, px_per_mm, colour)
+    if view is None or drawn is None:
+        return None
+    axes, picture = drawn
     panels.label_limits(axes, picture, view, share=0.85)
     _path_labels(axes, picture, case, paths, column, view)
     return picture
@@ -190,9 +193,10 @@ def _path_labels(
     found = [end[1] for end in ends if end is not None]
     spare = picture.image.shape[0] * 0.5 if not found else max(found)
     wanted = [spare if end is None else end[1] for end in ends]
+    gap = 46.0 if all(path.found for path in paths) else 62.0  # points: two lines, or three
     order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
     heights = spread(
-        np.array(wanted)[order], 46.0 * point, 24.0 * point, picture.image.shape[0] - 24.0 * point
+        np.array(wanted)[order], gap * point, 24.0 * point, picture.image.shape[0] - 34.0 * point
     )
     for index, y in zip(order, heights, strict=True):
         text = f"{case.label(SIGNS[index])}"

@@ -29,9 +29,10 @@ POINTS = 241
 VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
 NOTE = (
-    "Left: the flanks overlaid in true proportions, seen from outside and from the heel; convex and involute flank run on"
-    " under those that cover them. The steps, and the profiles at the heel, show what lies between them. Right: section at mid-face, square"
-    " to the axis, seen from the heel. Deviations are taken at equal radius, along the normal of the involute flank."
+    "Left: the flanks overlaid in true proportions, seen from outside and from the heel; convex and"
+    " involute flank run on under those that cover them. The steps, and the profiles at the heel, show"
+    " what lies between them. Right: section at mid-face, square to the axis, seen from the heel."
+    " Deviations are taken at equal radius, along the normal of the involute flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
 
@@ -194,7 +195,7 @@ def _terraces(
             under = _patch(data.members[COEFFICIENTS[below]], share, z[:1])[1].point[:, 0]
             items.append(grid_surface(np.stack((under, front)), None, LINES[index]))
             items.append(Tube(under, LINES[below], radius))
-        labels[a] = patch.point[-1, patch.point.shape[1] // 2]
+        labels[a] = patch.point[-1, patch.point.shape[1] // 3]
         below = index
     return items, labels
 
@@ -219,12 +220,15 @@ def coefficient_name(a: float) -> str:
 
 def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dict[float, FloatArray]) -> None:
     style: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
-    for a, point in labels.items():
+    places = {a: picture.project(point) for a, point in labels.items()}
+    steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
+    crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
+    for rank, (a, place) in enumerate(places.items()):
         colour = LINES[COEFFICIENTS.index(a)]
         axes.annotate(
             coefficient_name(a),
-            tuple(picture.project(point)),
-            xytext=(0, 40),
+            tuple(place),
+            xytext=(0, 28 + 21 * rank if crowded else 36),
             color=colour,
             fontsize=theme.HEADING,
             ha="center",
@@ -237,8 +241,15 @@ def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dic
         ("root", points[0, 4], (0, -24)),
         ("tip", points[-1, -1], (26, 8)),
     ):
-        place = tuple(picture.project(point))
-        axes.annotate(text, place, xytext=offset, ha="center", va="center", color=theme.GREY, **style)
+        axes.annotate(
+            text,
+            tuple(picture.project(point)),
+            xytext=offset,
+            ha="center",
+            va="center",
+            color=theme.GREY,
+            **style,
+        )
 
 
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:

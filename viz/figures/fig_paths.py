@@ -25,8 +25,8 @@ COLUMNS = 5
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
 TEXT, LABEL = 0.85, 0.27  # inches: three lines under a panel, and one over or under a flank
 ANGLES = (
-    "Angles are true ones, of the path's chord to the axial direction, positive if it runs to the heel on its"
-    " way to the tip. The contact ratio is Eq. 16, from the limits of one tooth pair"
+    "Angles are true ones, of the path's chord to the axial direction, positive if it runs to the heel on"
+    " its way to the tip. The contact ratio is Eq. 16, from the limits of one tooth pair"
 )
 NOT_OPERATING = (
     "; with both coefficients positive the edge of the next tooth touches first, and it is no operating ratio"
@@ -87,7 +87,7 @@ def compute(case: SignCase, design: Design) -> PathFigure:
 class _Layout:
     """Views [row][column], pixels per mm, upper edge and height of each row as shares of the page."""
 
-    views: list[list[FlankView]]
+    views: list[list[FlankView | None]]
     px_per_mm: float
     tops: tuple[float, float]
     heights: tuple[float, float]
@@ -116,7 +116,9 @@ def draw(data: PathFigure, size: Size) -> Drawing:
         middle, y = LEFT + (column + 0.5) * width, layout.tops[0] + theme.inches(page, 0.3)
         page.text(middle, y, case.heading(column), ha="center", va="top", fontsize=theme.HEADING - 1)
         for row, member in enumerate(solved.MEMBERS):
-            pictures[f"{member}-{column}"] = _panel(page, layout, path, row, column)
+            picture = _panel(page, layout, path, row, column)
+            if picture is not None:
+                pictures[f"{member}-{column}"] = picture
     for row, member in enumerate(solved.MEMBERS):
         y = layout.tops[row] - 0.5 * (layout.heights[row] - theme.inches(page, TEXT))
         page.text(0.012, y, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
@@ -128,7 +130,7 @@ def _lay_out(page: Page, data: PathFigure, low: float) -> _Layout:
     views = [
         [panels.flank_view(path.design.members[row], FLANK, STRETCH) for path in data.paths] for row in (0, 1)
     ]
-    spans = np.array([[view.span for view in row] for row in views]).max(axis=1)
+    spans = np.stack([panels.greatest_span(row) for row in views])
     page_width, page_height = page.canvas.get_width_height()
     high = theme.top(page) - theme.inches(page, 0.4)
     around = theme.inches(page, TEXT + 2.0 * LABEL)
@@ -140,7 +142,7 @@ def _lay_out(page: Page, data: PathFigure, low: float) -> _Layout:
     return _Layout(views, px_per_mm, (high, high - pinion), (pinion, gear))
 
 
-def _panel(page: Page, layout: _Layout, path: SolvedPath, row: int, column: int) -> Picture:
+def _panel(page: Page, layout: _Layout, path: SolvedPath, row: int, column: int) -> Picture | None:
     """One flank with its path, and three lines under it."""
     width = (RIGHT - LEFT) / COLUMNS
     x, bottom = LEFT + column * width, layout.tops[row] - layout.heights[row]
@@ -148,7 +150,10 @@ def _panel(page: Page, layout: _Layout, path: SolvedPath, row: int, column: int)
     box = theme.place(page, x + 0.1 * width, bottom + text, 0.8 * width, layout.heights[row] - text)
     colour = (theme.STEEL, theme.BRONZE)[row]
     member, traces = path.design.members[row], [Trace(path.points[row])]
-    axes, picture = panels.draw_flank(page, box, member, FLANK, view, traces, layout.px_per_mm, colour)
+    drawn = panels.draw_flank(page, box, member, FLANK, view, traces, layout.px_per_mm, colour)
+    if view is None or drawn is None:
+        return None
+    axes, picture = drawn
     panels.label_limits(axes, picture, view)
     style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
     page.text(x + 0.5 * width, bottom + text, _under(path, row, view), **style)

@@ -7,6 +7,7 @@ the tip on the right, one looks at it through the tooth, from its metal side.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -74,13 +75,13 @@ class Trace:
     lift: float = 0.0
 
 
-def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView:
-    """Square on to the middle of the active flank. Raises ValueError if it has none."""
+def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | None:
+    """Square on to the middle of the active flank; None if that does not reach its tip."""
     half = 0.5 * float(member.face_width)
     z = np.array([-half, 0.0, half])
     tip = tip_parameter(member, flank, z)
     if not np.isfinite(tip).all():
-        raise ValueError(f"the {flank} flank does not reach its tip cone")
+        return None
     share = np.linspace(0.0, 1.0, 9)[:, None]
     l = root_parameter(member) + share * (tip - root_parameter(member))
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
@@ -146,14 +147,21 @@ def draw_flank(
     box: Box,
     member: Member,
     flank: str,
-    view: FlankView,
+    view: FlankView | None,
     traces: Iterable[Trace],
     px_per_mm: float,
     colour: str,
-) -> tuple[Axes, Picture]:
-    """Draw one flank into its box at a given scale."""
+) -> tuple[Axes, Picture] | None:
+    """Draw one flank into its box at a given scale; a note, and None, where there is no flank."""
+    if view is None:
+        _write_instead(page, box, "no flank: it ends short of its tip")
+        return None
+    try:
+        grid = sample_flank(member, flank, OUTLINE_PX / (px_per_mm * view.stretch))
+    except ValueError:
+        _write_instead(page, box, "no flank to draw: is it undercut?")
+        return None
     radius = LINE_POINTS * page.dpi / 72.0 / px_per_mm
-    grid = sample_flank(member, flank, OUTLINE_PX / (px_per_mm * view.stretch))
     items: list[Item] = [surface(grid, view, colour)]
     for trace in traces:
         items += trace_items(trace, view, radius)
@@ -161,6 +169,11 @@ def draw_flank(
     camera = Camera(INTO_PAGE, UP, centre, 0.5 * box.height / px_per_mm)
     picture = render(Scene(items, camera), box.size)
     return theme.show(page, box, picture), picture
+
+
+def _write_instead(page: Page, box: Box, text: str) -> None:
+    axes = theme.overlay(page, box)
+    axes.text(0.5, 0.5, textwrap.fill(text, 24), transform=axes.transAxes, ha="center", va="center")
 
 
 def label_limits(axes: Axes, picture: Picture, view: FlankView, share: float = 0.0) -> None:
@@ -215,10 +228,10 @@ def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
     axes.annotate(texts[1], (x + 0.5 * across, y), xytext=(0, -5), ha="center", va="top", **style)
 
 
-def scale_for(views: Iterable[FlankView], size_px: tuple[float, float]) -> float:
-    """Pixels per mm at which all flanks fit into a rectangle of this size."""
-    spans = np.stack([view.span for view in views]).max(axis=0)
-    return float(min(size_px / spans))
+def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:
+    """Greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
+    spans = [view.span for view in views if view is not None]
+    return np.max(spans, axis=0) if spans else np.ones(2)
 
 
 def chord_angle(points: FloatArray, view: FlankView) -> float:
