@@ -6,9 +6,9 @@ rises along the path of right flanks and falls along that of left flanks: ordina
 enters at the pinion's root side and leaves towards its tip.
 
 The contact ratio is Eq. 16: pinion roll between the ends, over a pitch. It speaks of the
-geometry of one tooth pair. With both parabola coefficients positive the transmission error is
-lowest at the ends of the path, the next pair's edge touches first, and the ratio at which such
-a pair operates is another.
+geometry of one tooth pair. Where the gear runs ahead towards the ends of the path, as on the
+right flanks of Table 1 with both parabola coefficients positive, the edge of the next tooth
+touches first and the ratio at which the pair operates is another.
 """
 
 from __future__ import annotations

@@ -43,6 +43,8 @@ EVENNESS = (0.01, 0.5)
 """Shares of the greatest curvature added everywhere: the larger is for surfaces with a line of
 inflection, where cells may not grow as its small curvature along one direction alone allows."""
 ATTEMPTS = 12
+WORST_ESTIMATE = 100.0
+"""Ratio of measured to estimated deviation at which a surface counts as folded."""
 COARSE = 40
 """Points below which one row less is a saving worth a try: the estimate is rough for large cells."""
 
@@ -123,9 +125,13 @@ def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet
 def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
     """The active flank of a single member, from the start of its active profile to the tip
     cone and from toe to heel, sampled so that the triangles of `grid_faces` stay within
-    `tolerance` (mm) of it. Raises ValueError if that is not possible."""
+    `tolerance` (mm) of it. Raises ValueError if that is not possible.
+
+    Distances are taken along the normals. An undercut flank folds back at an edge, across which
+    triangles may be about twice as far from the nearest point of it."""
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
+    refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?"
     scale = 1.0
     for attempt in range(ATTEMPTS):
         cells = cells_for(form, tolerance / scale)
@@ -134,8 +140,10 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
         if deviation <= tolerance and (attempt > 0 or ratio > 0.9):
             break
         scale = ratio if attempt == 0 else max(1.05 * scale, ratio)
+        if scale > WORST_ESTIMATE:
+            raise ValueError(refusal)
     else:
-        raise ValueError(f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?")
+        raise ValueError(refusal)
     if grid.parameter.size < COARSE:
         for fewer in ((cells[0] - 1, cells[1]), (cells[0], cells[1] - 1)):
             coarser = _measured(sheet, form, fewer) if min(fewer) else (grid, np.inf)

@@ -243,7 +243,7 @@ def transverse_section(member: Member, z: float, tolerance: float) -> FloatArray
     parts = ("bottom land", "fillet", "flank")
     left = [pieces[f"left {part}"] for part in parts]
     right = [pieces[f"right {part}"][::-1] for part in reversed(parts)]
-    tooth = np.concatenate((*left, pieces["tip land"], *right)) @ (1.0, 1.0j)
+    tooth = np.concatenate([piece[:-1] for piece in (*left, pieces["tip land"], *right)]) @ (1.0, 1.0j)
     turns = np.exp(2.0j * np.pi / float(member.teeth) * np.arange(int(member.teeth)))
     outline = np.multiply.outer(turns, tooth).ravel()
     outline = np.append(outline, outline[0])
@@ -303,7 +303,7 @@ def _inner_faces(cut: dict[str, Patch], bore: float) -> list[Patch]:
     rim = _rim(cut)
     inner = _on_bore(rim, bore)
     patches = [Patch("bore", inner, -inner * (1.0, 1.0, 0.0) / bore)]
-    for name, edge, sign in zip(SIDES, (0, -1), (1.0, -1.0), strict=True):
+    for name, edge, sign in zip(SIDES, (0, -1), (-1.0, 1.0), strict=True):
         points = np.stack((inner[edge], rim[edge]))
         along = np.gradient(points, axis=1)
         normals = sign * np.cross(along, points[1] - points[0])

@@ -182,10 +182,14 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     smooth = surface.normals is not None
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
-    plotter.add_mesh(mesh, color=surface.colour, opacity=surface.opacity, smooth_shading=smooth, **METAL)
+    actor = plotter.add_mesh(
+        mesh, color=surface.colour, opacity=surface.opacity, smooth_shading=smooth, **METAL
+    )
     if surface.edges:
         lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # the lines stand before the faces
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
             plotter.add_mesh(lines, color=EDGE_COLOUR, line_width=1.5, lighting=False)
     return int(len(faces) * (corners - 2))
 

@@ -18,6 +18,8 @@ from ..scene import Picture
 Offset = tuple[float, float]
 """To the right and up, in points of the page."""
 HALO = 3.0
+SIDEWAYS = 0.5
+"""Sine of the slope from upright beyond which words stand beside an arrow, not over it."""
 END_ON = 0.12
 """Share of its length below which an axis is seen end on."""
 
@@ -167,6 +169,8 @@ def triad(
             continue
         arrow(axes, start, tip, colour, 1.8)
         shift = way / seen * (1.0, -1.0)
-        text(axes, tip, f"${name}$", (13.0 * shift[0], 11.0 * shift[1]), color=colour)
+        side = "left" if shift[0] > SIDEWAYS else "right" if shift[0] < -SIDEWAYS else "center"
+        reach = 5.0 if side != "center" else 12.0
+        text(axes, tip, f"${name}$", (reach * shift[0], 11.0 * shift[1]), color=colour, ha=side)
     if title:
         text(axes, start, f"${title}$", offset, color=colour, fontweight="bold", fontsize=theme.HEADING)

@@ -25,7 +25,7 @@ NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
     " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
     " end the right flank's path. The ratio speaks of the geometry of one tooth pair: with both"
-    " coefficients positive (a) the edge of the next tooth touches first, and it is no operating ratio."
+    " coefficients positive (a) the edge of the next tooth can touch first; it is then no operating ratio."
 )
 
 

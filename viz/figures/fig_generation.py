@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -127,7 +128,7 @@ def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, PLANE, 0.45))
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
-    reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.0 * module))
+    reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
     picture = render(Scene(items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09)), box.size)
     _annotate_rack(theme.show(page, box, picture), picture, data)
     return picture
@@ -152,14 +153,14 @@ def _annotate_rack(axes: Axes, picture: Picture, data: GenerationFigure) -> None
         np.array([np.sin(gamma), 0.0, np.cos(gamma)]),
     )
     frames = (
-        ("c", np.eye(3), 5.6, ("x_c", "y_c = y_P", "z_c")),
+        ("c", np.eye(3), 6.3, ("x_c", "y_c = y_P", "z_c")),
         ("P", np.stack((normal, y, slope)), 5.2, ("", "", "z_P")),
         ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
     )
     for name, vectors, length, names in frames:
         annotate.triad(axes, picture, np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
-    label = frame.origin + module * (0.85 * frame.axes[0] - 1.7 * frame.axes[1])
-    annotate.label(axes, picture, label, "rack cutter")
+    label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
+    annotate.label(axes, picture, label, "rack\ncutter")
     corner = _plane_corners(data, LENGTH * module)[3]
     annotate.note(axes, picture, corner, "pitch plane of the rack", (30.0, -28.0))
     for first, second, radius, words, colour in (
@@ -230,7 +231,7 @@ def _annotate_gear(axes: Axes, picture: Picture, data: GenerationFigure) -> None
     annotate.line(axes, picture, rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
     line = np.stack((slid + 2.4 * np.pi * data.module * y, slid - 2.4 * np.pi * data.module * y))
     annotate.line(axes, picture, line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
-    annotate.dimension(axes, picture, place, pitch, f"$r_P$ = {radius:.5g} mm", (-52.0, 0.0), 0.62)
+    annotate.dimension(axes, picture, place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), 0.62, ha="right")
     annotate.line(axes, picture, np.stack((place, place + radius * turned[0])), color=theme.RED)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
     annotate.arrow_along(axes, picture, curve, theme.RED)
@@ -250,8 +251,8 @@ def _annotate_gear(axes: Axes, picture: Picture, data: GenerationFigure) -> None
     for end in (pitch, slid):
         annotate.line(axes, picture, np.stack((end, end + 1.05 * over)), color=theme.BLUE, linewidth=1.0)
     words = f"$r_P\\varphi$ = {data.slide:.4g} mm"
-    style = {"color": theme.BLUE, "fontsize": theme.HEADING}
-    annotate.dimension(axes, picture, pitch + over, slid + over, words, (0.0, 14.0), **style)
+    beside: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    annotate.dimension(axes, picture, pitch + over, slid + over, words, (0.0, 14.0), **beside)
 
 
 def rows(data: GenerationFigure) -> Table:

@@ -228,11 +228,11 @@ def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dic
         axes.annotate(
             coefficient_name(a),
             tuple(place),
-            xytext=(0, 28 + 21 * rank if crowded else 36),
+            xytext=(-24, 28 + 21 * rank if crowded else 40),
             color=colour,
             fontsize=theme.HEADING,
-            ha="center",
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2, "shrinkB": 3.0},
+            ha="left",
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)},
             **style,
         )
     for text, point, offset in (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ from beveloid_geom.tooth import transverse_section
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
 from ..scene import Item, Picture, Scene, fit_camera, render
-from ..theme import Page
+from ..theme import Box, Page
 from . import annotate, posed
 from .posed import PosedPair
 
@@ -23,7 +24,7 @@ COLOURS = (theme.STEEL, theme.BRONZE)
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
 SHAFT = "#9aa1a8"
-VIEW = np.array([-0.5, 0.52, 0.7])
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 MESH_PX = 0.35
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
@@ -92,7 +93,9 @@ def _items(pair: PosedPair, px_per_mm: float) -> tuple[list[Item], list[str]]:
             faces = mesh.is_of("toe", "heel")
             items.append(posed.surface(mesh.where(~faces), frame, COLOURS[number]))
             items.append(posed.surface(mesh.where(faces), frame, FACES[number]))
-        items += posed.shaft(frame, bore, *(ends - pair.position[number]), SHAFT)
+        items += posed.shaft(
+            frame, bore, ends[0] - pair.position[number], ends[1] - pair.position[number], SHAFT
+        )
     return items, remarks
 
 
@@ -105,9 +108,8 @@ def draw(data: PairFigure, size: theme.Size) -> Drawing:
         "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
         " shaft angle $\\delta$",
     )
-    box = theme.place(page, 0.14, 0.06, 0.86, theme.top(page) - 0.06)
-    view = VIEW * (1.0, pair.hand, 1.0)
-    camera = fit_camera(_reach(pair), view, (0.0, -pair.hand, 0.0), box.size, 0.06)
+    box = theme.place(page, 0.14, 0.06, 0.83, theme.top(page) - 0.06)
+    camera = fit_camera(_reach(pair), VIEW, UP, box.size, 0.06)
     items, remarks = _items(pair, box.height / (2.0 * camera.half_height))
     pose = (
         "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
@@ -118,7 +120,8 @@ def draw(data: PairFigure, size: theme.Size) -> Drawing:
     picture = render(Scene(items, camera), box.size)
     _annotate(theme.show(page, box, picture), picture, pair)
     if data.touching and len(data.sections) == 2:
-        _draw_section(page, data)
+        shown = picture.project(_reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        _draw_section(page, _free_corner(page, shown), data)
     return Drawing(page, {"pair": picture})
 
 
@@ -129,8 +132,8 @@ def _annotate(axes: Axes, picture: Picture, pair: PosedPair) -> None:
     for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
         annotate.axis_line(axes, picture, foot + first * axis, foot + last * axis, theme.INK)
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
-    style = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    annotate.dimension(axes, picture, *pair.foot, words, (-4.0, -6.0), **style)
+    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    annotate.dimension(axes, picture, pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
     _shaft_angle(axes, picture, pair)
     right, up, _ = picture.camera.axes
     for number, member in enumerate(pair.design.members):
@@ -160,22 +163,33 @@ def _shaft_angle(axes: Axes, picture: Picture, pair: PosedPair) -> None:
     )
     annotate.arrow_along(axes, picture, annotate.arc(foot, first, second, reach), theme.RED)
     degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
-    style = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
+    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
     annotate.label(
         axes, picture, foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style
     )
 
 
-def _draw_section(page: Page, data: PairFigure) -> None:
+def _free_corner(page: Page, shown: FloatArray) -> Box:
+    """The box for the section: in the corner of the page that covers least of what is shown, pixels
+    (n, 2) from the lower left."""
+    corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
+
+    def covered(box: Box) -> int:
+        inside = np.abs(shown - (box.left, box.bottom) - 0.5 * np.array(box.size)) < 0.55 * np.array(box.size)
+        return int(inside.all(axis=1).sum())
+
+    return min(corners, key=covered)
+
+
+def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
     """Both transverse sections, seen along the middle of the two axes."""
     pair = data.pair
-    box = theme.place(page, 0.026, 0.085, 0.25, 0.31)
     axes = theme.overlay(page, box)
     along = pair.axis.sum(axis=0)
     along /= np.linalg.norm(along)
     across = np.array([1.0, 0.0, 0.0]) - along[0] * along
     across /= np.linalg.norm(across)
-    plane = np.stack((across, -pair.hand * np.cross(along, across)))
+    plane = np.stack((across, -np.cross(along, across)))
     half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
     for outline, colour in zip(data.sections, COLOURS, strict=True):
         axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
@@ -187,10 +201,10 @@ def _draw_section(page: Page, data: PairFigure) -> None:
     axes.set(xticks=[], yticks=[])
     for spine in axes.spines.values():
         spine.set(visible=True, color=theme.GREY, linewidth=1.0)
-    axes.set_title("Transverse sections through the contact point", fontsize=theme.LABEL)
+    axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
     annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
-    style = {"color": theme.RED, "fontsize": theme.SMALL}
+    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.SMALL}
     annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), **style)
     length = theme.round_length(0.6 * half)
     axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)

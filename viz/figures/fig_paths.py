@@ -29,7 +29,7 @@ ANGLES = (
     " its way to the tip. The contact ratio is Eq. 16, from the limits of one tooth pair"
 )
 NOT_OPERATING = (
-    "; with both coefficients positive the edge of the next tooth touches first, and it is no operating ratio"
+    "; with both coefficients positive the next tooth's edge can touch first: it is then no operating ratio"
 )
 
 

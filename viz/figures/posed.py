@@ -47,23 +47,25 @@ class PosedPair:
         """Points (2, 3) of the axes on the common perpendicular, mm."""
         return np.stack([origin for _, origin in self.frames]) - self.position[:, None] * self.axis
 
-    @property
-    def hand(self) -> float:
-        """+1, or -1 where everything is mirrored in y: a pair with a left-hand pinion."""
-        return 1.0 if self.axis[1, 1] >= 0.0 else -1.0
-
 
 def pose(design: Design, flank: str = "right") -> PosedPair:
     """The pair with its flanks touching in the middle of the path of contact. Where they share
     none, the rolls are those of the unmodified pair without errors, or zero."""
     mounting = mounting_of(design)
-    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
-    distance = np.where(np.isfinite(mounting.distance), mounting.distance, 0.0)
     roll, contact = _middle(design, flank)
     if not np.isfinite(roll).all():
         roll, _ = _middle(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank)
-    roll = np.where(np.isfinite(roll), roll, 0.0)
-    layout, position = layout_of(design), distance + axial
+    return _placed(design, mounting, np.where(np.isfinite(roll), roll, 0.0), contact)
+
+
+def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
+    """The pair under other assembly errors at the same rolls; its flanks need not touch."""
+    return _placed(pair.design.with_errors(errors), pair.mounting, pair.roll, np.full(3, np.nan))
+
+
+def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: FloatArray) -> PosedPair:
+    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
+    layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
     return PosedPair(design, mounting, roll, position, contact, (first, second))
 
