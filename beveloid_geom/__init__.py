@@ -1,14 +1,40 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
 The house, from the ground up: `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
-`contact` -> `solve` -> `track` -> `path`. `design_file` reads inputs from TOML. Names below
-are loaded when first used.
+`contact` -> `solve` -> `track` -> `path`; `sampling` -> `tooth` for surfaces. `design_file`
+reads inputs from TOML, `closing` says how well a design closes. Names below are loaded when
+first used.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .closing import (
+        closing_of as closing_of,
+        remarks_on as remarks_on,
+        zero_backlash_layout as zero_backlash_layout,
+    )
+    from .contact import Limit as Limit
+    from .design_file import (
+        DesignError as DesignError,
+        builtin_design as builtin_design,
+        read_design as read_design,
+    )
+    from .five_equations import path_of_contact_five_equations as path_of_contact_five_equations
+    from .flank import base_cylinder as base_cylinder, flank_patch as flank_patch, flank_point as flank_point
+    from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
+    from .mounting import mounting_of as mounting_of
+    from .path import (
+        contact_ratio as contact_ratio,
+        path_ends as path_ends,
+        path_of_contact as path_of_contact,
+    )
+    from .sampling import sample_flank as sample_flank
+    from .solve import Status as Status
+    from .tooth import gear_mesh as gear_mesh
 
 _HOME = {
     "Design": "inputs",
@@ -25,6 +51,7 @@ _HOME = {
     "contact_ratio": "path",
     "flank_patch": "flank",
     "flank_point": "flank",
+    "gear_mesh": "tooth",
     "mounting_of": "mounting",
     "path_ends": "path",
     "path_of_contact": "path",

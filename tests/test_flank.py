@@ -7,8 +7,7 @@ from math import pi, radians, tan
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from beveloid_geom.flank import (
     base_cylinder,
