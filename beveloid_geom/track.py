@@ -203,8 +203,14 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
     margins = track.coefficients[HEIGHT:]
     size = margins.shape[-1]
     depth = (margins @ SCAN_VALUES[size]).min(axis=0)
+    scan = np.broadcast_to(SCAN, depth.shape)
+    missed = np.flatnonzero((depth.max(axis=-1) <= 0.0) & (track.status == Status.SOLVED))
+    if missed.size:  # the path may still touch the flanks between two samples
+        scan = scan.copy()
+        scan[missed] = _closer(SCAN[depth[missed].argmax(axis=-1)])
+        depth[missed] = evaluate(margins[:, missed], scan[missed]).min(axis=0)
     first, last, pieces = longest_run(depth > 0.0)
-    x = np.stack((_crossing(depth, first, -1), _crossing(depth, last, 1)), axis=-1)
+    x = np.stack((_crossing(scan, depth, first, -1), _crossing(scan, depth, last, 1)), axis=-1)
     inward = np.array([1.0, -1.0])
     both = np.concatenate((margins, margins @ (COARSE if size == COARSE.nodes.size else FINE).slope))
     for _ in range(PASSES):
@@ -215,27 +221,32 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
         x = np.minimum(np.maximum(x + move, -1.0), 1.0)
         if not (np.abs(move) > NEWTON_LAST).any():
             break
-    missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
-    status = np.where(missed, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
+    lost = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
+    status = np.where(lost, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
     status = np.where(pieces == 0, np.int8(Status.OFF_FLANK), status)
     status = np.where(track.status != Status.SOLVED, track.status, status)
-    lost = (status != Status.SOLVED)[:, None]
-    x = np.where(lost, np.nan, x)
-    limit = np.where(lost, -1, limit).astype(np.int8)
+    away = (status != Status.SOLVED)[:, None]
+    x = np.where(away, np.nan, x)
+    limit = np.where(away, -1, limit).astype(np.int8)
     roll = evaluate(track.coefficients[ROLL : ROLL + 1], x)[0]
     against = pairing.rack.sigma * (roll[:, 1] - roll[:, 0]) < 0.0
     x[against], limit[against] = x[against, ::-1], limit[against, ::-1]
     l1, l2, roll = evaluate(track.coefficients[[0, 1, ROLL]], x)
-    return Ends(x, np.stack((l1, l2)), roll, limit, np.where(lost[:, 0], 0, pieces), status)
+    return Ends(x, np.stack((l1, l2)), roll, limit, np.where(away[:, 0], 0, pieces), status)
 
 
-def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
+def _closer(x: FloatArray) -> FloatArray:
+    """A scan (cases, samples) of the two cells around the sample at `x`."""
+    return np.asarray(np.minimum(np.maximum(x[:, None] + (SCAN[1] - SCAN[0]) * SCAN, -1.0), 1.0))
+
+
+def _crossing(scan: FloatArray, depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
     """Parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
     case = np.arange(len(edge))
     beyond = np.clip(edge + outward, 0, SCAN.size - 1)
     inside, outside = depth[case, edge], depth[case, beyond]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
-    return SCAN[edge] + share * (SCAN[beyond] - SCAN[edge])
+    return np.asarray(scan[case, edge] + share * (scan[case, beyond] - scan[case, edge]))
 
 
 def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:

@@ -286,3 +286,11 @@ def test_the_path_runs_as_the_pinion_drives() -> None:
     backwards = path_of_contact(table1((0.001, 0.001)), "right", 11)
     assert backwards.l1[0] > backwards.l1[-1]
     assert five_equation_residual(table1((0.001, 0.001)), backwards) < 2e-11
+
+
+def test_a_path_over_a_corner_of_the_flank_is_not_missed() -> None:
+    """At an offset error of 1.2399 mm the path cuts 0.006 mm off the heel-tip corner of the pinion."""
+    ends = path_ends(table1(errors=Errors(offset=1.2399)))
+    assert 0.0 < ends.contact_ratio < 1e-3
+    assert (ends.enter, ends.leave) == (Limit.PINION_HEEL, Limit.PINION_TIP)
+    assert path_ends(table1(errors=Errors(offset=1.2402))).contact_ratio == 0.0
