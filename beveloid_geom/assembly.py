@@ -65,6 +65,8 @@ def layout_of(design: Design, with_errors: bool = True) -> Layout:
 
 def layout_by_case(layout: Layout, batch_shape: tuple[int, ...]) -> Layout:
     """The layout with every quantity of shape (cases, 1), to go with positions."""
+    if not batch_shape:  # spares a single design some microseconds
+        return Layout(*(np.reshape(value, (1, 1)) for value in vars(layout).values()))
     return Layout(*(np.broadcast_to(value, batch_shape).reshape(-1, 1) for value in vars(layout).values()))
 
 

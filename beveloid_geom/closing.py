@@ -196,7 +196,10 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     if not roots:
         reason = "the teeth are too thin in all that close, take more profile shift"
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
-    return closed_layout(design, np.asarray(roots[0]))
+    found = closed_layout(design, np.asarray(roots[0]))
+    if not float(found.offset) > 0.0:
+        raise ValueError("no layout without backlash: the helix angles nearly cancel, the axes would meet")
+    return found
 
 
 def closing_offset(design: Design) -> float:

@@ -37,13 +37,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .assembly import Layout, common_normal, layout_by_case, layout_of
 from .flank import highest_parameter, root_parameter, tip_radius
-from .inputs import Design, FloatArray, flank_sign
+from .inputs import Design, FloatArray, Member, Pair, flank_sign
 from .mounting import Mounting, across_action, mounting_of
 from .rack import Numbers, Rack, rack_normal, rack_of, rack_point, rack_tangent
 
@@ -133,26 +135,45 @@ class Meeting:
     start: Numbers
 
 
+def _flanks(design: Design, flank: str) -> dict[str, Any]:
+    """What a pairing has from its members alone."""
+    members = design.stacked_members()
+    return {
+        "rack": rack_of(members, flank),
+        "teeth": np.asarray(members.teeth),
+        "lowest": root_parameter(members),
+        "highest": highest_parameter(members),
+        "tip": tip_radius(members, 0.0),
+        "taper": np.asarray(np.tan(members.cone_angle)),
+        "half_width": np.asarray(0.5 * members.face_width),
+    }
+
+
+@lru_cache(maxsize=64)
+def _kept_flanks(pinion: Member, gear: Member, flank: str) -> dict[str, Any]:
+    flanks = _flanks(Design(pinion, gear, Pair(0.0, 0.0)), flank)
+    for value in (*flanks.values(), *vars(flanks["rack"]).values()):
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    return flanks
+
+
 def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> Pairing:
-    """Constants of the contact of `flank` ('right' or 'left') of both members."""
+    """Constants of the contact of `flank` ('right' or 'left') of both members.
+
+    What depends on the members alone is kept for designs of plain numbers, as the mounting is."""
     mounting = mounting_of(design) if mounting is None else mounting
     shape = design.batch_shape
-    members = design.stacked_members()
+    flanks = _flanks(design, flank) if shape else _kept_flanks(design.pinion, design.gear, flank)
     position = np.empty((2, *shape))
     position[0] = mounting.distance[0] + design.errors.pinion_axial
     position[1] = mounting.distance[1] + design.errors.gear_axial
     branch = np.broadcast_to(mounting.branch[0 if flank_sign(flank) > 0.0 else 1], shape)
     return Pairing(
-        rack=rack_of(members, flank),
         layout=layout_by_case(layout_of(design), shape),
         branch=branch.reshape(-1, 1),
         position=position.reshape(2, -1, 1),
-        teeth=np.asarray(members.teeth),
-        lowest=root_parameter(members),
-        highest=highest_parameter(members),
-        tip=tip_radius(members, 0.0),
-        taper=np.asarray(np.tan(members.cone_angle)),
-        half_width=np.asarray(0.5 * members.face_width),
+        **flanks,
     )
 
 

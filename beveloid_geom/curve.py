@@ -24,19 +24,14 @@ SMALL = 4000
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Chebyshev points of one degree, ends included, and the matrices that go with them."""
+    """Chebyshev points of one degree, ends included, and the matrix that fits values there."""
 
     nodes: FloatArray
     fit: FloatArray
-    slope: FloatArray
 
     def coefficients(self, values: FloatArray) -> FloatArray:
         """Coefficients of the polynomial with these values at `nodes`."""
         return values @ self.fit
-
-    def derivative(self, coefficients: FloatArray) -> FloatArray:
-        """Coefficients of the derivative by the curve parameter."""
-        return coefficients @ self.slope
 
 
 def basis_of(degree: int) -> Basis:
@@ -46,9 +41,29 @@ def basis_of(degree: int) -> Basis:
     weights = np.ones(degree + 1)
     weights[[0, -1]] = 0.5
     fit = 2.0 / degree * weights[:, None] * chebyshev.chebvander(nodes, degree) * weights
-    slope = np.zeros((degree + 1, degree + 1))
-    slope[:, :-1] = chebyshev.chebder(np.eye(degree + 1), axis=0).T
-    return Basis(nodes, fit, slope)
+    return Basis(nodes, fit)
+
+
+HIGHEST = 100
+_SLOPE = np.zeros((HIGHEST + 1, HIGHEST + 1))
+_SLOPE[:, :-1] = chebyshev.chebder(np.eye(HIGHEST + 1), axis=0).T
+
+
+def with_derivative(coefficients: FloatArray) -> FloatArray:
+    """The coefficients, and behind them those of the derivatives by the curve parameter."""
+    size = coefficients.shape[-1]
+    return np.concatenate((coefficients, coefficients @ _SLOPE[:size, :size]))
+
+
+def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
+    """Real roots in (low, high) of one polynomial (degree + 1)."""
+    size = np.abs(coefficients).max()
+    if not size > 0.0:
+        return np.empty(0)
+    needed = np.flatnonzero(np.abs(coefficients) > 1e-15 * size)[-1]
+    roots = chebyshev.chebroots(coefficients[: needed + 1])
+    real = roots.real[np.abs(roots.imag) < 1e-7]
+    return np.sort(real[(real > low) & (real < high)])
 
 
 def polynomials(parameter: FloatArray, degree: int) -> FloatArray:

@@ -167,7 +167,10 @@ def _mounting(design: Design) -> Mounting:
 
 @lru_cache(maxsize=64)
 def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
-    return _mounting(Design(pinion, gear, pair))
+    mounting = _mounting(Design(pinion, gear, pair))
+    for array in vars(mounting).values():
+        array.flags.writeable = False
+    return mounting
 
 
 def mounting_of(design: Design) -> Mounting:

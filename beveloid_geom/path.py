@@ -51,7 +51,7 @@ class PathEnds:
 
     `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
     `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
-    `pieces` (number of pieces on the flanks, the longest is taken) and `status` (codes of
+    `pieces` (number of pieces on the flanks; the one that covers most roll is taken) and `status` (codes of
     `Status`) have the batch shape."""
 
     l1: FloatArray
@@ -85,7 +85,8 @@ class ContactPath:
     `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
     `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
     moves with the member, towards the heel; `pinion_r, gear_r` (mm) from the member's axis;
-    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the
+    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll (mid-l1
+    where the roll turns back) of the
     path on the flanks, rad; `status`: codes of `Status`. NaN where not solved."""
 
     flank: str
@@ -123,9 +124,9 @@ def path_of_contact(
     """
     if l1 is None and points < 2:
         raise ValueError(f"points must be at least 2, got {points}")
-    pairing, shape = pairing_of(design, flank), design.batch_shape
+    pairing, shape = _solvable(design, flank), design.batch_shape
     cases = pairing.branch.shape[0]
-    given = None if l1 is None else np.broadcast_to(l1, (*shape, np.shape(l1)[-1])).reshape(cases, -1)
+    given = None if l1 is None else _by_case(l1, shape)
     found: list[Ends] = []
     parts: list[tuple[FloatArray, NDArray[np.int8]]] = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -148,6 +149,22 @@ def path_of_contact(
     return _result(flank, table, status, path_ends, shape)
 
 
+def _solvable(design: Design, flank: str) -> Pairing:
+    if 0 in design.batch_shape:
+        raise ValueError("the design holds an array without elements: there is nothing to solve")
+    return pairing_of(design, flank)
+
+
+def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """The flank parameters asked for, (cases, positions)."""
+    given = np.atleast_1d(np.asarray(l1, dtype=float))
+    if given.shape[:-1] not in ((), shape):
+        raise ValueError(f"l1 must have the shape (positions) or {(*shape, 'positions')}, got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("l1 must be finite")
+    return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])
+
+
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
     """Contact ratio (Eq. 16) of the batch shape: 0 where there is no contact on the flanks, NaN
     where the path could not be followed. It is not the operating ratio where edges touch first."""
@@ -156,7 +173,7 @@ def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
 
 def path_ends(design: Design, flank: str = "right") -> PathEnds:
     """Ends of the path of contact and the contact ratio, without the positions between."""
-    pairing = pairing_of(design, flank)
+    pairing = _solvable(design, flank)
     found = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, pairing.branch.shape[0], CASES_PER_BLOCK):
@@ -169,8 +186,9 @@ def _path_ends(pairing: Pairing, found: list[Ends], shape: tuple[int, ...]) -> P
     status = np.concatenate([ends.status for ends in found])
     l = np.concatenate([ends.l for ends in found], axis=1)
     roll = np.concatenate([ends.roll for ends in found])
-    ratio = np.abs(roll[:, 1] - roll[:, 0]) * pairing.teeth[0, :, 0] / (2.0 * np.pi)
+    ratio = np.concatenate([ends.span for ends in found]) * pairing.teeth[0, :, 0] / (2.0 * np.pi)
     ratio = np.where((status == Status.OFF_FLANK) | (status == Status.NO_COMMON_NORMAL), 0.0, ratio)
+    ratio = np.where(np.isnan(pairing.scale + pairing.highest[0] + pairing.highest[1])[:, 0], np.nan, ratio)
     return PathEnds(
         l1=l[0].reshape(*shape, 2),
         l2=l[1].reshape(*shape, 2),

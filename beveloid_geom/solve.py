@@ -22,6 +22,7 @@ NEAR = np.linspace(-0.1, 1.1, 7)
 FAR = np.linspace(-1.0, 2.0, 25)
 """Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
 active flank, and over three flank depths where nothing was found there."""
+EXTREMA = 6
 NEWTON_LIMIT = 60
 LAST_STEP = 1e-6
 """Share of the flank's depth below which a Newton step is the last: it leaves an error of its
@@ -33,7 +34,7 @@ class Status(IntEnum):
 
     SOLVED = 0
     NO_COMMON_NORMAL = 1
-    """The flanks share no normal at this l1, wherever on the gear's flank one looks."""
+    """The flanks share no normal at this l1, or none under which they can touch."""
     NOT_CONVERGED = 2
     """Not found to rounding; of a path: lost on the flanks, where its common normal vanishes or
     l1 turns back."""
@@ -62,6 +63,40 @@ def _sampled(
     met = meet(pairing, l.reshape(*l.shape[:-2], -1))
     values = guarded_gap(pairing, met).reshape(l2.shape)
     return l2, values, ~np.isnan(met.gap).reshape(l2.shape)
+
+
+def _with_extremum(
+    pairing: Pairing, l1: FloatArray, l2: FloatArray, values: FloatArray, real: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """The samples with a few more, near that extremum of F which comes closest to zero without
+    crossing it: two roots may hide between the samples around it."""
+    for turn in range(EXTREMA):
+        left, middle, right = values[..., :-2], values[..., 1:-1], values[..., 2:]
+        towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)
+        towards &= (middle * right > 0.0) & real[..., 1:-1]
+        if not towards.any():
+            break
+        best = np.where(towards, np.abs(middle), np.inf).argmin(axis=-1)[..., None] + 1
+        x0, x1, x2 = (np.take_along_axis(l2, best + k, axis=-1) for k in (-1, 0, 1))
+        f0, f1, f2 = (np.take_along_axis(values, best + k, axis=-1) for k in (-1, 0, 1))
+        rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+        vertex = 0.5 * (x0 + x1) - 0.5 * rise * (x2 - x0) / (fall - rise)
+        # Beside a pole the parabola says nothing: halve, first towards the pole.
+        pole = np.isinf(f0) | np.isinf(f2)
+        halfway = 0.5 * (x1 + np.where(np.isinf(f2) == (turn % 2 == 0), x2, x0))
+        usable = (vertex > x0) & (vertex < x2) & (vertex != x1) & ~pole
+        vertex = np.where(usable, vertex, halfway)
+        met = meet(pairing, np.stack((l1, vertex[..., 0])))
+        order = np.argsort(np.concatenate((l2, vertex), axis=-1), axis=-1, kind="stable")
+        l2, values, real = (
+            np.take_along_axis(np.concatenate((known, new[..., None]), axis=-1), order, axis=-1)
+            for known, new in (
+                (l2, vertex[..., 0]),
+                (values, guarded_gap(pairing, met)),
+                (real, ~np.isnan(met.gap)),
+            )
+        )
+    return l2, values, real
 
 
 def _newton(
@@ -114,19 +149,21 @@ def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
 def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
     """The root on the flanks among all that `share` brackets, else the one least far off."""
     l2, values, real = _sampled(pairing, l1, share)
+    if share is FAR:
+        l2, values, real = _with_extremum(pairing, l1, l2, values, real)
     change = (np.signbit(values[..., :-1]) != np.signbit(values[..., 1:])) & (real[..., :-1] | real[..., 1:])
     rank = np.cumsum(change, axis=-1)
-    count, step = rank[..., -1], l2[..., 1] - l2[..., 0]
+    count = rank[..., -1]
     best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
     margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
     for k in range(1, int(count.max(initial=0)) + 1):
         has = count >= k
         cell = (rank == k) & change
-        low = l2[..., 0] + step * cell.argmax(axis=-1)
-        f_low, f_high = (
-            np.where(cell, part, 0.0).sum(axis=-1) for part in (values[..., :-1], values[..., 1:])
+        low, high, f_low, f_high = (
+            np.where(cell, part, 0.0).sum(axis=-1)
+            for part in (l2[..., :-1], l2[..., 1:], values[..., :-1], values[..., 1:])
         )
-        root = _newton(pairing, l1, low, low + step, f_low, f_high, has)
+        root = _newton(pairing, l1, low, high, f_low, f_high, has)
         if count.max() > 1:
             l = np.array((l1, root.l2))
             margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))

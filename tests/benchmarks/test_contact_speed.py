@@ -6,7 +6,8 @@ The references are the paper's five equations through `scipy.optimize.fsolve`, x
 position started from the one before: `math` is written in scalar floats with every constant
 hoisted, one square root, one sine and cosine per member and evaluation (about 20 evaluations
 a position); `numpy` with 3-vectors and 4 x 4 matrices, constants hoisted too. The one
-equation gives the full result (every field of `ContactPath`), mounting known.
+equation gives the full result (every field of `ContactPath`); what depends on the members alone,
+the mounting too, is known from an earlier call.
 """
 
 from __future__ import annotations
