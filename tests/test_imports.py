@@ -16,7 +16,7 @@ FLOORS = (
     *("sampling", "tooth", "report", "cli_support", "cli"),
 )
 """From the ground up: a module imports only modules named before it."""
-LOWER = {".opengl", ".theme", ".scene"}
+LOWER = {".opengl", ".theme", ".scene", ".whole_file"}
 OFFSCREEN = {"viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 import re
 import sys
 import tempfile
@@ -14,7 +13,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from beveloid_geom.cli_support import Refusal, load_design
+
 from .figures import FIGURES, Figure
+from .whole_file import whole_file
 
 if TYPE_CHECKING:
     from beveloid_geom.inputs import Design
@@ -23,12 +25,6 @@ if TYPE_CHECKING:
 
 DEFAULT_OUT = Path("outputs/figures")
 SMALLEST, LARGEST = 200, 8000
-
-
-class Trouble(click.ClickException):
-    """An error in what the user asked for: one line, exit status 2."""
-
-    exit_code = 2
 
 
 class NoOpenGL(click.ClickException):
@@ -60,7 +56,7 @@ def chosen_figures(names: Sequence[str]) -> list[Figure]:
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise Trouble(f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}")
+        raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}"])
     return [figure for figure in FIGURES if not names or figure.name in names]
 
 
@@ -71,33 +67,16 @@ def prepare_folder(path: Path) -> None:
         with tempfile.TemporaryFile(dir=path):
             pass
     except OSError as error:
-        raise Trouble(f"cannot write to {path} ({error.strerror}): choose a folder with --out") from None
-
-
-def load_design(source: str) -> Design:
-    """The design named on the command line."""
-    from beveloid_geom.design_file import DesignError, read_design
-
-    try:
-        return read_design(source)
-    except DesignError as error:
-        raise Trouble(str(error)) from None
+        raise Refusal([f"cannot write to {path} ({error.strerror}): choose a folder with --out"]) from None
 
 
 def write_table(table: Table, path: Path) -> None:
     """Write the numbers behind a figure; the file appears whole or not at all."""
     header, rows = table
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows(rows)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as beside, open(beside, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
 
 
 def make_figure(figure: Figure, design: Design, size: tuple[int, int], folder: Path) -> int:
@@ -170,7 +149,7 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
         try:
             triangles = make_figure(figure, design, size, folder)
         except OSError as error:
-            raise Trouble(f"cannot write {figure.name} to {folder} ({error.strerror})") from None
+            raise Refusal([f"cannot write {figure.name} to {folder} ({error.strerror})"]) from None
         summary.append((figure, triangles, time.perf_counter() - start))
     for figure, triangles, seconds in summary:
         click.echo(f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}")

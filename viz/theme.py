@@ -6,8 +6,6 @@ size, so that a small page has the layout of a large one.
 
 from __future__ import annotations
 
-import os
-import tempfile
 import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -18,6 +16,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from .whole_file import whole_file
 
 if TYPE_CHECKING:
     from .scene import Picture
@@ -204,12 +204,5 @@ def round_length(length: float) -> float:
 
 def save_page(page: Page, path: Path) -> None:
     """Write the page as PNG; the file appears whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            page.savefig(file, format="png", dpi=page.dpi, metadata={"Software": None})
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(path) as beside:
+        page.savefig(beside, format="png", dpi=page.dpi, metadata={"Software": None})
