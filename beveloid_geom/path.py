@@ -40,7 +40,8 @@ from .track import (
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""
 CASES_PER_BLOCK = 256
-POSITIONS_PER_BLOCK = 8192
+POSITIONS_PER_BLOCK, SAFE_PER_BLOCK = 8192, 2048
+"""Sizes at which the arrays of a block stay in the cache; a safe solve takes many samples."""
 ROUNDING = 64.0
 """Limits count as met within this many gap tolerances."""
 
@@ -51,8 +52,8 @@ class PathEnds:
 
     `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
     `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
-    `pieces` (number of pieces on the flanks; the one that covers most roll is taken) and `status` (codes of
-    `Status`) have the batch shape."""
+    `pieces` (in how many the path lies on the flanks; that which covers most roll is taken) and
+    `status` (codes of `Status`) have the batch shape."""
 
     l1: FloatArray
     l2: FloatArray
@@ -85,9 +86,9 @@ class ContactPath:
     `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
     `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
     moves with the member, towards the heel; `pinion_r, gear_r` (mm) from the member's axis;
-    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll (mid-l1
-    where the roll turns back) of the
-    path on the flanks, rad; `status`: codes of `Status`. NaN where not solved."""
+    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the path
+    on the flanks (mid-l1 where the roll turns back; without such a path, the middle of the l1
+    asked for), rad; `status`: codes of `Status`. NaN where not solved."""
 
     flank: str
     l1: FloatArray
@@ -160,8 +161,8 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     given = np.atleast_1d(np.asarray(l1, dtype=float))
     if given.shape[:-1] not in ((), shape):
         raise ValueError(f"l1 must have the shape (positions) or {(*shape, 'positions')}, got {given.shape}")
-    if not np.isfinite(given).all():
-        raise ValueError("l1 must be finite")
+    if given.size == 0 or not np.isfinite(given).all():
+        raise ValueError("l1 must hold finite numbers, at least one")
     return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])
 
 
@@ -235,8 +236,10 @@ def _at_given(
     x = (l1 - track.middle) / track.half
     values, status = _by_blocks(track.coefficients, x), np.full(l1.shape, np.int8(Status.SOLVED))
     beyond = ~((np.abs(x) <= 1.0) & (track.status == Status.SOLVED)[:, None]).all(axis=0)
-    if beyond.any():
-        values[..., beyond], status[:, beyond] = exact_rows(pairing, l1[:, beyond])
+    found = np.flatnonzero(beyond)
+    size = max(1, SAFE_PER_BLOCK // len(l1))
+    for part in (found[start : start + size] for start in range(0, found.size, size)):
+        values[..., part], status[:, part] = exact_rows(pairing, l1[:, part])
     values[0] = l1
     off = values[HEIGHT:].min(axis=0) < -ROUNDING * gap_tolerance(pairing)
     status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
