@@ -264,7 +264,7 @@ def test_arguments_are_checked() -> None:
         path_of_contact(table1(errors=Errors(offset=np.empty(0))))
     with pytest.raises(ValueError, match="l1 must have the shape"):
         path_of_contact(table1(), l1=np.zeros((2, 3)))
-    for useless in (np.inf, []):
+    for useless in (np.array(np.inf), np.empty(0)):
         with pytest.raises(ValueError, match="l1 must hold finite numbers"):
             path_of_contact(table1(), l1=useless)
     assert path_of_contact(table1(), l1=0.0).l1.shape == (1,)
