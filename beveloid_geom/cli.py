@@ -97,7 +97,7 @@ def design() -> None:
 
 
 @main.command()
-@click.argument("design")
+@click.argument("design", default=BUILTIN_DESIGN)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
 def check(design: str, as_json: bool) -> None:
     """Say how well a design closes: offset, shaft angle, backlash.

@@ -103,6 +103,9 @@ class Limit(IntEnum):
     PINION_HEEL = 6
     GEAR_HEEL = 7
 
+    def __str__(self) -> str:
+        return f"{self.member} {self.limit}"
+
     @property
     def member(self) -> str:
         """'pinion' or 'gear'."""

@@ -85,13 +85,6 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     return _turn(np.cos(phi), np.sin(phi), x, y, z)
 
 
-def flank_radius(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Distance (mm) from the gear axis of the flank point with parameter `l` in the plane `z`."""
-    u = trace_parameter(member, flank, l, z)
-    x, y, _, _ = _generated(rack_of(member, flank), np.asarray(l, dtype=float), u)
-    return np.hypot(x, y)
-
-
 def _generated(
     rack: Rack, l: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -114,7 +114,9 @@ def _notes(design: Design, path: ContactPath) -> tuple[str, ...]:
         notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
     if path.ends.pieces > 1:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
-        notes.append(f"{pieces}: this is the longest, and the contact ratio is its own")
+        notes.append(f"{pieces}: this is the one that covers most roll, the contact ratio is its own")
+    if 0.0 < path.ends.contact_ratio < 1.0:
+        notes.append("the contact ratio is below 1: one tooth pair leaves before the next one enters")
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
         notes.append(f"{missing} of {path.status.size} positions are not solved")
@@ -127,8 +129,10 @@ def _drive_notes(path: ContactPath) -> Iterator[str]:
     pinion rolls up and the gear down: the gear stands ahead where its roll is less."""
     sigma = flank_sign(path.flank)
     if np.any(sigma * np.diff(path.pinion_roll) < 0.0):
-        text = "the pinion's roll runs against the drive along this path"
-        yield f"{text}: it is passed the other way round, or the flanks cut into each other beside it"
+        yield "the pinion's roll turns back along this path: the flanks cut into each other beside it"
+    elif path.l1[0] > path.l1[-1]:
+        text = "the drive passes this path from the pinion's tip side to its root"
+        yield f"{text}: the flanks cut into each other beside it"
     lead = -sigma * path.transmission_error
     ahead = math.degrees(min(lead[0], lead[-1]) - lead.min()) * 3600.0
     if ahead > AHEAD:

@@ -139,17 +139,17 @@ def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
     near = _search(pairing, l1, NEAR)
     if (near.status == Status.SOLVED).all():
         return near
-    far = _search(pairing, l1, FAR)
+    far = _search(pairing, l1, FAR, between_samples=True)
     pick = near.status == Status.SOLVED
     return Roots(
         *(np.where(pick, a, b) for a, b in zip(vars(near).values(), vars(far).values(), strict=True))
     )
 
 
-def _search(pairing: Pairing, l1: FloatArray, share: FloatArray) -> Roots:
+def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples: bool = False) -> Roots:
     """The root on the flanks among all that `share` brackets, else the one least far off."""
     l2, values, real = _sampled(pairing, l1, share)
-    if share is FAR:
+    if between_samples:
         l2, values, real = _with_extremum(pairing, l1, l2, values, real)
     change = (np.signbit(values[..., :-1]) != np.signbit(values[..., 1:])) & (real[..., :-1] | real[..., 1:])
     rank = np.cumsum(change, axis=-1)

@@ -473,7 +473,6 @@ def test_option_past_its_limits(option: str, value: str, told: str) -> None:
         ["tca", "--json", "--csv"],
         ["tca", "--twist", "1"],
         ["tca", "ni-2017", "ni-2017"],
-        ["check"],
         ["design", "ni-2017"],
         ["turn"],
     ],

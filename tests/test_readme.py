@@ -18,7 +18,9 @@ def test_python_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert example
     scope: dict[str, object] = {}
     exec(compile(example[1], "README.md", "exec"), scope)
-    assert float(capsys.readouterr().out.split()[0]) == pytest.approx(1.8163, abs=5e-5)
+    lines = capsys.readouterr().out.splitlines()
+    assert float(lines[0]) == pytest.approx(1.8163, abs=5e-5)
+    assert lines[1] == "gear tip pinion tip"
     ratios = scope["ratios"]
     assert getattr(ratios, "shape", None) == (201,)
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -138,3 +140,24 @@ def test_a_design_without_contact_is_drawn_and_said(tmp_path: Path) -> None:
 
 def only(*names: str) -> list[str]:
     return [word for name in names for word in ("--only", name)]
+
+
+def test_an_interrupt_ends_after_the_figure_in_hand(tmp_path: Path) -> None:
+    """No traceback, no half-written file, exit status 130."""
+    out = tmp_path / "out"
+    with subprocess.Popen(
+        [COMMAND, "--out", str(out), "--size", "400x300"],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        while not (out / "fig-01.csv").exists():
+            assert process.poll() is None
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted: " in errors
+    assert "Traceback" not in errors
+    assert {path.suffix for path in out.iterdir()} == {".png", ".csv"}
+    assert len(list(out.iterdir())) < 30

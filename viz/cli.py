@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import re
+import signal
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import Refusal, load_design
+from beveloid_geom.cli_support import Refusal, load_design, write_out
 
 from .figures import FIGURES, Figure
 from .whole_file import whole_file
@@ -31,6 +33,26 @@ class NoOpenGL(click.ClickException):
     """Nothing can be drawn on this machine: one line, exit status 3."""
 
     exit_code = 3
+
+
+class Interrupted(click.ClickException):
+    """Ctrl-C: the figures drawn so far are whole; exit status 130."""
+
+    exit_code = 130
+
+
+def stop_between_figures() -> threading.Event:
+    """Let the first Ctrl-C end the command after the figure in hand, and the second at once:
+    VTK does not take an exception in the middle of its work well."""
+    stop = threading.Event()
+
+    def ask(*_: object) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, ask)
+    return stop
 
 
 class PageSize(click.ParamType[tuple[int, int]]):
@@ -94,8 +116,7 @@ def make_figure(figure: Figure, design: Design, size: tuple[int, int], folder: P
 
 def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not context.resilient_parsing:
-        for figure in FIGURES:
-            click.echo(f"{figure.name}  {figure.title}")
+        write_out("".join(f"{figure.name}  {figure.title}\n" for figure in FIGURES))
         context.exit()
 
 
@@ -125,7 +146,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     metavar="FILE",
     default="ni-2017",
     show_default=True,
-    help="Design file (TOML), or name.",
+    help="Design file (TOML), or the built-in design's name.",
 )
 def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
     """Draw the figures of Ni et al. 2017 as PNG, each with the numbers behind it as CSV."""
@@ -141,9 +162,13 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
     except MissingOpenGLError as error:
         raise NoOpenGL(str(error)) from None
     prepare_folder(folder)
-    summary, begin = [], time.perf_counter()
+    summary: list[tuple[Figure, int, float]] = []
+    begin = time.perf_counter()
+    stop = stop_between_figures()
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:
+        if stop.is_set():
+            raise Interrupted(f"interrupted: {len(summary)} of {len(figures)} figures are in {folder}")
         bar.set_postfix_str(figure.name)
         start = time.perf_counter()
         try:
@@ -151,9 +176,11 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
         except OSError as error:
             raise Refusal([f"cannot write {figure.name} to {folder} ({error.strerror})"]) from None
         summary.append((figure, triangles, time.perf_counter() - start))
-    for figure, triangles, seconds in summary:
-        click.echo(f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}")
-    click.echo(
-        f"{len(summary)} figures (PNG) and their numbers (CSV) are in {folder.resolve()},"
-        f" drawn in {time.perf_counter() - begin:.1f} s"
-    )
+    lines = [
+        f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}"
+        for figure, triangles, seconds in summary
+    ]
+    drawn = "1 figure (PNG) and its" if len(summary) == 1 else f"{len(summary)} figures (PNG) and their"
+    seconds = time.perf_counter() - begin
+    lines.append(f"{drawn} numbers (CSV) are in {folder.resolve()}, drawn in {seconds:.1f} s")
+    write_out("\n".join(lines) + "\n")

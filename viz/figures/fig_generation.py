@@ -97,7 +97,7 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
     text = (
         "(b) is the pinion of this design in true proportions: rack and gear touch along a line on each"
         " flank. $S_b$ is fixed, $S_c$ slides with the rack and $S_j$ turns with the gear; all three stand at"
-        " mid-face and are drawn at the heel."
+        " mid-face and are drawn at the heel; $S_j$ has turned by $-\\varphi$ about $z_b$."
         + (
             f" (a) is drawn with $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0"
             f" instead of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0, so that the frames can be"

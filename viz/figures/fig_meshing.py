@@ -100,7 +100,7 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
         size,
         "Fig. 4   Meshing model of the crossed beveloid gears",
         f"Offset $E$ = {data.offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
-        " (blue) and gear (yellow), working pitch circles (red)",
+        " (blue) and gear (brown), working pitch circles (orange)",
     )
     text = (
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"

@@ -76,7 +76,7 @@ class SolvedPath:
 
 def limit_name(limit: Limit | None) -> str:
     """'gear tip' and the like; '' for no limit."""
-    return "" if limit is None else f"{limit.member} {limit.limit}"
+    return "" if limit is None else str(limit)
 
 
 def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
