@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -102,7 +103,7 @@ class Design:
         """Pinion and gear, in this order."""
         return self.pinion, self.gear
 
-    @property
+    @cached_property
     def batch_shape(self) -> tuple[int, ...]:
         """Shape to which all array-valued inputs broadcast; `()` for a single design."""
         arrays = [value for value in self._quantities() if not isinstance(value, (int, float))]

@@ -306,7 +306,7 @@ def _rough_ends(track: Track) -> tuple[FloatArray, NDArray[np.int_]]:
     depth = (track.coefficients[HEIGHT:] @ SCAN_VALUES[: track.coefficients.shape[-1]]).min(axis=0)
     first, last, pieces = longest_run(depth > 0.0)
     x = np.stack((_crossing(depth, first, -1), _crossing(depth, last, 1)), axis=-1)
-    steps = np.diff(depth, axis=-1)
+    steps = depth[:, 1:] - depth[:, :-1]
     before, after, middle = steps[:, :-1], steps[:, 1:], depth[:, 1:-1]
     near = np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
     hidden = near & np.where(middle > 0.0, (before < 0.0) & (after > 0.0), (before > 0.0) & (after < 0.0))
@@ -333,7 +333,7 @@ def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
 def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
     """Parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
     case = np.arange(len(edge))
-    beyond = np.clip(edge + outward, 0, SCAN.size - 1)
+    beyond = np.minimum(np.maximum(edge + outward, 0), SCAN.size - 1)
     inside, outside = depth[case, edge], depth[case, beyond]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
     return np.asarray(SCAN[edge] + share * (SCAN[beyond] - SCAN[edge]))
