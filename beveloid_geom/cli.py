@@ -1,6 +1,7 @@
 """The command `beveloid-geom`.
 
-Exit status: 0 done (`check`: warnings or not), 1 no contact on the flanks, 2 bad input.
+Exit status: 0 done (`check`: warnings or not), 1 no contact on the flanks or none that could be
+followed, 2 bad input.
 """
 
 from __future__ import annotations
@@ -77,7 +78,10 @@ def tca(
     changed = changed_design(load_design(design), changes)
     from . import report
 
-    found = report.contact_report(click.format_filename(design), changed, flank, points, method)
+    try:
+        found = report.contact_report(click.format_filename(design), changed, flank, points, method)
+    except ArithmeticError as error:
+        raise click.ClickException(str(error)) from None  # status 1: nothing wrong with the input
     if as_json:
         write_out(report.contact_json(found))
     else:

@@ -96,7 +96,7 @@ class _Solver:
             if ahead is None:
                 raise ArithmeticError(
                     f"the five equations lose the contact at pinion roll {np.degrees(outside.roll):.4f} deg "
-                    "before a limit of the flanks is met; the one-equation method says why"
+                    "before a limit of the flanks is met: follow this path by the one equation"
                 )
             outside = ahead
         found = [inside]
@@ -116,7 +116,8 @@ class _Solver:
 def path_of_contact_five_equations(design: Design, flank: str = "right", points: int = 101) -> ContactPath:
     """Path of contact of a single design by the paper's five equations; see `path_of_contact`.
 
-    Raises ValueError for a batch and ArithmeticError where the solver loses the contact."""
+    Raises ValueError for a batch and ArithmeticError where the solver loses the contact, as it
+    must where the roll, by which it steps, turns back along the path."""
     if design.batch_shape:
         raise ValueError("the five-equation method takes single designs, not batches")
     guide = path_of_contact(design, flank, 3)

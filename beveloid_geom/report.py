@@ -64,8 +64,6 @@ class ContactReport:
     @property
     def contact_ratio(self) -> float:
         """Contact ratio: 0 without contact on the flanks, NaN where the path could not be followed."""
-        if self.path.ends.status in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL):
-            return 0.0
         return float(self.path.ends.contact_ratio)
 
 

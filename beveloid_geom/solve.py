@@ -3,8 +3,8 @@
 `solve_gear_parameter` samples F over l2, brackets every sign change, and runs Newton with the
 exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs
 off to an infinity of known sign, so that a root between the last sample and that pole is
-bracketed too. Where there are several roots the one on the flanks is taken; if two are, the
-position is marked.
+bracketed too; where an extremum of F comes near zero more samples look for two roots beside it.
+Of several roots the one on the flanks is taken; if two are, the position is marked.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ NEAR = np.linspace(-0.1, 1.1, 7)
 FAR = np.linspace(-1.0, 2.0, 25)
 """Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
 active flank, and over three flank depths where nothing was found there."""
-EXTREMA = 6
-NEWTON_LIMIT = 60
+EXTREMA, NEWTON_LIMIT = 6, 60
+"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve."""
 LAST_STEP = 1e-6
 """Share of the flank's depth below which a Newton step is the last: it leaves an error of its
 square. The callers judge F afterwards."""
@@ -46,11 +46,19 @@ class Status(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Roots:
-    """Roots l2 (mm), the slope dF/dl2 there, and the Status, each (*batch, positions)."""
+    """Roots l2 (mm), the slope dF/dl2 there, and the Status, each (cases, positions)."""
 
     l2: FloatArray
     slope: FloatArray
     status: NDArray[np.int8]
+
+    def where(self, kept: NDArray[np.bool_], other: Roots) -> Roots:
+        """These roots where `kept`, elsewhere the other ones."""
+        return Roots(
+            np.where(kept, self.l2, other.l2),
+            np.where(kept, self.slope, other.slope),
+            np.where(kept, self.status, other.status),
+        )
 
 
 def _sampled(
@@ -132,18 +140,14 @@ def _newton(
 
 
 def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
-    """Solve F(l1, l2) = 0 for l2 at every `l1` (*batch, positions), mm, safely.
+    """Solve F(l1, l2) = 0 for l2 at every `l1` (cases, positions), mm, safely.
 
     Roots off the flanks are found up to one flank depth beyond the gear's flank and are
     reported as solved; nothing is clipped here."""
     near = _search(pairing, l1, NEAR)
     if (near.status == Status.SOLVED).all():
         return near
-    far = _search(pairing, l1, FAR, between_samples=True)
-    pick = near.status == Status.SOLVED
-    return Roots(
-        *(np.where(pick, a, b) for a, b in zip(vars(near).values(), vars(far).values(), strict=True))
-    )
+    return near.where(near.status == Status.SOLVED, _search(pairing, l1, FAR, between_samples=True))
 
 
 def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples: bool = False) -> Roots:
@@ -171,12 +175,7 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples
             hits += depth >= 0.0
             has = has & ((depth > margin) | (k == 1))
             margin = np.where(has, depth, margin)
-        best = Roots(
-            *(
-                np.where(has, new, old)
-                for new, old in zip(vars(root).values(), vars(best).values(), strict=True)
-            )
-        )
+        best = root.where(has, best)
     status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
     status = np.where((count == 0) & ~real.all(axis=-1), np.int8(Status.NO_COMMON_NORMAL), status)
     known = status == Status.SOLVED

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contact import (
+    Limit,
     Meeting,
     Pairing,
     axial_and_radius,
@@ -60,6 +61,8 @@ ROWS = {
 }
 POINT, NORMAL, LENGTHS = slice(8, 11), slice(14, 17), slice(0, 11)
 ROLL, PHASE, HEIGHT = 11, 13, 17
+WIDTH = HEIGHT + len(Limit)
+"""Rows of quantities, and with the margins."""
 
 COARSE, FINE = basis_of(20), basis_of(HIGHEST)
 SCAN = np.linspace(-1.0, 1.0, 65)
@@ -67,9 +70,9 @@ SCAN_VALUES = polynomials(SCAN, HIGHEST)
 SHARES = np.linspace(0.0, 1.0, 17)
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
-HALVINGS = 40
-SEARCH = 129
-"""Positions at which a window that is not smooth is searched for the part on the flanks."""
+SEARCH, HALVINGS = 129, 40
+"""Positions at which a window that is not smooth is searched for the part on the flanks, and
+halvings of l1 by which the contacts are followed to where they end."""
 STEEP = 128.0
 """Gap tolerances (1e-10 mm on Table 1) up to which a position near n_x = 0 still counts as solved."""
 PASSES, NEWTON_LAST = 30, 1e-8
@@ -80,7 +83,7 @@ PASSES, NEWTON_LAST = 30, 1e-8
 class Track:
     """A path over a window of l1, as polynomials of x in [-1, 1], l1 = middle + half x.
 
-    `middle`, `half` (cases, 1), mm. `coefficients` (HEIGHT + 8, cases, degree + 1). `status`
+    `middle`, `half` (cases, 1), mm. `coefficients` (WIDTH, cases, degree + 1). `status`
     (cases): SOLVED, or why there is no track. `elsewhere` (cases): pieces of the path on the
     flanks that a narrowed window leaves out."""
 
@@ -111,7 +114,7 @@ class Ends:
 
 
 def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Solve at every l1 (cases, positions), mm: the rows (HEIGHT + 8, cases, positions), NaN
+    """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN
     where not solved, and the Status of each position."""
     roots = solve_gear_parameter(pairing, l1)
     l = np.array((l1, roots.l2))
@@ -135,7 +138,7 @@ def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np
 def _rows(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
     z, radius = axial_and_radius(pairing, met)
     roll = roll_angles(pairing, met)
-    rows = np.empty((HEIGHT + 8, *l.shape[1:]))
+    rows = np.empty((WIDTH, *l.shape[1:]))
     rows[0:2], rows[2:4], rows[4:6], rows[6:8] = l, trace_parameters(pairing, met, z), z, radius
     rows[POINT], rows[NORMAL] = contact_point(met), contact_normal(met)
     rows[ROLL : ROLL + 2] = roll
@@ -175,7 +178,7 @@ def track_of(pairing: Pairing) -> Track:
         return track
     finer = _narrowed(pairing.cases(bad), middle[bad], half[bad])
     sizes = track.coefficients.shape[-1], finer.coefficients.shape[-1]
-    merged = np.zeros((HEIGHT + 8, len(middle), max(sizes)))
+    merged = np.zeros((WIDTH, len(middle), max(sizes)))
     merged[..., : sizes[0]] = track.coefficients
     merged[:, bad] = 0.0
     merged[:, bad, : sizes[1]] = finer.coefficients
@@ -276,8 +279,8 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
     both = with_derivative(track.coefficients[HEIGHT:])
     for _ in range(PASSES):
         values = evaluate(both, x)
-        rates = values[8:] * inward
-        moves = np.where(rates > 0.0, -values[:8] / rates, -np.inf)
+        rates = values[len(Limit) :] * inward
+        moves = np.where(rates > 0.0, -values[: len(Limit)] / rates, -np.inf)
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
         x = np.minimum(np.maximum(x + move, -1.0), 1.0)
         if not (np.abs(move) > NEWTON_LAST).any():

@@ -483,3 +483,13 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
     assert "Traceback" not in result.stderr
+
+
+def test_a_contact_that_the_five_equations_lose_is_said_in_a_line() -> None:
+    """With a1 = a2 = 0.0005 the roll turns back along the path."""
+    result = run(
+        "tca", "--parabola-pinion", "0.0005", "--parabola-gear", "0.0005", "--method", "five-equation"
+    )
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith("Error: the five equations lose the contact at pinion roll ")
+    assert result.stderr.count("\n") == 1
