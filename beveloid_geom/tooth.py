@@ -1,14 +1,5 @@
 """The whole tooth as the tool leaves it: flanks, fillets, lands, end faces, body.
 
-The tool's tip is rounded. Round and flank meet with the same tangent, at a height that
-depends on the parabola; from there the section normal turns on to square while the round
-cuts the fillet, and the flat tip of the tool cuts the bottom land. All of these are envelopes
-of the same sliding rack, so Eq. 6 holds for each with its own point and normal:
-
-    flank        section normal (sin(alpha - tau), sigma cos(alpha - tau))
-    fillet       c - rho n(theta), n = (sin(theta), sigma cos(theta)), from the flank's to pi/2
-    bottom land  x_n = -dedendum, n = (1, 0): the root cone, dedendum / cos(gamma) below
-
 One tooth is a set of patches, grids of points with the exact normals of their surfaces. They
 share the stations along the face, and so their common edges. The tooth with its part of the
 body reaches to the middle of the tooth spaces beside it; other teeth are the same, turned.
@@ -18,34 +9,22 @@ Undercut is not looked for here: an undercut fillet passes through its flank.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .flank import flank_point, generated, tip_parameter, tip_radius, trace_parameter
-from .inputs import FloatArray, Member, Tool, flank_sign
-from .rack import rack_of, section_point
-from .sampling import Faces, Sheet, cells_for, flank_sheet, form_of, grid_faces, grid_of, stations
+from .fillet import bottom_point, fillet_point, tool_round
+from .flank import flank_point, tip_parameter, tip_radius, trace_parameter
+from .inputs import FloatArray, Member, flank_sign
+from .sampling import Faces, Place, Sheet, cells_for, flank_sheet, form_of, grid_faces, grid_of, stations
 
 FLANKS = ("right", "left")
 SIDES = ("first side", "last side")
 """Where a part of a gear is cut off, before its first and after its last tooth."""
 BORE_SHARE = 0.45
 """Radius of the bore if none is given, as a share of the least root radius."""
-
-
-@dataclass(frozen=True)
-class ToolRound:
-    """Rounded tip of the tool beside one flank, in its normal section: where it meets the flank
-    (parameter `joint`, mm, and `angle` of the section normal there, rad), its centre
-    (x_n, y_n) and radius, mm."""
-
-    joint: float
-    angle: float
-    centre: tuple[float, float]
-    radius: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,86 +64,23 @@ class Mesh:
         )
 
 
-def tool_round(tool: Tool, flank: str) -> ToolRound:
-    """The tip round of a single tool at one flank.
-
-    Raises ValueError where the rounds of both flanks overlap or the flank ends above the round."""
-    alpha, a, module = float(tool.normal_pressure_angle), float(tool.parabola), float(tool.normal_module)
-    depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
-    l = (radius * (1.0 - np.sin(alpha)) - depth) / np.cos(alpha)
-    for _ in range(30):
-        tau = np.arctan(2.0 * a * l)
-        height = l * np.cos(alpha) + a * l * l * np.sin(alpha) + radius * np.sin(alpha - tau)
-        turn = 2.0 * a / (1.0 + (2.0 * a * l) ** 2)
-        slope = np.cos(alpha) + 2.0 * a * l * np.sin(alpha) - radius * np.cos(alpha - tau) * turn
-        step = (radius - depth - height) / slope
-        l += step
-        if abs(step) < 1e-13 * module:
-            break
-    else:
-        raise ValueError(f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller")
-    angle = alpha - np.arctan(2.0 * a * l)
-    sigma = flank_sign(flank)
-    x, y = section_point(tool, flank, np.asarray(l)) + radius * np.array(
-        [np.sin(angle), sigma * np.cos(angle)]
-    )
-    if abs(y) > 0.5 * np.pi * module:
-        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's rounds overlap"
-        raise ValueError(f"{text} by {2.0 * abs(y) - np.pi * module:.3g} mm")
-    return ToolRound(float(l), float(angle), (float(x), float(y)), radius)
-
-
-def section_sheet(
-    member: Member,
-    flank: str,
-    section: Callable[[FloatArray], tuple[FloatArray, ...]],
-    ends: tuple[float, float],
-) -> Sheet:
-    """What a curve of the tool's normal section cuts. `section(p)` gives x_n, y_n and the unit
-    normal's two components; p runs over `ends`."""
-    rack, alpha = rack_of(member, flank), float(member.tool.normal_pressure_angle)
-    along = np.cos(alpha) * rack.direction + np.sin(alpha) * rack.normal
-    across = rack.sigma * (np.cos(alpha) * rack.normal - np.sin(alpha) * rack.direction)
-    origin = rack.apex - rack.sigma * 0.25 * np.pi * member.tool.normal_module * across
-
-    def place(p: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        x, y, nx, ny = section(p)
-        normal = _spanned(nx, along) + _spanned(ny, across)
-        start = _spanned(np.ones_like(p), origin) + _spanned(x, along) + _spanned(y, across)
-        u = (z - start[2]) / rack.trace[2]
-        return generated(rack, start + _spanned(u, rack.trace), normal)
-
+def _straight_sheet(member: Member, place: Place, ends: tuple[float, float]) -> Sheet:
     return Sheet(
         place, lambda z: ends[0] + 0.0 * z, lambda z: ends[1] + 0.0 * z, 0.5 * float(member.face_width)
     )
 
 
-def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
-    """Components (3, ...) of a vector (3,) times each of the lengths (...)."""
-    return np.multiply.outer(vector, lengths)
-
-
 def fillet_sheet(member: Member, flank: str) -> Sheet:
     """The fillet below one flank, over the angle of the section normal: bottom land first."""
-    rounding, sigma = tool_round(member.tool, flank), flank_sign(flank)
-    (x, y), radius = rounding.centre, rounding.radius
-
-    def section(p: FloatArray) -> tuple[FloatArray, ...]:
-        sin, cos = np.sin(p), sigma * np.cos(p)
-        return x - radius * sin, y - radius * cos, sin, cos
-
-    return section_sheet(member, flank, section, (0.5 * np.pi, rounding.angle))
+    ends = (0.5 * np.pi, tool_round(member.tool, flank).angle)
+    return _straight_sheet(member, lambda p, z: fillet_point(member, flank, p, z), ends)
 
 
 def bottom_sheet(member: Member, flank: str) -> Sheet:
     """The bottom land from the fillet of one flank to the middle of the tooth space beside it."""
-    depth = float(member.tool.dedendum * np.asarray(member.tool.normal_module))
     middle = flank_sign(flank) * 0.5 * np.pi * float(member.tool.normal_module)
-
-    def section(p: FloatArray) -> tuple[FloatArray, ...]:
-        return -depth + 0.0 * p, p, np.ones_like(p), np.zeros_like(p)
-
-    return section_sheet(member, flank, section, (middle, tool_round(member.tool, flank).centre[1]))
+    ends = (middle, tool_round(member.tool, flank).centre[1])
+    return _straight_sheet(member, lambda p, z: bottom_point(member, flank, p, z), ends)
 
 
 def tip_angle(member: Member, flank: str, z: ArrayLike) -> FloatArray:

@@ -13,7 +13,9 @@ ROOT = Path(__file__).parents[1]
 FLOORS = (
     *("inputs", "rack", "flank", "assembly", "mounting", "contact", "solve", "curve", "track", "path"),
     *("five_equations", "design_limits", "design_file", "closing"),
-    *("sampling", "tooth", "report", "cli_support", "cli"),
+    *("fillet", "touch", "first_contact", "certificate", "operation", "curvature", "pattern"),
+    *("sampling", "closest", "proximity", "undercut", "section", "solid", "tooth", "volume", "hexahedra"),
+    *("export", "report", "cli_support", "cli_mesh", "cli"),
 )
 """From the ground up: a module imports only modules named before it."""
 LOWER = {".opengl", ".theme", ".scene", ".whole_file"}

@@ -8,6 +8,7 @@ from math import pi, radians, tan
 import numpy as np
 import pytest
 
+from beveloid_geom.fillet import tool_round
 from beveloid_geom.flank import tip_radius
 from beveloid_geom.inputs import FloatArray, Member
 from beveloid_geom.rack import reference_radius
@@ -16,7 +17,6 @@ from beveloid_geom.tooth import (
     Patch,
     fillet_sheet,
     gear_mesh,
-    tool_round,
     tooth_patches,
     transverse_section,
 )

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from beveloid_geom.fillet import ToolRound, tool_round
 from beveloid_geom.inputs import FloatArray, Member, Tool
 from beveloid_geom.rack import parameter_at_height, rack_of, section_point
-from beveloid_geom.tooth import ToolRound, tool_round
 
 from ..scene import Surface, grid_surface
 

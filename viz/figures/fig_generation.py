@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from beveloid_geom.fillet import tool_round
 from beveloid_geom.inputs import Design, FloatArray, Member
 from beveloid_geom.rack import reference_radius
-from beveloid_geom.tooth import tool_round
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table

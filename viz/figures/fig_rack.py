@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
+from beveloid_geom.fillet import ToolRound, tool_round
 from beveloid_geom.inputs import Design, FloatArray, Tool
-from beveloid_geom.tooth import ToolRound, tool_round
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
