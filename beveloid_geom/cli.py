@@ -6,14 +6,11 @@ followed, 2 bad input.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import click
 
-from .cli_support import BUILTIN_DESIGN, OVERRIDES, changed_design, load_design, option_name, write_out
-
-Command = Callable[..., Any]
+from .cli_mesh import mesh
+from .cli_operation import operation
+from .cli_support import BUILTIN_DESIGN, changed_design, load_design, override_options, write_out
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -23,15 +20,6 @@ def main() -> None:
 
     A DESIGN is a TOML file or the name of the built-in design, ni-2017.
     """
-
-
-def _override_options(command: Command) -> Command:
-    """One option for each value of a design that a command line may change."""
-    for argument, metavar, text in reversed(OVERRIDES):
-        text = f"{text} Default: that of the design."
-        option = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)
-        command = option(command)
-    return command
 
 
 @main.command()
@@ -44,13 +32,19 @@ def _override_options(command: Command) -> Command:
     show_default=True,
     help="Positions along the path, both ends included.",
 )
-@_override_options
+@override_options
 @click.option(
     "--method",
     type=click.Choice(["one-equation", "five-equation"]),
     default="one-equation",
     show_default=True,
     help="The five equations are the paper's, slower, to compare with.",
+)
+@click.option(
+    "--certify/--no-certify",
+    default=True,
+    show_default=True,
+    help="Whether anything else of the teeth touches earlier, about a millisecond a position.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one position a row, mm and rad.")
@@ -62,6 +56,7 @@ def tca(
     flank: str,
     points: int,
     method: str,
+    certify: bool,
     as_json: bool,
     as_csv: bool,
     **changes: float | None,
@@ -79,7 +74,7 @@ def tca(
     from . import report
 
     try:
-        found = report.contact_report(click.format_filename(design), changed, flank, points, method)
+        found = report.contact_report(click.format_filename(design), changed, flank, points, method, certify)
     except ArithmeticError as error:
         raise click.ClickException(str(error)) from None  # status 1: nothing wrong with the input
     if as_json:
@@ -121,3 +116,7 @@ def check(design: str, as_json: bool) -> None:
         ideal = str(error)
     shown = closing_json if as_json else closing_table
     write_out(shown(click.format_filename(design), given, closing, ideal, remarks_on(given, closing)))
+
+
+main.add_command(mesh)
+main.add_command(operation)

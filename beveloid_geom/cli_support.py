@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import IO, TYPE_CHECKING, Any
 
 import click
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .inputs import Design
 
 BUILTIN_DESIGN = "ni-2017"
+Command = Callable[..., Any]
 
 OVERRIDES = (
     ("offset_error", "MM", "Error of the offset."),
@@ -26,6 +27,12 @@ OVERRIDES = (
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
 )
 """Arguments of `design_file.override` that have an option, its metavar and help."""
+
+
+class Interrupted(click.ClickException):
+    """Ctrl-C: what is there is whole; exit status 130."""
+
+    exit_code = 130
 
 
 class Refusal(click.ClickException):
@@ -47,6 +54,15 @@ class Refusal(click.ClickException):
 def option_name(argument: str) -> str:
     """The option for an argument of `design_file.override`; its unit stands in the metavar."""
     return "--" + argument.removesuffix("_deg").replace("_", "-")
+
+
+def override_options(command: Command) -> Command:
+    """One option for each value of a design that a command line may change."""
+    for argument, metavar, text in reversed(OVERRIDES):
+        text = f"{text} Default: that of the design."
+        option = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)
+        command = option(command)
+    return command
 
 
 def load_design(source: str) -> Design:

@@ -35,11 +35,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .assembly import common_normal, layout_of
-from .flank import tip_thickness, undercut_margin
+from .assembly import common_normal, layout_of, member_frame, to_fixed
+from .fillet import root_radius
+from .flank import root_parameter, tip_radius, tip_thickness, undercut_margin
 from .inputs import Design, FloatArray, Member
 from .mounting import mounting_of
 from .rack import rack_of
+from .undercut import CURE, pointed_part, undercut_of, words_of
 
 OFFSET_TOLERANCE = 0.1
 SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
@@ -48,6 +50,8 @@ INTERFERENCE_TOLERANCE = 1e-3
 """Overlap (mm) that rounded input explains."""
 THIN_TIP = 0.2
 """Tip thickness in modules below which a tooth is apt to be hardened through or to chip."""
+SMALL_CLEARANCE = 0.1
+"""Tip clearance in modules below which a mounting error or a deflection may use it up."""
 SAMPLES = 721
 
 
@@ -273,19 +277,65 @@ def _closing_remarks(closing: Closing) -> Iterator[Remark]:
         yield Remark("warning", f"{text}: take a larger offset or less profile shift" if closed else text)
 
 
-def _tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
+def tip_clearances(design: Design) -> FloatArray:
+    """Least distances (2,), mm, of the tip cones of pinion and gear from the root cone of the
+    other member, of a single design as mounted, without errors; to about 0.001 mm. NaN where the
+    faces do not stand beside each other or the mounting is not known."""
+    layout, distance = layout_of(design, with_errors=False), mounting_of(design).distance
+    frames = [member_frame(layout, j, 0.0, distance[j]) for j in (0, 1)]
+    turn, share = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 721)[:, None], np.linspace(-0.5, 0.5, 65)
+    least = np.full(2, np.nan)
+    for j, (member, mate) in enumerate((design.members, design.members[::-1])):
+        z = share * float(member.face_width)
+        radius = tip_radius(member, z)
+        tip = np.stack(np.broadcast_arrays(radius * np.cos(turn), radius * np.sin(turn), z), axis=-1)
+        rotation, origin = frames[1 - j]
+        x, y, along = np.moveaxis((to_fixed(frames[j], tip) - origin) @ rotation, -1, 0)
+        gap = (np.hypot(x, y) - root_radius(mate, along)) * np.cos(float(mate.cone_angle))
+        beside = np.abs(along) <= 0.5 * float(mate.face_width)
+        least[j] = gap[beside].min() if beside.any() else np.nan
+    return least
+
+
+def _clearance_remarks(design: Design) -> Iterator[Remark]:
+    for name, mate, member, clearance in zip(
+        ("pinion", "gear"), ("gear", "pinion"), design.members, tip_clearances(design), strict=True
+    ):
+        module = float(member.tool.normal_module)
+        if clearance <= 0.0:
+            text = f"the tips of the {name} run {-clearance:.3g} mm into the bottom lands of the {mate}"
+            yield Remark("warning", f"{text}: take a larger offset, a lower addendum or a deeper tool")
+        elif clearance < SMALL_CLEARANCE * module:
+            size = f"{clearance:.3g} mm, {clearance / module:.2g} modules"
+            yield Remark("note", f"the tip clearance of the {name} is small: {size}")
+
+
+def _undercut_remarks(name: str, member: Member) -> Iterator[Remark]:
     for flank in ("right", "left"):
-        margin = float(undercut_margin(member, flank))
-        if not margin > 0.0:
-            text = f"the {flank} flank of the {name} is undercut"
-            yield Remark("warning", f"{text}: take more teeth, more profile shift or a less deep tool")
-    module = float(member.tool.normal_module)
-    for end, z in (("heel", 0.5), ("toe", -0.5)):
+        text = f"the {flank} flank of the {name} is undercut"
+        try:
+            found = undercut_of(member, flank)
+        except ValueError as error:
+            if flank == "right":
+                yield Remark("warning", f"the fillets of the {name} cannot be cut: {error}")
+            if not float(undercut_margin(member, flank)) > 0.0:
+                yield Remark("warning", f"{text}: {CURE}")
+            continue
+        if found.undercut:
+            active = not np.all(found.start <= float(root_parameter(member)))
+            level, where = ("warning", "") if active else ("note", " below its active part")
+            yield Remark(level, f"{text}{where} {words_of(found)}: {CURE}")
+
+
+def _tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
+    yield from _undercut_remarks(name, member)
+    module, pointed = float(member.tool.normal_module), pointed_part(member)
+    for end, z, part in (("heel", 0.5, "from {0:.4g} mm on"), ("toe", -0.5, "up to {1:.4g} mm")):
         thickness = float(tip_thickness(member, z * float(member.face_width)))
         if math.isnan(thickness):
             yield Remark("warning", f"the flanks of the {name} do not reach its tip cone at the {end}")
         elif thickness <= 0.0:
-            text = f"the tooth of the {name} is pointed at the {end}"
+            text = f"the tooth of the {name} is pointed at the {end}, {part.format(*pointed)}"
             yield Remark("warning", f"{text}: take less profile shift or a lower addendum")
         elif thickness < THIN_TIP * module:
             at = f"{thickness:.3g} mm, {thickness / module:.2g} modules, at the {end}"
@@ -294,10 +344,12 @@ def _tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
 
 def remarks_on(design: Design, closing: Closing | None = None) -> tuple[Remark, ...]:
     """Warnings: the design does not close (by more than OFFSET_TOLERANCE or
-    SHAFT_ANGLE_TOLERANCE), the teeth interfere, an active flank is undercut, a tooth is pointed;
-    notes: a thin tooth tip. Raises ValueError for arrays."""
+    SHAFT_ANGLE_TOLERANCE), the teeth interfere, tips run into bottom lands, the tool's rounds overlap,
+    an active flank is undercut, a tooth is pointed; notes: undercut below the active flank, a
+    thin tooth tip, a small tip clearance. Raises ValueError for arrays."""
     closing = closing_of(design) if closing is None else closing
     found = list(_closing_remarks(closing))
     for name, member in (("pinion", design.pinion), ("gear", design.gear)):
         found += _tooth_remarks(name, member)
+    found += _clearance_remarks(design)
     return tuple(found)

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from .flank import generated
 from .inputs import FloatArray, Member, Tool, flank_sign
-from .rack import rack_of, section_point
+from .rack import rack_of, reference_radius, section_point
 
 
 @dataclass(frozen=True)
@@ -105,3 +105,10 @@ def bottom_point(
     depth = float(member.tool.dedendum * np.asarray(member.tool.normal_module))
     one = np.ones_like(across)
     return _cut(member, flank, (-depth * one, across, one, 0.0 * one), z)
+
+
+def root_radius(member: Member, z: ArrayLike) -> FloatArray:
+    """Radius of the root cone in the plane `z` (mm from mid-face), mm."""
+    height = member.profile_shift - member.tool.dedendum / np.cos(member.cone_angle)
+    radius = reference_radius(member) + height * np.asarray(member.tool.normal_module)
+    return np.asarray(radius + np.asarray(z) * np.tan(member.cone_angle))

@@ -125,10 +125,7 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
     nx, ny, nz = rack_normal(rack, l)
     tx, ty, tz = rack.trace
     dx, dy, dz = rack_tangent(rack, l)
-    # The normal turns back along the tangent d: n' = -2 a d / |d|^3, and |d|^2 = 1 + 4 a^2 l^2.
-    turn = -2.0 * rack.parabola / (1.0 + (2.0 * rack.parabola * l) ** 2) ** 1.5
-    slope = ny / nx
-    slope_l = turn * (dy - slope * dx) / nx
+    slope, slope_l = _pitch_slope(rack, l, (nx, ny, nz), (dx, dy, dz))
     x_c = x - rack.pitch_radius
     along_l, along_u = slope_l * x_c + slope * dx, slope * tx
     phi_l = (dy - along_l) / rack.pitch_radius
@@ -144,6 +141,19 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
         tangent_u=tangent_u,
         regularity=rack.sigma * np.einsum("...i,...i", normal, np.cross(tangent_u, tangent_l)),
     )
+
+
+def _pitch_slope(
+    rack: Rack,
+    l: FloatArray,
+    normal: Sequence[FloatArray] | FloatArray,
+    tangent: Sequence[FloatArray] | FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """n_y / n_x of the rack at `l` and its derivative by `l`."""
+    # The normal turns back along the tangent d: n' = -2 a d / |d|^3, and |d|^2 = 1 + 4 a^2 l^2.
+    turn = -2.0 * rack.parabola / (1.0 + (2.0 * rack.parabola * l) ** 2) ** 1.5
+    slope = normal[1] / normal[0]
+    return slope, turn * (tangent[1] - slope * tangent[0]) / normal[0]
 
 
 def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
@@ -174,14 +184,17 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     Newton with the exact slope of the radius along the line of constant z; NaN where it
     does not converge (a flank that never gets there)."""
     z = np.asarray(z, dtype=float)
-    target = tip_radius(member, z)
+    rack, target = rack_of(member, flank), tip_radius(member, z)
+    lean = rack.trace[0] / rack.trace[2]
     l = highest_parameter(member) + 0.0 * z
     for _ in range(20):
-        patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-        along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
-        radius = np.hypot(patch.point[..., 0], patch.point[..., 1])
-        slope = np.einsum("...i,...i", patch.point[..., :2], along[..., :2]) / radius
-        step = (target - radius) / slope
+        # Of Eq. 6 the radius takes only x and y of Q; the roll angle has no part in it.
+        (x0, _, z0), tangent = rack_point(rack, l), rack_tangent(rack, l)
+        slope, slope_l = _pitch_slope(rack, l, rack_normal(rack, l), tangent)
+        x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
+        x, y = rack.pitch_radius + x_c, slope * x_c
+        radius = np.hypot(x, y)
+        step = (target - radius) * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
         l = l + step
         if np.all(np.abs(step) <= 1e-13 * target):
             break
@@ -213,12 +226,9 @@ def undercut_margin(member: Member, flank: str, points: int = 9) -> FloatArray:
     active flank is undercut. Taken over the rim of the active flank, where it is least for
     flanks that are sound inside."""
     half = 0.5 * np.asarray(member.face_width, dtype=float)
-    low = root_parameter(member)
-    values = []
-    for z in np.linspace(-1.0, 1.0, points):
-        high = tip_parameter(member, flank, z * half)
-        for l in (low, 0.5 * (low + high), high):
-            patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z * half))
-            values.append(patch.regularity)
-    stack = np.stack(values)
-    return np.asarray(stack.min(axis=0) / np.abs(stack).max(axis=0))
+    half, low, _ = np.broadcast_arrays(half, root_parameter(member), tip_radius(member, 0.0))
+    z = np.multiply.outer(np.linspace(-1.0, 1.0, points), half)
+    high = tip_parameter(member, flank, z)
+    l = np.stack((low + 0.0 * z, 0.5 * (low + high), high))
+    regularity = flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).regularity
+    return np.asarray(regularity.min(axis=(0, 1)) / np.abs(regularity).max(axis=(0, 1)))

@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
+from .certificate import Certificate, Verdict, certify
 from .closing import OFFSET_TOLERANCE, ClosedLayout, Closing, Remark, closing_offset
 from .contact import Limit
+from .first_contact import FirstStatus
 from .flank import highest_parameter, root_parameter
-from .inputs import Design, Errors, flank_sign
+from .inputs import Design, Errors
 from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
 from .solve import Status
 
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
 """Units of the fields of a path where they are not mm."""
-AHEAD = 0.1
-"""Arc seconds of transmission error below which ends of a path do not count as ahead."""
 PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in ("flank", "ends"))
 
 COLUMNS = (
@@ -50,7 +50,8 @@ TABLE_SCALES = {"deg": math.degrees(1.0), "arcsec": math.degrees(3600.0), "mm": 
 class ContactReport:
     """A path of contact with all that it is to be read with.
 
-    `reason` says why there is no contact on the flanks, None if there is; `notes` say what a
+    `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
+    asked for; `reason` why there is no contact on the flanks, None if there is; `notes` what a
     contact ratio or a path does not."""
 
     name: str
@@ -58,6 +59,7 @@ class ContactReport:
     method: str
     path: ContactPath
     mounting: Mounting
+    certificate: Certificate | None
     reason: str | None
     notes: tuple[str, ...]
 
@@ -67,8 +69,11 @@ class ContactReport:
         return float(self.path.ends.contact_ratio)
 
 
-def contact_report(name: str, design: Design, flank: str, points: int, method: str) -> ContactReport:
-    """Path of contact of a single design by `method`, 'one-equation' or 'five-equation'."""
+def contact_report(
+    name: str, design: Design, flank: str, points: int, method: str, certified: bool = True
+) -> ContactReport:
+    """Path of contact of a single design by `method`, 'one-equation' or 'five-equation', `certified`
+    or not: that takes most of the time."""
     if method == "five-equation":
         from .five_equations import path_of_contact_five_equations
 
@@ -76,8 +81,9 @@ def contact_report(name: str, design: Design, flank: str, points: int, method: s
     else:
         path = path_of_contact(design, flank, points)
     reason = _reason(design, path)
-    notes = () if reason else _notes(design, path)
-    return ContactReport(name, design, method, path, mounting_of(design), reason, notes)
+    certificate = certify(design, path) if certified and not reason else None
+    notes = () if reason else _notes(design, path, certificate)
+    return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)
 
 
 def _reason(design: Design, path: ContactPath) -> str | None:
@@ -104,7 +110,7 @@ def _reason(design: Design, path: ContactPath) -> str | None:
     return f"{text}: at mid-depth of the pinion it runs at z = {' and '.join(where)}" if where else text
 
 
-def _notes(design: Design, path: ContactPath) -> tuple[str, ...]:
+def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -> tuple[str, ...]:
     notes = []
     difference = closing_offset(design) - float(design.pair.offset)
     if abs(difference) > OFFSET_TOLERANCE:
@@ -118,24 +124,40 @@ def _notes(design: Design, path: ContactPath) -> tuple[str, ...]:
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
         notes.append(f"{missing} of {path.status.size} positions are not solved")
-        return tuple(notes)
-    return (*notes, *_drive_notes(path))
+    return (*notes, *(_certificate_notes(certificate) if certificate is not None else ()))
 
 
-def _drive_notes(path: ContactPath) -> Iterator[str]:
-    """Where a path of tangency is not the contact under drive. Driven by its right flank the
-    pinion rolls up and the gear down: the gear stands ahead where its roll is less."""
-    sigma = flank_sign(path.flank)
-    if np.any(sigma * np.diff(path.pinion_roll) < 0.0):
-        yield "the pinion's roll turns back along this path: the flanks cut into each other beside it"
-    elif path.l1[0] > path.l1[-1]:
-        text = "the drive passes this path from the pinion's tip side to its root"
-        yield f"{text}: the flanks cut into each other beside it"
-    lead = -sigma * path.transmission_error
-    ahead = math.degrees(min(lead[0], lead[-1]) - lead.min()) * 3600.0
-    if ahead > AHEAD:
-        text = f"both ends of the path run ahead of its middle, by {ahead:.3g} arcsec"
-        yield f"{text}: edges of neighbouring teeth touch before, the contact ratio is not an operating one"
+def _certificate_notes(certificate: Certificate) -> Iterator[str]:
+    """Where the tangency of the flanks is not the contact of the teeth."""
+    verdict, all_positions = certificate.verdict, certificate.verdict.size
+    said = {
+        Verdict.NEXT_PAIR: "the flanks of a neighbouring tooth pair touch earlier",
+        Verdict.EDGE_CONTACT: f"an edge touches earlier ({_edges_of(certificate)})",
+        Verdict.INTERFERENCE: "the flanks cut into each other beside their tangency",
+    }
+    for code, words in said.items():
+        found = verdict == code
+        if found.any():
+            depth = -1e3 * float(certificate.separation[found].min())
+            count = f"at {np.count_nonzero(found)} of {all_positions} positions"
+            yield f"{count} {words}, by up to {depth:.3g} um"
+    if np.isin(verdict, tuple(said)).any():
+        yield "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
+    unknown = np.unique(certificate.first.status[verdict == Verdict.NOT_SOLVED])
+    for status in unknown:
+        words = FirstStatus(int(status)).name.lower().replace("_", " ")
+        yield f"whether something touches earlier is not known at all positions: {words}"
+
+
+def _edges_of(certificate: Certificate) -> str:
+    """Names of the edges that touch earlier."""
+    codes = certificate.first.limit[certificate.verdict == Verdict.EDGE_CONTACT]
+    return ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))
+
+
+def verdict_name(verdict: int) -> str:
+    """Name of a verdict in files: lower case with underscores."""
+    return Verdict(int(verdict)).name.lower()
 
 
 def status_name(status: int) -> str:
@@ -158,7 +180,7 @@ def json_text(data: Any) -> str:
     return json.dumps(strict(data), allow_nan=False) + "\n"
 
 
-def _layout_data(design: Design, mounting: Mounting) -> dict[str, Any]:
+def layout_data(design: Design, mounting: Mounting) -> dict[str, Any]:
     """The entries that say in what layout a result was found."""
     return {
         "layout": {
@@ -189,13 +211,18 @@ def contact_json(report: ContactReport) -> str:
         "flank": path.flank,
         "method": report.method,
         "contact_ratio": report.contact_ratio,
-        **_layout_data(report.design, report.mounting),
+        **layout_data(report.design, report.mounting),
         "parabola": {"pinion": report.design.pinion.tool.parabola, "gear": report.design.gear.tool.parabola},
         "ends": {"enter": _end_data(path.ends.enter), "leave": _end_data(path.ends.leave)},
         "path": {name: getattr(path, name) for name in PATH_FIELDS},
         "notes": report.notes,
     }
     data["path"]["status"] = [status_name(code) for code in path.status]
+    if report.certificate is not None:
+        data["certificate"] = {
+            "verdict": [verdict_name(code) for code in report.certificate.verdict],
+            "separation": report.certificate.separation,
+        }
     if report.reason:
         data["reason"] = report.reason
     return json_text(data)
@@ -217,6 +244,10 @@ def contact_csv(report: ContactReport) -> str:
         else:
             header.append(f"{name}{suffix}")
             columns.append(values.tolist())
+    if report.certificate is not None:
+        header += ["separation_mm", "verdict"]
+        columns.append(report.certificate.separation.tolist())
+        columns.append([verdict_name(code) for code in report.certificate.verdict])
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
@@ -225,7 +256,8 @@ def contact_csv(report: ContactReport) -> str:
     return text.getvalue()
 
 
-def _line(label: str, text: str) -> str:
+def line(label: str, text: str) -> str:
+    """A line of a table: a label, and text that is broken where it is long."""
     indent = " " * 21
     return textwrap.fill(f"{label:<19}{text}", 100, initial_indent="  ", subsequent_indent=indent) + "\n"
 
@@ -240,12 +272,14 @@ def _axes_words(offset: float, shaft_angle: float) -> str:
     return f"E = {offset:.9g} mm, shaft angle = {math.degrees(shaft_angle):.9g} deg"
 
 
-def _layout_line(design: Design, mounting: Mounting) -> str:
+def layout_line(design: Design, mounting: Mounting) -> str:
+    """The layout, without which a result means nothing."""
     axes = _axes_words(float(design.pair.offset), float(design.pair.shaft_angle))
-    return _line("layout", f"{axes}, {_stand_words(mounting)}")
+    return line("layout", f"{axes}, {_stand_words(mounting)}")
 
 
-def _error_line(errors: Errors) -> str:
+def error_line(errors: Errors) -> str:
+    """The assembly errors, nothing where there are none."""
     found = (
         ("offset", float(errors.offset), "mm"),
         ("shaft angle", math.degrees(float(errors.shaft_angle)), "deg"),
@@ -253,7 +287,13 @@ def _error_line(errors: Errors) -> str:
         ("gear axial", float(errors.gear_axial), "mm"),
     )
     text = ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
-    return _line("errors", text) if text else ""
+    return line("errors", text) if text else ""
+
+
+def parabola_line(design: Design) -> str:
+    """The parabola coefficients, nothing where there are none."""
+    parabolas = [float(member.tool.parabola) for member in design.members]
+    return line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas)) if any(parabolas) else ""
 
 
 def _end_words(ends: tuple[Limit | None, Limit | None]) -> str:
@@ -277,18 +317,19 @@ def contact_table(report: ContactReport) -> str:
     """Readable table of a path of contact, at most 100 characters wide, in mm and deg."""
     path, mounting = report.path, report.mounting
     text = f"Path of contact of {report.name}, {path.flank} flanks, {report.method} method\n"
-    text += _layout_line(report.design, mounting) + _error_line(report.design.errors)
-    parabolas = [float(member.tool.parabola) for member in report.design.members]
-    if any(parabolas):
-        text += _line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas))
+    text += layout_line(report.design, mounting) + error_line(report.design.errors)
+    text += parabola_line(report.design)
     ratio = report.contact_ratio
-    text += _line("contact ratio", "not known" if math.isnan(ratio) else f"{ratio:.6f}")
+    text += line("contact ratio", "not known" if math.isnan(ratio) else f"{ratio:.6f}")
     if not report.reason:
-        text += _line("path", _end_words((path.ends.enter, path.ends.leave)))
+        text += line("path", _end_words((path.ends.enter, path.ends.leave)))
+    if report.certificate is not None:
+        good = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
+        text += line("certified", f"{good} of {path.status.size} positions: nothing touches earlier there")
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
-        text += _line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
-    text += "".join(_line("note", note) for note in report.notes)
+        text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+    text += "".join(line("note", note) for note in report.notes)
     return text if report.reason else f"{text}\n{_position_lines(path)}"
 
 
@@ -300,7 +341,7 @@ def closing_json(
     return json_text(
         {
             "design": name,
-            **_layout_data(design, mounting_of(design)),
+            **layout_data(design, mounting_of(design)),
             "closing": dict(vars(closing)),
             "zero_backlash": None if isinstance(ideal, str) else dict(vars(ideal)),
             "warnings": [remark.text for remark in remarks if remark.level == "warning"],
@@ -315,19 +356,19 @@ def closing_table(
     """Readable account of how well a design closes."""
     mounting = mounting_of(design)
     text = f"How well {name} closes (unmodified flanks, without errors)\n"
-    text += _layout_line(design, mounting)
+    text += layout_line(design, mounting)
     if not math.isnan(closing.gap):
-        text += _line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
-        text += _line("lines of action", f"pass {closing.gap:.4f} mm apart")
-        text += _line("normal backlash", f"{closing.normal_backlash:.4f} mm")
+        text += line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
+        text += line("lines of action", f"pass {closing.gap:.4f} mm apart")
+        text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
     if not math.isnan(closing.offset):
         at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
-        text += _line("closes at", at)
+        text += line("closes at", at)
     if not math.isnan(closing.shaft_angle):
         angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
-        text += _line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
-    text += _line("zero backlash", ideal if isinstance(ideal, str) else _ideal_words(ideal))
-    text += "".join(_line(remark.level, remark.text) for remark in remarks)
+        text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
+    text += line("zero backlash", ideal if isinstance(ideal, str) else _ideal_words(ideal))
+    text += "".join(line(remark.level, remark.text) for remark in remarks)
     return text if remarks else text + "No warnings.\n"
 
 

@@ -83,7 +83,7 @@ def test_installed_command_prints_a_table() -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in lines[1]
-    assert len(lines) == 8 + 5
+    assert len(lines) == 9 + 5
 
 
 def test_installed_command_refuses_an_unknown_file() -> None:
@@ -237,21 +237,36 @@ def test_table_fits_100_columns() -> None:
 @pytest.mark.parametrize(
     ("flank", "parabolas", "said"),
     [
-        ("right", (0.0, 0.0), False),
-        ("left", (0.0, 0.0), False),
-        ("right", (0.0001, 0.0001), True),
-        ("left", (0.0001, 0.0001), True),
-        ("left", (-0.0001, -0.0001), False),
-        ("right", (0.001, -0.001), False),
+        ("right", (0.0, 0.0), []),
+        ("left", (0.0, 0.0), []),
+        ("right", (0.0002, 0.0002), ["an edge touches earlier (pinion tip, gear tip)"]),
+        ("right", (0.0007, 0.0007), ["the flanks cut into each other"]),
+        ("left", (-0.0001, -0.0001), ["the flanks of a neighbouring tooth pair"]),
+        (
+            "right",
+            (0.001, -0.001),
+            ["the flanks of a neighbouring tooth pair", "edge touches earlier (gear tip)"],
+        ),
     ],
 )
-def test_note_where_neighbouring_edges_touch_first(
-    flank: str, parabolas: tuple[float, float], said: bool
+def test_notes_where_something_touches_earlier(
+    flank: str, parabolas: tuple[float, float], said: list[str]
 ) -> None:
-    """Concave teeth: in the middle of the path the gear lags behind its ends (see Eq. 16)."""
     options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
-    notes = tca("--flank", flank, *options)["notes"]
-    assert any("not an operating one" in note for note in notes) is said
+    data = tca("--flank", flank, *options)
+    notes, verdicts = data["notes"], data["certificate"]["verdict"]
+    assert all(any(words in note for note in notes) for words in said)
+    assert any("not an operating one" in note for note in notes) is bool(said)
+    assert all(verdict == "first_contact" for verdict in verdicts) is not bool(said)
+    separation = np.array(data["certificate"]["separation"])
+    np.testing.assert_array_equal(separation >= -1e-6, np.array(verdicts) == "first_contact")
+
+
+def test_positions_need_not_be_certified() -> None:
+    assert "certificate" not in tca("--no-certify", "--parabola-pinion", "0.0002")
+    assert "certified" not in run("tca", "--no-certify").stdout
+    rows = list(csv.DictReader(io.StringIO(run("tca", "--csv", "--points", "3").stdout)))
+    assert {row["verdict"] for row in rows} == {"first_contact"}
 
 
 def test_note_on_a_design_that_does_not_close(design_file: Callable[..., Path]) -> None:

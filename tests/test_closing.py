@@ -7,18 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
+from beveloid_geom.assembly import layout_of, member_frame, to_fixed
 from beveloid_geom.closing import (
     ClosedLayout,
     Closing,
     closed_layout,
     closing_of,
     remarks_on,
+    tip_clearances,
     zero_backlash_layout,
 )
 from beveloid_geom.design_file import builtin_design
-from beveloid_geom.inputs import Design, Errors, Member, Pair, Quantity, Tool
+from beveloid_geom.fillet import root_radius
+from beveloid_geom.flank import tip_radius
+from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair, Quantity, Tool
 from beveloid_geom.mounting import mounting_of
 
 TABLE1 = builtin_design()
@@ -243,6 +247,7 @@ def test_undercut_is_warned_of() -> None:
         "the right flank of the pinion",
         "the left flank of the pinion",
     ]
+    assert "undercut along the whole face, it loses up to 2.7" in found[0]
     shifted = with_pinion(12, 0.5, helix=1.0, cone=0.0)
     assert not [text for text in warnings_on(shifted) if "undercut" in text]
 
@@ -254,3 +259,80 @@ def test_pointed_and_thin_teeth_are_told_apart() -> None:
     assert texts["warning"].startswith("the tooth of the pinion is pointed at the heel")
     assert texts["note"].startswith("the tooth tip of the pinion is thin")
     assert texts["note"].endswith("at the toe")
+
+
+def test_undercut_says_where_and_how_much() -> None:
+    convex = [text for text in warnings_on(TABLE1.with_parabola(-0.01, 0.0)) if "undercut" in text]
+    where = "the right flank of the pinion is undercut from z = -25 to 19.91 mm"
+    assert convex[0].startswith(f"{where}, it loses up to 2.15 mm of its height")
+    assert convex[1].startswith("the left flank of the pinion is undercut from z = -25 to -7.137 mm")
+    assert len(convex) == 2
+
+
+def test_undercut_below_the_active_flank_is_a_note() -> None:
+    """A deep joint, undercut by little: the fillet takes nothing of the flank above the working depth."""
+    tool = replace(TABLE1.pinion.tool, tip_radius=0.0, addendum=0.8)
+    member = Member(tool, 17, math.radians(1.0), 0.0, 0.2, 20.0)
+    found = [remark for remark in remarks_on(replace(TABLE1, pinion=member)) if "undercut" in remark.text]
+    assert [remark.level for remark in found] == ["note", "note"]
+    assert "is undercut below its active part along the whole face" in found[0].text
+
+
+def test_overlapping_rounds_are_warned_of() -> None:
+    found = warnings_on(TABLE1.with_parabola(0.01, 0.0))
+    expected = (
+        "the fillets of the pinion cannot be cut: tip_radius 0.38 is too large: the tool's rounds overlap"
+    )
+    assert [text.startswith(expected) for text in found] == [True]
+
+
+def test_a_pointed_part_is_named() -> None:
+    texts = warnings_on(with_pinion(11, 1.2))
+    assert any("is pointed at the heel, from -21.36 mm on: take less" in text for text in texts)
+
+
+def test_tip_clearance_of_cylindrical_gears() -> None:
+    """On crossed cylinders it is what the offset leaves on the common perpendicular."""
+    _, design = without_backlash(DESIGNS["cylindrical"])
+    radii = [6.0 * m.teeth / (2.0 * math.cos(m.helix_angle)) + 6.0 * m.profile_shift for m in design.members]
+    expected = float(design.pair.offset) - sum(radii) - 6.0 + 7.5
+    np.testing.assert_allclose(tip_clearances(design), expected, atol=2e-3)
+    assert (tip_clearances(design) >= expected - 1e-9).all()
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_tip_clearance_is_the_distance_of_two_cones(first: int) -> None:
+    """Least distance of a point of one cone from one of the other, by a general minimiser."""
+    layout, stands = layout_of(TABLE1), mounting_of(TABLE1).distance
+    frames = [member_frame(layout, j, 0.0, stands[j]) for j in (0, 1)]
+    radius_of = (tip_radius, root_radius) if first == 0 else (root_radius, tip_radius)
+
+    def points(at: FloatArray) -> list[FloatArray]:
+        found = []
+        for j, member in enumerate(TABLE1.members):
+            z, turn = at[2 * j : 2 * j + 2]
+            radius = float(radius_of[j](member, z))
+            found.append(to_fixed(frames[j], np.array([radius * np.cos(turn), radius * np.sin(turn), z])))
+        return found
+
+    def distance(at: FloatArray) -> float:
+        one, other = points(at)
+        return float(np.linalg.norm(one - other))
+
+    bounds = [(-25.0, 25.0), (-0.5, 0.5)] * 2
+    least = minimize(distance, np.zeros(4), bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-15}).fun
+    assert tip_clearances(TABLE1)[first] == pytest.approx(least, abs=2e-3)
+
+
+def test_small_clearance_is_a_note_and_a_negative_one_a_warning() -> None:
+    for dedendum, level, text in (
+        (1.1, "note", "the tip clearance of the gear is small: 0.5"),
+        (0.95, "warning", "the tips of the gear run 0.3"),
+    ):
+        tool = replace(TABLE1.pinion.tool, dedendum=dedendum, tip_radius=0.2)
+        found = [
+            r
+            for r in remarks_on(replace(TABLE1, pinion=replace(TABLE1.pinion, tool=tool)))
+            if "tip" in r.text
+        ]
+        assert [(remark.level, remark.text.startswith(text)) for remark in found] == [(level, True)]

@@ -43,11 +43,13 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
     assert float(straight["contact_ratio"]) == pytest.approx(1.651001, abs=1e-6)
 
 
-def test_list_names_all_fifteen() -> None:
+def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
     done = run("--list")
     assert done.returncode == 0
-    assert [line.split()[0] for line in done.stdout.splitlines()] == [f"fig-{k:02d}" for k in range(1, 16)]
-    assert [figure.name for figure in FIGURES] == [f"fig-{k:02d}" for k in range(1, 16)]
+    names = [f"fig-{k:02d}" for k in range(1, 16)]
+    names += ["separation", "pattern", "transmission-error", "mesh-convergence", "posed-pair", "meshed-tooth"]
+    assert [line.split()[0] for line in done.stdout.splitlines()] == names
+    assert [figure.name for figure in FIGURES] == names
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from math import radians
 
@@ -17,14 +18,23 @@ from beveloid_geom.flank import (
     trace_parameter,
     undercut_margin,
 )
-from beveloid_geom.inputs import FloatArray, Member
-from beveloid_geom.sampling import FlankGrid, falling_diagonals, grid_faces, sample_flank
+from beveloid_geom.inputs import FloatArray, Member, Quantity
+from beveloid_geom.sampling import (
+    FlankGrid,
+    Sheet,
+    falling_diagonals,
+    flank_sheet,
+    grid_faces,
+    grid_of,
+    sample_flank,
+    series_of,
+)
 from tests.oracle.table1 import table1
 
 PINION, GEAR = table1().members
 
 
-def with_parabola(member: Member, parabola: float) -> Member:
+def with_parabola(member: Member, parabola: Quantity) -> Member:
     return replace(member, tool=replace(member.tool, parabola=parabola))
 
 
@@ -127,27 +137,23 @@ def uniform_deviation(member: Member, flank: str, rows: int, columns: int, falli
     return worst
 
 
-def best_uniform(member: Member, flank: str, tolerance: float) -> int:
-    """Points of the smallest uniform grid within the tolerance, by trying them all."""
-    best = 10**9
-    for rows in range(1, 60):
-        for columns in range(1, 60):
-            points = (rows + 1) * (columns + 1)
-            if points >= best:
-                break
-            if (
-                min(uniform_deviation(member, flank, rows, columns, way) for way in (True, False))
-                <= tolerance
-            ):
-                best = points
-    return best
+def uniform_keeps(member: Member, flank: str, tolerance: float, rows: int, columns: int) -> bool:
+    return any(uniform_deviation(member, flank, rows, columns, way) <= tolerance for way in (True, False))
 
 
 @pytest.mark.parametrize("name", ["pinion-right", "pinion-left", "gear-right", "concave", "convex", "spur"])
 @pytest.mark.parametrize("tolerance", [0.05, 0.01])
 def test_no_more_points_than_the_best_uniform_grid(name: str, tolerance: float) -> None:
+    # At most 1.2 times as many: no uniform grid with fewer than size / 1.2 points keeps the tolerance.
     member, flank = FLANKS[name]
-    assert sample_flank(member, flank, tolerance).l.size <= 1.2 * best_uniform(member, flank, tolerance)
+    grid = sample_flank(member, flank, tolerance)
+    for rows in range(1, grid.l.size):
+        for columns in range(1, grid.l.size):
+            if (rows + 1) * (columns + 1) >= grid.l.size / 1.2:
+                break
+            assert not uniform_keeps(member, flank, tolerance, rows, columns), (rows, columns)
+    rows, columns = grid.l.shape
+    assert uniform_keeps(member, flank, tolerance, 2 * rows, 2 * columns)
 
 
 def test_table1_pinion_takes_7_by_5_cells() -> None:
@@ -176,8 +182,59 @@ def test_edges_are_exact(member: Member, flank: str) -> None:
 def test_points_and_normals_are_those_of_the_flank(member: Member, flank: str) -> None:
     grid = sample_flank(member, flank, 0.02)
     patch = flank_patch(member, flank, grid.l, trace_parameter(member, flank, grid.l, grid.z))
-    np.testing.assert_allclose(grid.points, patch.point, atol=1e-11)
-    np.testing.assert_allclose(grid.normals, patch.normal, atol=1e-13)
+    np.testing.assert_allclose(grid.points, patch.point, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(grid.normals, patch.normal, rtol=0.0, atol=1e-14)
+
+
+def scattered(sheet: Sheet, seed: int = 1) -> tuple[FloatArray, FloatArray]:
+    """Stations s (151,) and z (101,), mm, of a sheet, its ends among them."""
+    random = np.random.default_rng(seed)
+    s, z = (np.concatenate(([0.0], np.sort(random.random(count)), [1.0])) for count in (149, 99))
+    return s, sheet.half_width * (2.0 * z - 1.0)
+
+
+ALL_BUT_FOLDED = FLANKS | {
+    "undercut": (with_parabola(PINION, -0.01), "right"),
+    "undercut more": (with_parabola(PINION, -0.02), "right"),
+    "few teeth": (replace(PINION, teeth=6), "left"),
+    "wide": (replace(PINION, cone_angle=0.0, helix_angle=radians(30.0), face_width=200.0), "left"),
+}
+
+
+@pytest.mark.parametrize(("member", "flank"), ALL_BUT_FOLDED.values(), ids=ALL_BUT_FOLDED)
+def test_series_is_the_exact_formula(member: Member, flank: str) -> None:
+    sheet = flank_sheet(member, flank)
+    assert sheet.series is not None
+    s, z = scattered(sheet)
+    grid, exact = grid_of(sheet, s, z), grid_of(replace(sheet, series=None), s, z)
+    np.testing.assert_allclose(grid.points, exact.points, rtol=0.0, atol=5e-13)
+    np.testing.assert_allclose(grid.parameter, exact.parameter, rtol=0.0, atol=5e-13)
+    np.testing.assert_allclose(grid.normals, exact.normals, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(grid.normals, axis=-1), 1.0, rtol=0.0, atol=4e-15)
+    np.testing.assert_array_equal(grid.points[..., 2], np.broadcast_to(z, exact.parameter.shape))
+    np.testing.assert_array_equal(grid.parameter[0], exact.parameter[0])
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_exact_formula_serves_where_the_series_does_not(tolerance: float) -> None:
+    # Shortly before its profile ends below the tip cone: there the tip is the root of a square.
+    folded = with_parabola(PINION, -0.105)
+    assert flank_sheet(folded, "right").series is None
+    grid = sample_flank(folded, "right", tolerance)
+    patch = flank_patch(folded, "right", grid.l, trace_parameter(folded, "right", grid.l, grid.z))
+    np.testing.assert_allclose(grid.points, patch.point, rtol=0.0, atol=1e-12)
+    assert grid.deviation <= tolerance
+    np.testing.assert_array_equal(grid.points[:, 0, 2], np.full(grid.l.shape[0], grid.z[0]))
+
+
+@pytest.mark.parametrize(("wave", "resolved"), [(10.0, True), (40.0, True), (90.0, False)])
+def test_series_is_taken_only_if_it_resolves_the_surface(wave: float, resolved: bool) -> None:
+    def place(p: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        points = np.stack((p, 0.01 * np.sin(wave * (p + 0.1 * z)), z), axis=-1)
+        return points, np.broadcast_to((0.0, 1.0, 0.0), points.shape)
+
+    sheet = Sheet(place, lambda z: -0.5 + 0.0 * z, lambda z: 0.5 + 0.0 * z, 1.0)
+    assert (series_of(sheet) is not None) == resolved
 
 
 @all_flanks
@@ -207,9 +264,15 @@ def test_a_tolerance_must_be_positive(tolerance: float) -> None:
         sample_flank(PINION, "right", tolerance)
 
 
-def test_a_tolerance_too_fine_is_refused_with_the_number_of_points() -> None:
-    with pytest.raises(ValueError, match=r"tolerance 1e-11 mm is too fine: it takes .* points"):
-        sample_flank(PINION, "right", 1e-11)
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-11, 1e-300, 5e-324])
+def test_a_tolerance_too_fine_is_refused_with_the_number_of_points(tolerance: float) -> None:
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match=rf"tolerance {tolerance:g} mm is too fine: it takes .* points"):
+            sample_flank(PINION, "right", tolerance)
+        assert tracemalloc.get_traced_memory()[1] < 3e6  # of bytes: refused before the grid is laid out
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_flank_that_ends_below_the_tip_cone_is_refused() -> None:
@@ -217,3 +280,18 @@ def test_a_flank_that_ends_below_the_tip_cone_is_refused() -> None:
     tall = replace(PINION, tool=replace(PINION.tool, parabola=-0.12))
     with pytest.raises(ValueError, match="does not reach its tip cone"):
         sample_flank(tall, "right", 0.01)
+
+
+def test_a_flank_that_folds_below_its_start_is_refused() -> None:
+    with pytest.raises(ValueError, match="parabola folds back below the right flank"):
+        sample_flank(with_parabola(PINION, 0.3), "right", 0.01)
+
+
+def test_undercut_margin_of_a_batch_is_that_of_its_members() -> None:
+    teeth = np.array([[12.0], [16.0], [30.0]])
+    parabolas = np.array([0.0, -0.01])
+    batch = undercut_margin(with_parabola(replace(PINION, teeth=teeth), parabolas), "left")
+    assert batch.shape == (3, 2)
+    for at in np.ndindex(3, 2):
+        single = with_parabola(replace(PINION, teeth=float(teeth[at[0], 0])), float(parabolas[at[1]]))
+        assert undercut_margin(single, "left") == pytest.approx(batch[at], abs=1e-13)

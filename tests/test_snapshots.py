@@ -32,7 +32,7 @@ SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
-FLAT = {"fig-02", "fig-11"}
+FLAT = {"fig-02", "fig-11", "transmission-error", "mesh-convergence"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 Image = NDArray[np.uint8]
 

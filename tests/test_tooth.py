@@ -1,4 +1,4 @@
-"""Whole teeth: fillets against the sweep of the tool, lands, section, closed surfaces."""
+"""Surfaces of one tooth: fillets against the sweep of the tool, lands, section; meshes to look at."""
 
 from __future__ import annotations
 
@@ -8,19 +8,17 @@ from math import pi, radians, tan
 import numpy as np
 import pytest
 
-from beveloid_geom.fillet import tool_round
+from beveloid_geom.fillet import root_radius, tool_round
 from beveloid_geom.flank import tip_radius
-from beveloid_geom.inputs import FloatArray, Member
+from beveloid_geom.inputs import Member
+from beveloid_geom.outline import NARROW, bottom_sheet, cut_sheets, fillet_sheet, outline_grids
 from beveloid_geom.rack import reference_radius
-from beveloid_geom.tooth import (
-    Mesh,
-    Patch,
-    fillet_sheet,
-    gear_mesh,
-    tooth_patches,
-    transverse_section,
-)
+from beveloid_geom.sampling import SheetGrid
+from beveloid_geom.section import SIDES
+from beveloid_geom.solid import gear_solid
+from beveloid_geom.tooth import gear_mesh, transverse_section
 from tests.oracle.table1 import table1
+from tests.oracle.tool_sweep import clearance_of_round
 
 PINION, GEAR = table1().members
 MEMBERS = {
@@ -32,67 +30,65 @@ MEMBERS = {
     "cylindrical": replace(PINION, cone_angle=0.0),
     "spur": replace(PINION, cone_angle=0.0, helix_angle=0.0, profile_shift=0.0),
     "sharp-tool": replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.0)),
+    "narrow": replace(PINION, tool=replace(PINION.tool, parabola=0.0079)),
 }
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 
 
-def patch_of(patches: tuple[Patch, ...], name: str) -> Patch:
-    return next(patch for patch in patches if patch.name == name)
+def grids_of(member: Member) -> dict[str, SheetGrid]:
+    return outline_grids(cut_sheets(member), 0.02)
 
 
 @all_members
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_fillet_joins_flank_and_bottom_land_smoothly(member: Member, flank: str) -> None:
-    patches = tooth_patches(member, 0.02)
-    flat, fillet, side = (patch_of(patches, f"{flank} {name}") for name in ("bottom land", "fillet", "flank"))
-    np.testing.assert_allclose(fillet.points[-1], side.points[0], atol=1e-10)
-    np.testing.assert_allclose(fillet.normals[-1], side.normals[0], atol=1e-12)
-    np.testing.assert_allclose(flat.points[-1], fillet.points[0], atol=1e-10)
-    np.testing.assert_allclose(flat.normals[-1], fillet.normals[0], atol=1e-12)
+    grids = grids_of(member)
+    flat, fillet, side = (grids[f"{flank} {name}"] for name in ("bottom", "fillet", "flank"))
+    for lower, upper in ((flat, fillet), (fillet, side)):
+        np.testing.assert_allclose(lower.points[-1], upper.points[0], atol=1e-10)
+        np.testing.assert_allclose(lower.normals[-1], upper.normals[0], atol=1e-11)
+        np.testing.assert_array_equal(lower.z, upper.z)
+    edge = grids["tip"].points[-1 if flank == "right" else 0]
+    np.testing.assert_allclose(side.points[-1], edge, atol=1e-10)
 
 
-def distance_from_round(member: Member, flank: str, point: FloatArray, roll: FloatArray) -> FloatArray:
-    """Distance of a gear point from the axis of the sliding tool's tip round, over rolls; the
-    rack's pose written out by hand: turned by beta about x, then tilted by gamma about y."""
-    beta, gamma, radius = float(member.helix_angle), float(member.cone_angle), float(reference_radius(member))
-    x = np.cos(roll) * point[0] + np.sin(roll) * point[1] - radius
-    y = np.cos(roll) * point[1] - np.sin(roll) * point[0] + radius * roll
-    x = x - float(member.profile_shift * member.tool.normal_module)
-    height = np.cos(gamma) * x - np.sin(gamma) * point[2]
-    along = np.sin(gamma) * x + np.cos(gamma) * point[2]
-    across = np.cos(beta) * y - np.sin(beta) * along
-    centre = tool_round(member.tool, flank).centre
-    return np.asarray(np.hypot(height - centre[0], across - centre[1]))
+@all_members
+def test_sides_of_a_tooth_lie_one_pitch_apart(member: Member) -> None:
+    grids, pitch = grids_of(member), 2.0 * pi / float(member.teeth)
+    left, right = (grids[f"{side} bottom"].points[0] @ (1.0, 1.0j, 0.0) for side in ("left", "right"))
+    np.testing.assert_allclose(right, left * np.exp(1.0j * pitch), atol=1e-10)
 
 
 @all_members
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_fillet_is_as_deep_as_the_round_sweeps(member: Member, flank: str) -> None:
-    sheet, rounding = fillet_sheet(member, flank), tool_round(member.tool, flank)
-    p = np.linspace(0.5 * pi, rounding.angle, 7)
+    p = np.linspace(0.5 * pi, tool_round(member.tool, flank).angle, 7)
     for z in (-20.0, 0.0, 15.0):
-        points, _ = sheet.place(p, np.full(7, z))
-        for point in points:
-            roll = np.linspace(-0.6, 0.6, 20001)
-            distance = distance_from_round(member, flank, point, roll)
-            nearest = int(np.argmin(distance))
-            close = np.linspace(roll[nearest] - 1e-4, roll[nearest] + 1e-4, 2001)
-            least = distance_from_round(member, flank, point, close).min()
-            assert least == pytest.approx(rounding.radius, abs=1e-6)
+        points, _ = fillet_sheet(member, flank).place(p, np.full(7, z))
+        np.testing.assert_allclose(clearance_of_round(member, flank, points), 0.0, atol=1e-6)
 
 
 @all_members
 def test_lands_are_cones(member: Member) -> None:
-    patches = tooth_patches(member, 0.02)
-    module, gamma = float(member.tool.normal_module), float(member.cone_angle)
-    tip = patch_of(patches, "tip land").points
+    grids, module = grids_of(member), float(member.tool.normal_module)
+    tip = grids["tip"].points
     np.testing.assert_allclose(
         np.hypot(tip[..., 0], tip[..., 1]), tip_radius(member, tip[..., 2]), rtol=1e-13
     )
-    root = patch_of(patches, "left bottom land").points
+    root = grids["left bottom"].points[0]
     pitch = float(reference_radius(member)) + float(member.profile_shift) * module
-    expected = pitch - 1.25 * module / np.cos(gamma) + root[..., 2] * tan(gamma)
+    cone = float(member.cone_angle)
+    expected = pitch - 1.25 * module / np.cos(cone) + root[..., 2] * tan(cone)
     np.testing.assert_allclose(np.hypot(root[..., 0], root[..., 1]), expected, rtol=1e-12)
+    np.testing.assert_allclose(root_radius(member, root[..., 2]), expected, rtol=1e-14)
+
+
+def test_a_narrow_bottom_land_takes_in_the_end_of_the_fillet() -> None:
+    member = MEMBERS["narrow"]
+    assert 0.0 < 0.5 * pi * 6.0 - tool_round(member.tool, "right").centre[1] < 0.02
+    sheet, fillet = bottom_sheet(member, "right"), fillet_sheet(member, "right")
+    assert float(sheet.upper(np.zeros(1))[0] - sheet.lower(np.zeros(1))[0]) == pytest.approx(NARROW * 6.0)
+    assert float(fillet.lower(np.zeros(1))[0]) < 0.5 * pi - 0.04
 
 
 def test_round_meets_the_flank_where_it_should() -> None:
@@ -121,47 +117,36 @@ def test_section_has_no_point_twice_and_ends_where_it_starts() -> None:
     np.testing.assert_array_equal(outline[0], outline[-1])
 
 
-def assert_closed(mesh: Mesh) -> None:
-    """Each edge is used by two faces, once in each direction."""
-    _, merged = np.unique(np.round(mesh.points, 7), axis=0, return_inverse=True)
-    faces = merged.reshape(-1)[mesh.faces]
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    edges = np.concatenate([faces[:, [i, (i + 1) % 3]] for i in range(3)])
-    size = int(merged.max()) + 1
-    ahead, counts = np.unique(edges[:, 0] * size + edges[:, 1], return_counts=True)
-    assert counts.max() == 1
-    assert np.array_equal(ahead, np.unique(edges[:, 1] * size + edges[:, 0]))
-
-
-def volume(mesh: Mesh) -> float:
-    a, b, c = mesh.points[mesh.faces.T]
-    return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0)
+@pytest.mark.parametrize("name", ["gear", "spur"])
+@pytest.mark.parametrize("teeth", [None, range(2)])
+def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
+    """The same triangles, with points of their own for each part."""
+    member = MEMBERS[name]
+    mesh = gear_mesh(member, 0.05, teeth)
+    solid = gear_solid(member, 0.05, None if teeth is None else len(teeth))
+    shown, true = (
+        np.sort(np.round(surface.points[surface.faces].sum(axis=1), 7), axis=0) for surface in (mesh, solid)
+    )
+    np.testing.assert_allclose(shown, true, atol=1e-6)
+    assert np.array_equal(np.bincount(mesh.part), np.bincount(solid.part))
 
 
 @all_members
-@pytest.mark.parametrize("teeth", [None, range(-1, 3)])
-def test_gears_are_closed_and_wind_outwards(member: Member, teeth: range | None) -> None:
-    mesh = gear_mesh(member, 0.05, teeth)
-    assert_closed(mesh)
+def test_normals_are_those_of_the_surfaces(member: Member) -> None:
+    """Triangles face along them, closer the finer they are; cones, planes and cylinders exactly."""
+    mesh, gamma = gear_mesh(member, 0.05, range(-1, 1)), float(member.cone_angle)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
     a, b, c = mesh.points[mesh.faces.T]
     normal = np.cross(b - a, c - a)
-    size = np.linalg.norm(normal, axis=1)
-    flat = np.einsum("ni,ni->n", normal, mesh.normals[mesh.faces[:, 0]])
-    assert (flat[size > 1e-9] > 0.0).all()
-    assert volume(mesh) > 0.0
-
-
-def test_volume_is_that_of_the_sections() -> None:
-    bore = 40.0
-    z = np.polynomial.legendre.leggauss(7)
-    areas = []
-    for place in 25.0 * z[0]:
-        x, y = transverse_section(PINION, float(place), 1e-5).T
-        areas.append(0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) - pi * bore**2)
-    exact = 25.0 * float(z[1] @ areas)
-    coarse, fine = (volume(gear_mesh(PINION, tolerance, bore_radius=bore)) for tolerance in (0.01, 0.001))
-    assert abs(fine / exact - 1.0) < 1e-4
-    assert abs(fine / exact - 1.0) < 0.2 * abs(coarse / exact - 1.0)
+    facing = np.einsum("ni,nki->nk", normal, mesh.normals[mesh.faces]) / np.linalg.norm(
+        normal, axis=1, keepdims=True
+    )
+    assert facing.min() > 0.9
+    for name, axial in (("toe", -1.0), ("heel", 1.0), ("bore", 0.0), ("tip", -np.sin(gamma))):
+        np.testing.assert_allclose(mesh.of(name).normals[:, 2], axial, atol=1e-12)
+    for name in SIDES:
+        angle = np.arctan2(*mesh.of(name).points[:, 1::-1].T)
+        assert (angle < 0.0).all() if name == SIDES[0] else (angle > -0.25).all()
 
 
 def test_parts_can_be_taken_out() -> None:
@@ -169,7 +154,7 @@ def test_parts_can_be_taken_out() -> None:
     flank = mesh.of("right flank")
     assert 0 < len(flank.faces) < len(mesh.faces)
     assert len(flank.points) == len(np.unique(flank.faces))
-    assert {"first side", "last side", "bore", "toe", "heel", "tip land"} <= set(mesh.names)
+    assert {"first side", "last side", "bore", "toe", "heel", "tip", "bottom"} <= set(mesh.names)
 
 
 def test_a_pointed_tooth_is_refused() -> None:

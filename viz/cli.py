@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import click
 
 from beveloid_geom.cli_support import Refusal, load_design, write_out
+from beveloid_geom.whole_file import whole_file
 
 from .figures import FIGURES, Figure
-from .whole_file import whole_file
 
 if TYPE_CHECKING:
     from beveloid_geom.inputs import Design

@@ -27,11 +27,22 @@ PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "spe
 
 
 @dataclass(frozen=True, eq=False)
+class Paint:
+    """Values (n,) at the points of a surface, shown in bands of equal steps: one of `colours`
+    each, from the lower to the upper of `limits`, and those beyond as at the limit. Where a
+    value is NaN the surface keeps its own colour."""
+
+    values: FloatArray
+    colours: Sequence[str]
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Faces of three or four corners over points (n, 3), lit as metal.
 
     `normals` (n, 3) give smooth shading; without them faces are flat. `edges` draws
-    boundaries and sharp edges as dark lines."""
+    boundaries and sharp edges as dark lines, `mesh_lines` the edges of all faces, without lustre."""
 
     points: FloatArray
     faces: NDArray[np.integer[Any]]
@@ -39,6 +50,8 @@ class Surface:
     colour: str = "#b9c4cf"
     opacity: float = 1.0
     edges: bool = False
+    paint: Paint | None = None
+    mesh_lines: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +195,16 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     smooth = surface.normals is not None
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
+    look = {"color": surface.colour} if surface.paint is None else _bands(surface.paint, surface.colour)
     actor = plotter.add_mesh(
-        mesh, color=surface.colour, opacity=surface.opacity, smooth_shading=smooth, **METAL
+        mesh,
+        opacity=surface.opacity,
+        smooth_shading=smooth,
+        show_edges=surface.mesh_lines,
+        edge_color=EDGE_COLOUR,
+        line_width=1.0,
+        **look,
+        **(PLAIN if surface.mesh_lines else METAL),
     )
     if surface.edges:
         lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
@@ -192,6 +213,19 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
             plotter.add_mesh(lines, color=EDGE_COLOUR, line_width=1.5, lighting=False)
     return int(len(faces) * (corners - 2))
+
+
+def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
+    """What pyvista takes to show values as bands with sharp edges."""
+    return {
+        "scalars": np.asarray(paint.values, dtype=float),
+        "cmap": list(paint.colours),
+        "n_colors": len(paint.colours),
+        "clim": paint.limits,
+        "nan_color": nothing,
+        "interpolate_before_map": True,
+        "show_scalar_bar": False,
+    }
 
 
 def _tube(tube: Tube) -> Any:

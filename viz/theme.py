@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from .whole_file import whole_file
+from beveloid_geom.whole_file import whole_file
 
 if TYPE_CHECKING:
     from .scene import Picture

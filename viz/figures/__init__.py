@@ -1,4 +1,4 @@
-"""The figures of Ni et al. 2017: their names, titles, and where each is drawn.
+"""The figures of Ni et al. 2017, and what meshes add to them: their names, titles, and where each is drawn.
 
 Every module `fig_*` has a dictionary `RECIPES` with a `Recipe` for each figure it draws. They
 are imported when asked for.
@@ -44,4 +44,10 @@ FIGURES = (
     Figure("fig-13", "Paths of contact under shaft-angle error", "fig_misalignment"),
     Figure("fig-14", "Paths of contact under axial error of the pinion", "fig_misalignment"),
     Figure("fig-15", "Paths of contact under axial error of the gear", "fig_misalignment"),
+    Figure("separation", "Separation of the flanks at one position", "fig_pattern"),
+    Figure("pattern", "Contact pattern under marking compound", "fig_pattern"),
+    Figure("transmission-error", "Transmission error in operation, and its amplitudes", "fig_operation"),
+    Figure("mesh-convergence", "Error of the mesh method against the mesh tolerance", "fig_convergence"),
+    Figure("posed-pair", "The posed pair as exported", "fig_posed"),
+    Figure("meshed-tooth", "A tooth meshed for finite elements", "fig_meshed"),
 )

@@ -161,10 +161,20 @@ def draw_flank(
     except ValueError:
         _write_instead(page, box, "no flank to draw: is it undercut?")
         return None
+    items: list[Item] = [surface(grid, view, colour), *path_items(page, traces, view, px_per_mm)]
+    return show_items(page, box, view, items, px_per_mm)
+
+
+def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
+    """The paths on a flank, as wide on the page as everywhere."""
     radius = LINE_POINTS * page.dpi / 72.0 / px_per_mm
-    items: list[Item] = [surface(grid, view, colour)]
-    for trace in traces:
-        items += trace_items(trace, view, radius)
+    return [item for trace in traces for item in trace_items(trace, view, radius)]
+
+
+def show_items(
+    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float
+) -> tuple[Axes, Picture]:
+    """Draw what stands in the frame of a flank's picture into a box, the flank in its middle."""
     centre = np.append(view.bounds.mean(axis=0), 0.0)
     camera = Camera(INTO_PAGE, UP, centre, 0.5 * box.height / px_per_mm)
     picture = render(Scene(items, camera), box.size)

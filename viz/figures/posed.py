@@ -111,6 +111,11 @@ def surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surf
     return Surface(points, mesh.faces, normals, colour, opacity)
 
 
+def with_lines(drawn: Surface) -> Surface:
+    """The same surface with the edges of its faces."""
+    return replace(drawn, mesh_lines=True)
+
+
 def lathe(
     profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
 ) -> list[Surface]:

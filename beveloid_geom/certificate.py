@@ -1,0 +1,105 @@
+"""Whether the tangencies of a path of contact are contacts of the teeth.
+
+The path of contact is where two flanks are tangent. It is where they touch only if nothing else
+of the teeth does before. `certify` compares each position with the first contact at the same
+roll of the pinion (`first_contact`), over flanks, fillets and edges of all neighbouring teeth.
+
+With both parabola coefficients positive the right flanks of Table 1 are tangent and yet not in
+contact: from about 0.0002 1/mm edges touch earlier nearly everywhere, and from 0.0006 on the
+tangency is a saddle of the approach, at which the flanks pass through each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .approach import local_at
+from .first_contact import FirstContact, FirstStatus, first_contact, mesh_of
+from .inputs import Design, FloatArray
+from .path import ContactPath
+from .solve import Status
+from .surface import cut_at
+
+TOLERANCE = 1e-6
+"""mm of overlap that a contact is allowed."""
+SADDLE = 1e-10
+"""1/mm: curvature of the approach that counts as negative."""
+
+
+class Verdict(IntEnum):
+    """What the tangency at one position of a path is."""
+
+    FIRST_CONTACT = 0
+    """Nothing touches earlier."""
+    EDGE_CONTACT = 1
+    """An edge touches earlier; the limits of the first contact name it."""
+    NEXT_PAIR = 2
+    """The flanks of another tooth pair touch earlier, in a tangency of their own: this position
+    lies beyond the hand-over."""
+    INTERFERENCE = 3
+    """The flanks overlap beside their tangency, or a fillet stands in the way."""
+    NOT_SOLVED = 4
+    """No position on the flanks, or no first contact found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """Verdicts on the positions of a path, arrays (*batch, positions).
+
+    `separation` (mm along the normal): least clearance of the gear's teeth from the pinion's at the
+    pose of the position, negative for overlap, to first order in it; `first`: the first contact
+    at this roll of the pinion, where the least clearance is; `curvature` (1/mm): the lesser
+    curvature of the approach at the tangency, negative where the flanks pass through each other;
+    `verdict`: codes of `Verdict`. NaN where not solved."""
+
+    separation: FloatArray
+    first: FirstContact
+    curvature: FloatArray
+    verdict: NDArray[np.int8]
+
+    @property
+    def holds(self) -> bool:
+        """Whether there are positions and every one is the first contact."""
+        return self.verdict.size > 0 and bool((self.verdict == Verdict.FIRST_CONTACT).all())
+
+
+def certify(design: Design, path: ContactPath) -> Certificate:
+    """Compare a `path` of contact of this `design` with the first contacts of its teeth.
+
+    Raises ValueError for members of arrays; pair and errors may be arrays."""
+    solved = path.status == Status.SOLVED
+    roll = np.where(solved, path.pinion_roll, 0.0)
+    first = first_contact(design, path.flank, roll)
+    solved &= first.status == FirstStatus.SOLVED
+    gear = mesh_of(design, path.flank, roll)[0].other
+    ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
+    with np.errstate(invalid="ignore"):
+        moment = gear.pitch_radius * cut_at(gear, first.l2, first.z2).ny
+    separation = np.where(solved, ahead * moment, np.nan)
+    curvature = np.where(solved, _curvature(design, path, roll), np.nan)
+    tangent, same = first.limit[..., 0] < 0, first.pair == 0
+    saddle = curvature < -SADDLE
+    within = tangent & (same | first.on_fillet.any(axis=-1))
+    cases = (
+        (~solved, Verdict.NOT_SOLVED),
+        (separation >= -TOLERANCE, Verdict.FIRST_CONTACT),
+        (saddle | within, Verdict.INTERFERENCE),
+        (~tangent, Verdict.EDGE_CONTACT),
+    )
+    verdict = np.select([case for case, _ in cases], [code for _, code in cases], Verdict.NEXT_PAIR)
+    return Certificate(separation, first, curvature, verdict.astype(np.int8))
+
+
+def _curvature(design: Design, path: ContactPath, roll: FloatArray) -> FloatArray:
+    """Lesser curvature (1/mm) of the approach by the pinion's (l1, z1) at the positions."""
+    mesh, _ = mesh_of(design, path.flank, roll)
+    position = np.arange(roll.size)
+    with np.errstate(invalid="ignore"):
+        task = mesh.task(position, np.zeros_like(position))
+        (a, b), (_, c) = local_at(task, path.l1.reshape(-1), path.pinion_z.reshape(-1)).bend
+        lesser = 0.5 * (a + c) - np.hypot(0.5 * (a - c), b)
+    return np.asarray(lesser.reshape(roll.shape))

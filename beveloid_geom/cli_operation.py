@@ -1,0 +1,70 @@
+"""The command `beveloid-geom operation`."""
+
+from __future__ import annotations
+
+import click
+
+from .cli_support import BUILTIN_DESIGN, changed_design, load_design, override_options, write_out
+
+
+@click.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@click.option("--flank", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@click.option(
+    "--points",
+    type=click.IntRange(2, 100_000),
+    default=121,
+    show_default=True,
+    help="Positions over the cycle, both ends included.",
+)
+@click.option(
+    "--harmonics",
+    type=click.IntRange(1, 200),
+    default=10,
+    show_default=True,
+    help="Multiples of the mesh frequency.",
+)
+@click.option(
+    "--film",
+    type=click.FloatRange(0.0, 10.0),
+    default=0.00635,
+    show_default=True,
+    metavar="MM",
+    help="Clearance up to which a tooth pair counts as touching for the ratio in brackets.",
+)
+@override_options
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one position a row, mm and rad.")
+@click.pass_context
+def operation(
+    context: click.Context,
+    /,
+    design: str,
+    flank: str,
+    points: int,
+    harmonics: int,
+    film: float,
+    as_json: bool,
+    as_csv: bool,
+    **changes: float | None,
+) -> None:
+    """Transmission error and contact ratio of a pair in operation.
+
+    At every roll of the pinion the first of all teeth touches, with its flank, its fillet or an
+    edge; tooth pairs hand over to each other. One mesh cycle is solved, it repeats with the
+    pinion's pitch. Rigid teeth, no load. Exit status 1 if a first contact is not known.
+    """
+    if as_json and as_csv:
+        raise click.UsageError("--json and --csv exclude each other: give one of them")
+    changed = changed_design(load_design(design), changes)
+    from . import report_operation as report
+
+    found = report.operation_report(click.format_filename(design), changed, flank, points, harmonics, film)
+    if as_json:
+        write_out(report.operation_json(found))
+    else:
+        write_out(report.operation_csv(found) if as_csv else report.operation_table(found))
+        if found.reason:
+            click.echo(f"No contact: {found.reason}", err=True)
+    if found.reason:
+        context.exit(1)

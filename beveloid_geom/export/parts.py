@@ -1,0 +1,161 @@
+"""What can be exported: the parts of a pair as surfaces, and a loaded tooth as hexahedra.
+
+Members, flanks and teeth are in the member's own frame, the pair is in S_f, posed in the middle
+of the path of contact.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..flank import flank_point, tip_parameter, trace_parameter
+from ..hexahedra import MAX_NODES, cells_of, tooth_hexahedra
+from ..inputs import Design, FloatArray, Member
+from ..pattern import POSES_PER_PITCH, approach_of, first_contact_operation, least_separation
+from ..posing import MeshingPair
+from ..sampling import FlankGrid, grid_faces, sample_flank
+from ..solid import gear_solid, turned
+from ..tooth import gear_mesh
+from ..touch import separation
+from ..volume import VolumeMesh
+from . import FIELD_FORMATS
+from .abaqus import LoadCase, nearest_node
+from .load import contact_load
+from .surfaces import SurfaceMesh, in_fixed, joined
+
+TRIAL = 1e-3
+"""Tolerance (mm) at which points are counted, for finer ones: their number goes with its inverse."""
+BYTES_PER_POINT = 1100
+"""Most memory that building and writing a surface took for each of its points."""
+UNKNOWN_MEMORY = 2**33
+
+
+def memory_limit() -> int:
+    """Bytes that a surface may take: half of this machine's memory."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+    except (AttributeError, ValueError, OSError):  # not on every system
+        return UNKNOWN_MEMORY // 2
+
+
+def require_memory(points_at: Callable[[float], int], tolerance: float) -> None:
+    """Raise ValueError where a surface takes too much memory, with the estimate. `points_at` gives
+    its number of points at a tolerance (mm)."""
+    if tolerance >= TRIAL:
+        return
+    points = points_at(TRIAL) * TRIAL / tolerance
+    size, limit = (count / 2.0**30 for count in (points * BYTES_PER_POINT, memory_limit()))
+    if size > limit:
+        need = f"about {points:.2g} points and {size:,.0f} GB of memory, the limit here is {limit:,.0f} GB"
+        raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {need}")
+
+
+def gear_surface(
+    member: Member,
+    suffix: str,
+    tolerance: float,
+    teeth: int | None = None,
+    bore_radius: float | None = None,
+) -> SurfaceMesh:
+    """A whole gear, or `teeth` neighbouring teeth, as triangles within `tolerance` (mm).
+
+    For a format that holds fields: exact normals, the surfaces apart at their edges, and the cell
+    field 'part' (0 ... as `tooth.gear_mesh` names them). For the others: closed, each point there once.
+    Raises ValueError as `gear_solid` does, and where memory would not suffice."""
+    count = int(member.teeth) if teeth is None else teeth
+    require_memory(lambda trial: count * len(gear_solid(member, trial, 1, bore_radius).points), tolerance)
+    if suffix in FIELD_FORMATS:
+        numbers = None if teeth is None else range(teeth)
+        mesh = gear_mesh(member, tolerance, numbers, bore_radius)
+        return SurfaceMesh(mesh.points, mesh.faces, {"normals": mesh.normals}, {"part": mesh.part})
+    solid = gear_solid(member, tolerance, teeth, bore_radius)
+    return SurfaceMesh(solid.points, solid.faces, {}, {"part": solid.part})
+
+
+def pair_surface(design: Design, pose: MeshingPair, suffix: str, tolerance: float) -> SurfaceMesh:
+    """Both gears in S_f, with the cell field 'member' (0 pinion, 1 gear)."""
+    surfaces = []
+    for number, (member, frame) in enumerate(zip(design.members, pose.frames, strict=True)):
+        surface = gear_surface(member, suffix, tolerance)
+        numbers = np.full(len(surface.faces), number)
+        surface = replace(surface, cell_fields={**surface.cell_fields, "member": numbers})
+        surfaces.append(in_fixed(surface, frame))
+    return joined(surfaces)
+
+
+def flank_surface(grid: FlankGrid, fields: dict[str, FloatArray]) -> SurfaceMesh:
+    """The active flank of tooth 0 with its exact normals and `fields` on its points."""
+    points, normals = grid.points.reshape(-1, 3), grid.normals.reshape(-1, 3)
+    flat = {name: values.reshape(-1) for name, values in fields.items()}
+    return SurfaceMesh(points, grid_faces(grid.points, grid.normals), {"normals": normals, **flat}, {})
+
+
+def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
+    """Least separation (nl, nz), mm, of the flank over the mesh of one tooth pair, as
+    `contact_pattern` finds it: below its thickness marking compound is left. NaN without a mate."""
+    operation = first_contact_operation(design, pose.flank)
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    first, last = operation.roll[0], operation.roll[-1]
+    rolls = np.linspace(first, last, int(np.ceil(POSES_PER_PITCH * (last - first) / pitch)) + 1)
+    approach = approach_of(design, pose.flank, member, operation)
+    least, _, _ = least_separation(approach, grid.points.reshape(-1, 3), rolls)
+    return np.where(np.isfinite(least), least, np.nan).reshape(grid.l.shape)
+
+
+def separation_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
+    """Distance (nl, nz), mm, of the other member's flank along its normal, in the middle of the path
+    of contact; NaN where it has no flank opposite."""
+    found = separation(design, pose.flank, member, grid.l, grid.z, *pose.roll)
+    return np.where(found.inside, found.distance, np.nan)
+
+
+FIELDS: dict[str, Callable[[Design, MeshingPair, int, FlankGrid], FloatArray]] = {
+    "separation": separation_field,
+    "pattern": pattern_field,
+}
+"""Fields of a flank by name: of (design, pose, member, grid) an array (nl, nz)."""
+
+
+def flank_part(
+    design: Design, member: int, flank: str, tolerance: float, pose: MeshingPair | None, names: Sequence[str]
+) -> SurfaceMesh:
+    """A flank with the named `FIELDS`, which need the `pose`. Raises ValueError as `sample_flank`
+    does, and where memory would not suffice."""
+    require_memory(lambda trial: sample_flank(design.members[member], flank, trial).l.size, tolerance)
+    grid = sample_flank(design.members[member], flank, tolerance)
+    fields = {} if pose is None else {name: FIELDS[name](design, pose, member, grid) for name in names}
+    return flank_surface(grid, fields)
+
+
+def tooth_volume(
+    member: Member, teeth: int, element: str, tolerance: float, bore_radius: float | None = None
+) -> VolumeMesh:
+    """Hexahedra of neighbouring teeth as `tooth_hexahedra` makes them, refused before they take
+    time and memory. Raises ValueError as that does."""
+    cells = cells_of(member, tolerance)
+    least = teeth * cells.flank * cells.tip * cells.face  # those between the flanks only
+    if least > MAX_NODES:
+        text = f"tolerance {tolerance:g} mm is too fine: it takes more than {least:.2g} hexahedra"
+        raise ValueError(f"{text}, the limit is {MAX_NODES:.2g} nodes")
+    return tooth_hexahedra(member, teeth, element, tolerance, bore_radius, cells)
+
+
+def contact_case(
+    mesh: VolumeMesh, design: Design, pose: MeshingPair, member: int, force: float, tooth: int = 0
+) -> LoadCase:
+    """`force` (N) along the inward normal of the flank, at the contact in the middle of the path as
+    it is when this `tooth` has come there; the displacement is observed at the tip edge of the
+    tooth's opposite flank, at mid-face.
+
+    Raises ValueError where the mesh has no face there."""
+    opposite, gear = {"right": "left", "left": "right"}[pose.flank], design.members[member]
+    l = tip_parameter(gear, opposite, 0.0)
+    edge = flank_point(gear, opposite, l, trace_parameter(gear, opposite, l, 0.0))
+    turn = np.array([2.0 * np.pi / float(gear.teeth) * tooth])
+    point, normal, edge = turned(np.stack((pose.point[member], pose.normal[member], edge)), turn)[0]
+    load = contact_load(mesh, f"{pose.flank} flank", point, -force * normal)
+    return LoadCase(load, nearest_node(mesh, edge))

@@ -1,0 +1,318 @@
+"""The faces of a gear for CAD: B-splines over flanks and fillets, cones and cylinders.
+
+A solid is bounded by its end planes and by strips from toe to heel that follow each other round
+closed loops. Flanks and fillets are B-spline surfaces of degree 7 through exact points, within
+`FIT` of the exact surfaces, as is measured while they are made. Tip lands, bottom lands and
+bore are surfaces of revolution. Over the face all B-splines have the same knots and z for
+their parameter: a strip and its neighbour have the same line, a `Trace`, for their edge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, cos, pi, sin, tan
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..design_limits import shown_value
+from ..fillet import bottom_point, fillet_point, tool_round
+from ..flank import flank_point, tip_parameter, tip_radius, trace_parameter
+from ..inputs import FloatArray, Member
+from ..rack import reference_radius
+from ..solid import BORE_SHARE
+from ..undercut import require_sound
+
+Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
+"""Points (..., 3), mm, of a surface at its stations s, along the section, and t, both 0 ... 1."""
+
+DEGREE = 7
+FIT = 1e-6
+"""mm. How close flanks and fillets are to the exact surfaces along the section."""
+FIT_OF_TRACES = 1e-8
+"""mm. The same along the face, where lines of B-splines lie on cones: the kernel takes two points for
+one up to 1e-7 mm."""
+SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
+PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+"""Where a surface is looked at across the direction in which its knots are sought."""
+NARROW = 1e-5
+"""mm. A bottom land narrower than this is left out, a tip land counts as pointed."""
+STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
+"""Knots of a straight line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A line from toe to heel as a clamped B-spline over 0 ... 1, along which z grows evenly:
+    `knots` (k,), poles `points` (n, 3), mm, and poles of its `angle` (n,) about the gear axis,
+    rad, without jumps. The degree is k - n - 1."""
+
+    knots: FloatArray
+    points: FloatArray
+    angle: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Net:
+    """A clamped B-spline surface over 0 ... 1 along the section and from toe to heel: `knots`
+    along the section, `poles` (ns, nz, 3), mm, whose outer rows are those of its traces."""
+
+    knots: FloatArray
+    poles: FloatArray
+
+
+@dataclass(frozen=True)
+class Revolved:
+    """A cone or cylinder about the gear axis: radius (mm) at z = 0 and its growth with z."""
+
+    radius: float
+    growth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A face of the solid from toe to heel between two traces, the metal on the left of the way
+    from the first to the last, seen from +z. `tooth`: the number of its tooth, if it has one."""
+
+    name: str
+    first: Trace
+    last: Trace
+    surface: Net | Revolved
+    tooth: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Tooth:
+    """The strips of tooth 0 from the left to the right fillet, the root cone, the trace at the
+    `middle` of the tooth space after it, and whether there is any bottom land."""
+
+    strips: list[Strip]
+    root: Revolved
+    middle: Trace
+    has_land: bool
+
+
+def gear_loops(
+    member: Member, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+) -> list[list[Strip]]:
+    """The faces of a gear between toe and heel, as closed loops: outline and bore of a whole gear,
+    or the one loop round some neighbouring `teeth` (numbers; 0 is at angle 0). Part of a gear is
+    cut in the middle of the tooth spaces beside it, radially down to the bore.
+
+    Raises ValueError for an undercut member, a pointed tooth, a pointed tool, a bore that is too
+    large, teeth that are no neighbours and a tooth that winds round the gear."""
+    numbers = _tooth_numbers(member, teeth)
+    require_sound(member)
+    cut, bore, pitch = _cut_tooth(member), _checked_bore(member, bore_radius), 2.0 * pi / float(member.teeth)
+    space = Strip("bottom", cut.strips[-1].last, _turned(cut.strips[0].first, pitch), cut.root)
+    one = [*cut.strips, space] if cut.has_land else cut.strips
+    outline = [_turned_strip(strip, number * pitch, number) for number in numbers for strip in one]
+    if len(numbers) == int(member.teeth):
+        loops = [outline, _whole_bore(member, bore)]
+    else:
+        loops = [_sector(cut, outline, numbers, pitch, bore)]
+    for strip in (strip for loop in loops for strip in loop if isinstance(strip.surface, Revolved)):
+        if np.ptp(np.concatenate((strip.first.angle, strip.last.angle))) > 0.999 * 2.0 * pi:
+            text = f"face_width {float(member.face_width):g} mm: the {strip.name} winds round the whole gear"
+            raise ValueError(f"{text}: take a narrower face or a smaller helix angle")
+    return loops
+
+
+def _tooth_numbers(member: Member, teeth: Sequence[int] | None) -> list[int]:
+    total = int(member.teeth)
+    numbers = list(range(total)) if teeth is None else [int(number) for number in teeth]
+    if not 0 < len(numbers) <= total or np.any(np.diff(numbers) != 1):
+        text = f"teeth must be 1 to {total} neighbours in rising order, got {shown_value(numbers)}"
+        raise ValueError(f"{text}: number them as in 0, 1, 2")
+    return numbers
+
+
+def _root_cone(member: Member) -> Revolved:
+    tool, gamma = member.tool, float(member.cone_angle)
+    depth = float(tool.normal_module) * (float(tool.dedendum) / cos(gamma) - float(member.profile_shift))
+    return Revolved(float(reference_radius(member)) - depth, tan(gamma))
+
+
+def _tip_cone(member: Member) -> Revolved:
+    return Revolved(float(tip_radius(member, 0.0)), tan(float(member.cone_angle)))
+
+
+def _checked_bore(member: Member, bore_radius: float | None) -> float:
+    root = _root_cone(member)
+    least = root.radius - 0.5 * float(member.face_width) * abs(root.growth)
+    bore = BORE_SHARE * least if bore_radius is None else float(bore_radius)
+    if not 0.0 < bore < least:
+        raise ValueError(f"bore_radius must be between 0 and the root radius {least:.6g} mm, got {bore:g}")
+    return bore
+
+
+def _knots(spans: int) -> FloatArray:
+    return np.concatenate((np.zeros(DEGREE), np.linspace(0.0, 1.0, spans + 1), np.ones(DEGREE)))
+
+
+def _nodes(knots: FloatArray) -> FloatArray:
+    """The points at which a B-spline is made to agree: Greville's, the means of `DEGREE` knots."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=-1))
+
+
+def _poles(knots: FloatArray, values: FloatArray, axis: int = 0) -> FloatArray:
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(_nodes(knots), values, DEGREE, knots, axis=axis)
+    return np.asarray(np.moveaxis(spline.c, 0, axis))
+
+
+def _fitted_knots(values: Callable[[FloatArray], FloatArray], fit: float) -> FloatArray:
+    """The shortest knots for which B-splines through `values` (n, ...) keep to them within `fit`."""
+    from scipy.interpolate import BSpline
+
+    for spans in SPANS:
+        knots = _knots(spans)
+        nodes = _nodes(knots)
+        between = (nodes[:-1] + np.diff(nodes) * np.array([[0.25], [0.5], [0.75]])).ravel()
+        spline = BSpline(knots, _poles(knots, values(nodes)), DEGREE)
+        if np.abs(spline(between) - values(between)).max() < fit:
+            return knots
+    text = f"no B-spline of {SPANS[-1]} spans comes within {fit:g} mm of the tooth"
+    raise ValueError(f"{text}: take a narrower face, a weaker parabola or a smaller helix angle")
+
+
+def _flank_place(member: Member, flank: str) -> Place:
+    half, joint = 0.5 * float(member.face_width), tool_round(member.tool, flank).joint
+
+    def place(s: Any, t: FloatArray) -> FloatArray:
+        z, s = half * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
+        tip = tip_parameter(member, flank, z)
+        if np.any(np.isnan(tip)):
+            text = f"the {flank} flank does not reach its tip cone"
+            raise ValueError(f"{text}: reduce the addendum or the shift")
+        l = joint + s * (tip - joint)
+        return flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+
+    return place
+
+
+def _fillet_place(member: Member, flank: str) -> Place:
+    """The exact fillet; s is even in log(tan(angle / 2)), of which sine and cotangent of the
+    angle are smoother functions than of the angle itself."""
+    half, joint = 0.5 * float(member.face_width), tool_round(member.tool, flank).angle
+
+    def place(s: Any, t: FloatArray) -> FloatArray:
+        s = s if flank == "left" else 1.0 - s
+        angle = 2.0 * np.arctan(np.exp(s * np.log(np.tan(0.5 * joint))))
+        return fillet_point(member, flank, angle, half * (2.0 * t - 1.0))[0]
+
+    return place
+
+
+def _places(member: Member) -> dict[str, Place]:
+    """Fillets and flanks of tooth 0 in the order of its section, s and they from left to right."""
+    return {
+        "left fillet": _fillet_place(member, "left"),
+        "left flank": _flank_place(member, "left"),
+        "right flank": _flank_place(member, "right"),
+        "right fillet": _fillet_place(member, "right"),
+    }
+
+
+def _trace(knots: FloatArray, points: FloatArray) -> Trace:
+    """The line through points (n, 3) at the nodes of its knots."""
+    angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
+    angle -= 2.0 * pi * np.round(np.median(angle) / (2.0 * pi))
+    poles = _poles(knots, points)
+    # Exactly even, as the planes at the ends want it: Greville's nodes are the poles of t.
+    poles[:, 2] = points[0, 2] + (points[-1, 2] - points[0, 2]) * _nodes(knots)
+    return Trace(knots, poles, _poles(knots, angle))
+
+
+def _net(place: Place, first: Trace, last: Trace) -> Net:
+    across, t = _fitted_knots(lambda s: place(s[:, None], PROBES), FIT), _nodes(first.knots)
+    poles = _poles(first.knots, _poles(across, place(_nodes(across)[:, None], t)), axis=1)
+    poles[0], poles[-1] = first.points, last.points
+    poles[..., 2] = first.points[:, 2]
+    return Net(across, poles)
+
+
+def _cut_tooth(member: Member) -> _Tooth:
+    """Tooth 0 as B-splines. Raises ValueError for a pointed tooth."""
+    places, pitch = _places(member), 2.0 * pi / float(member.teeth)
+    lines = [(place, s) for place in places.values() for s in PROBES]
+    knots = _fitted_knots(lambda t: np.stack([place(s, t) for place, s in lines], axis=1), FIT_OF_TRACES)
+    t, tip, root = _nodes(knots), _tip_cone(member), _root_cone(member)
+    starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
+    left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
+    if np.any((right_tip.angle - left_tip.angle) * tip.radius < NARROW):
+        raise ValueError("the tooth is pointed: reduce the addendum, the profile shift or the face width")
+    has_land = bool(np.all((left_root.angle + pitch - right_root.angle) * root.radius > NARROW))
+    if not has_land:
+        right_root = _turned(left_root, pitch)
+    pairs = (left_root, starts[1]), (starts[1], left_tip), (right_tip, starts[3]), (starts[3], right_root)
+    strips = [
+        Strip(name, *pair, _net(place, *pair))
+        for (name, place), pair in zip(places.items(), pairs, strict=True)
+    ]
+    strips.insert(2, Strip("tip", left_tip, right_tip, tip))
+    return _Tooth(strips, root, _middle(member, knots) if has_land else right_root, has_land)
+
+
+def _middle(member: Member, knots: FloatArray) -> Trace:
+    """The middle of the tooth space after tooth 0 on the bottom land."""
+    z = 0.5 * float(member.face_width) * (2.0 * _nodes(knots) - 1.0)
+    return _trace(knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0])
+
+
+def _turned(trace: Trace, angle: float) -> Trace:
+    return Trace(trace.knots, _turned_points(trace.points, angle), trace.angle + angle)
+
+
+def _turned_points(points: FloatArray, angle: float) -> FloatArray:
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack((x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle), z), axis=-1)
+
+
+def _turned_strip(strip: Strip, angle: float, tooth: int) -> Strip:
+    surface = strip.surface
+    if isinstance(surface, Net):
+        surface = Net(surface.knots, _turned_points(surface.poles, angle))
+    return Strip(strip.name, _turned(strip.first, angle), _turned(strip.last, angle), surface, tooth)
+
+
+def _whole_bore(member: Member, radius: float) -> list[Strip]:
+    """The bore of a whole gear as two halves, which run with the clock."""
+    half = 0.5 * float(member.face_width)
+    line = Trace(STRAIGHT, np.array([[radius, 0.0, -half], [radius, 0.0, half]]), np.zeros(2))
+    traces = [_turned(line, -pi * i) for i in range(3)]
+    return [Strip("bore", *pair, Revolved(radius, 0.0)) for pair in pairwise(traces)]
+
+
+def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], pitch: float, bore: float) -> list[Strip]:
+    """The loop round some teeth whose strips, with the spaces after them, are `outline`."""
+    start, end = (_turned(cut.middle, number * pitch) for number in (numbers[0] - 1, numbers[-1]))
+    loop = list(outline)
+    if cut.has_land:
+        loop.insert(0, Strip("bottom", start, outline[0].first, cut.root, numbers[0] - 1))
+        loop[-1] = Strip("bottom", outline[-1].first, end, cut.root, numbers[-1])
+    inner = _on_cylinder(start, bore)
+    width = len(numbers) * pitch
+    pieces = ceil((width + float(np.ptp(start.angle))) / pi)
+    rim = [_turned(inner, width * (1.0 - i / pieces)) for i in range(pieces + 1)]
+    loop.append(Strip("last side", end, rim[0], _ruled(end, rim[0])))
+    loop += [Strip("bore", *pair, Revolved(bore, 0.0)) for pair in pairwise(rim)]
+    loop.append(Strip("first side", inner, start, _ruled(inner, start)))
+    return loop
+
+
+def _ruled(first: Trace, last: Trace) -> Net:
+    return Net(STRAIGHT, np.stack((first.points, last.points)))
+
+
+def _on_cylinder(trace: Trace, radius: float) -> Trace:
+    """The trace with the same angles on a cylinder."""
+    from scipy.interpolate import BSpline
+
+    angle = BSpline(trace.knots, trace.angle, DEGREE)(_nodes(trace.knots))
+    points = np.stack((radius * np.cos(angle), radius * np.sin(angle), trace.points[:, 2]), axis=-1)
+    inner = _trace(trace.knots, points)
+    return Trace(inner.knots, inner.points, trace.angle)

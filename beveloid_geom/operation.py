@@ -1,0 +1,301 @@
+"""A pair in operation: the curve of its transmission error with hand-overs, and who carries it.
+
+`first_contact` gives the gear's roll for every roll of the pinion, whichever tooth, flank or edge
+carries. That curve repeats itself with the pinion's pitch. Within a cycle it consists of smooth
+pieces, each carried in one way: by one tooth pair, on the flanks or on the edges of certain
+limits. The rolls at which the carrier changes are found by repeated division; on the pieces the
+curve is resolved by Gauss-Legendre points, so that Fourier coefficients do not suffer from kinks.
+
+A tooth pair is in contact where it is the first of all to touch, or within a given thickness of it,
+as of a lubricant film or marking compound. The roll over which one pair is, over the pitch, is
+the operating contact ratio. Unmodified pairs have the contact ratio of Eq. 16; modified flanks of
+rigid teeth touch in one point at a time and have 1, unless given a thickness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
+from numpy.typing import NDArray
+
+from .first_contact import TOGETHER, first_contact, mesh_of, middle_roll
+from .inputs import Design, Errors, FloatArray, Pair
+
+Numbers: TypeAlias = NDArray[np.int_]
+Label: TypeAlias = Callable[[Numbers, FloatArray], Numbers]
+"""Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
+Part = TypeVar("Part", Pair, Errors)
+
+SAMPLES = 96
+"""Rolls of a pitch at which changes are looked for."""
+DIVISIONS, CHANGE_WIDTH, MOST_CHANGES = 8, 1e-10, 64
+"""Parts into which an interval with a change is divided at a time, until it is as narrow as this, in
+pitches; changes in a cycle beyond which they are taken for rounding and divided no more."""
+SHORT_PIECE = 1e-7
+"""Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
+NODES, BETWEEN = 20, 96
+"""Gauss-Legendre points of a piece, and points at which their polynomial is integrated."""
+SPAN = 2
+"""Pitches on either side of the pitch point over which a tooth pair is followed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One mesh cycle, from `start` (pinion roll, rad) over one pitch; batch axes lead.
+
+    `changes` (..., k): rolls (rad) at which the carrier changes, ascending, filled up with NaN;
+    the curve is smooth between. `hand_over` (..., k): whether another tooth pair takes over
+    there. `mean`, `peak_to_peak` of the transmission error, rad. `harmonics` (..., n): complex
+    Fourier coefficients, of which the moduli are the amplitudes (rad) at 1 ... n times the mesh
+    frequency,
+
+        error(roll) = mean + Re sum_k harmonics_k exp(2 pi i k (roll - start) / pitch).
+
+    `edge_share`: the part of the cycle that edges carry. NaN, and no changes, where a position of
+    the cycle has no first contact (`lost`)."""
+
+    start: FloatArray
+    pitch: float
+    changes: FloatArray
+    hand_over: NDArray[np.bool_]
+    mean: FloatArray
+    peak_to_peak: FloatArray
+    harmonics: NDArray[np.complex128]
+    edge_share: FloatArray
+    lost: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """First contacts (intervals, rolls): the transmission error (rad), the carrier's number, its
+    tooth pair, and whether it is an edge."""
+
+    error: FloatArray
+    carrier: Numbers
+    pair: Numbers
+    edge: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Intervals:
+    """Intervals of roll (n,), rad, of the cases with these numbers."""
+
+    case: Numbers
+    low: FloatArray
+    high: FloatArray
+
+    def parts(self, shares: FloatArray) -> FloatArray:
+        """Rolls (n, shares) at shares 0 ... 1 of the intervals."""
+        return self.low[:, None] + (self.high - self.low)[:, None] * shares
+
+
+def _curve_at(
+    design: Design, flank: str, case: Numbers, roll: FloatArray, pairs: tuple[int, ...] | None = None
+) -> _Curve:
+    """First contacts of the cases with the numbers `case` (n,) at the rolls (n, rolls)."""
+    if design.batch_shape:
+        first = first_contact(_at_cases(design, case), flank, roll, pairs)
+    else:
+        first = first_contact(design, flank, roll.reshape(-1), pairs)
+    code = first.pair.astype(np.int64)
+    for part in (*np.moveaxis(first.limit, -1, 0), *np.moveaxis(first.on_fillet, -1, 0)):
+        code = 16 * code + part + 1
+    edge = first.limit[..., 0] >= 0
+    shape = roll.shape
+    error = first.transmission_error.reshape(shape)
+    return _Curve(error, code.reshape(shape), first.pair.reshape(shape), edge.reshape(shape))
+
+
+def _at_cases(design: Design, case: Numbers) -> Design:
+    """The cases with these numbers of a design with a batch, in one axis."""
+    shape = design.batch_shape
+
+    def part(given: Part) -> Part:
+        arrays = {name: value for name, value in vars(given).items() if np.ndim(value) > 0}
+        chosen = {name: np.broadcast_to(value, shape).reshape(-1)[case] for name, value in arrays.items()}
+        return replace(given, **chosen)
+
+    return replace(design, pair=part(design.pair), errors=part(design.errors))
+
+
+def _divided(found: _Intervals, label: Label, least: float) -> _Intervals:
+    """The intervals over each of which the label changes, divided until narrower than `least`. An
+    interval is divided at equal steps, and every part with a change goes on."""
+    share = np.linspace(0.0, 1.0, DIVISIONS + 1)
+    limit = MOST_CHANGES * max(1, np.unique(found.case).size)
+    while 0 < found.case.size <= limit and float((found.high - found.low).max()) > least:
+        roll = found.parts(share)
+        found = _with_change(found.case, roll, label(found.case, roll))
+    return found
+
+
+def _with_change(case: Numbers, roll: FloatArray, labels: Numbers) -> _Intervals:
+    """Of the intervals between rolls (n, rolls) those whose ends have different labels."""
+    row, column = np.nonzero(labels[:, 1:] != labels[:, :-1])
+    return _Intervals(case[row], roll[row, column], roll[row, column + 1])
+
+
+def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
+    """The transmission error of one mesh cycle, hand-overs and edges included.
+
+    Members must be single; pair and errors may be arrays. About 500 first contacts a case.
+    Raises ValueError for members of arrays and fewer than one harmonic."""
+    if harmonics < 1:
+        raise ValueError(f"harmonics must be at least 1, got {harmonics}")
+    start = middle_roll(design, flank)
+    shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
+    start = np.broadcast_to(start, shape)
+    case = np.arange(start.size)
+    roll = start.reshape(-1, 1) + pitch * np.linspace(0.0, 1.0, SAMPLES + 1)
+    samples = _curve_at(design, flank, case, roll)
+    lost = np.asarray(np.isnan(samples.error).any(axis=1))
+    changed = _with_change(case, roll, samples.carrier)
+    changed = _only(changed, ~lost[changed.case])
+
+    def carriers(cases: Numbers, rolls: FloatArray) -> Numbers:
+        return _curve_at(design, flank, cases, rolls).carrier
+
+    changed = _divided(changed, carriers, CHANGE_WIDTH * pitch)
+    pieces = _pieces(changed, roll[:, 0], pitch)
+    nodes, _ = leggauss(NODES)
+    curve = _curve_at(design, flank, pieces.case, pieces.parts(0.5 + 0.5 * nodes))
+    lost[pieces.case[np.isnan(curve.error).any(axis=1)]] = True
+    curve = replace(curve, error=np.where(lost[pieces.case, None], 0.0, curve.error))
+    return _cycle(pieces, curve, start, pitch, harmonics, lost)
+
+
+def _only(found: _Intervals, kept: NDArray[np.bool_]) -> _Intervals:
+    return _Intervals(found.case[kept], found.low[kept], found.high[kept])
+
+
+def _pieces(changed: _Intervals, start: FloatArray, pitch: float) -> _Intervals:
+    """The intervals between the changes of each case, in order."""
+    each = np.arange(start.size)
+    case = np.concatenate((each, changed.case, each))
+    roll = np.concatenate((start, 0.5 * (changed.low + changed.high), start + pitch))
+    order = np.lexsort((roll, case))
+    case, roll = case[order], roll[order]
+    kept = np.append(True, (case[1:] != case[:-1]) | (np.diff(roll) > SHORT_PIECE * pitch))
+    case, roll = case[kept], roll[kept]
+    joined = case[1:] == case[:-1]
+    return _Intervals(case[:-1][joined], roll[:-1][joined], roll[1:][joined])
+
+
+def _interpolation(points: FloatArray) -> FloatArray:
+    """Matrix (points, NODES) from values at the Gauss-Legendre points of a piece to those at points
+    in [-1, 1]."""
+    nodes, weights = leggauss(NODES)
+    degree = np.arange(NODES)
+    return np.asarray(
+        legvander(points, NODES - 1) * (degree + 0.5) @ (legvander(nodes, NODES - 1).T * weights)
+    )
+
+
+def _cycle(
+    pieces: _Intervals,
+    curve: _Curve,
+    start: FloatArray,
+    pitch: float,
+    harmonics: int,
+    lost: NDArray[np.bool_],
+) -> Cycle:
+    """Fourier coefficients and extremes from the pieces, by cases."""
+    shape, cases = start.shape, start.size
+    points, weights = leggauss(BETWEEN)
+    values = curve.error @ _interpolation(points).T
+    length = (pieces.high - pieces.low) / pitch
+    phase = (pieces.parts(0.5 + 0.5 * points) - start.reshape(-1)[pieces.case, None]) / pitch
+    turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * phase)
+    parts = 0.5 * length * ((turns * values) @ weights)
+    coefficients = np.zeros((cases, harmonics + 1), dtype=complex)
+    np.add.at(coefficients, pieces.case, parts.T)
+    dense = curve.error @ _interpolation(np.linspace(-1.0, 1.0, 4 * NODES + 1)).T
+    high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
+    np.maximum.at(high, pieces.case, dense.max(axis=1))
+    np.minimum.at(low, pieces.case, dense.min(axis=1))
+    np.add.at(edges, pieces.case, np.where(curve.edge[:, NODES // 2], length, 0.0))
+    changes, hand_over = _by_case(pieces, curve.pair[:, NODES // 2], cases)
+    rows = (coefficients[:, 0].real, high - low, edges)
+    mean, swing, share = (np.where(lost, np.nan, row).reshape(shape) for row in rows)
+    waves = np.where(lost[:, None], np.nan, 2.0 * coefficients[:, 1:])
+    return Cycle(
+        start=start,
+        pitch=pitch,
+        changes=changes.reshape(*shape, -1),
+        hand_over=hand_over.reshape(*shape, -1),
+        mean=mean,
+        peak_to_peak=swing,
+        harmonics=waves.reshape(*shape, harmonics),
+        edge_share=share,
+        lost=lost.reshape(shape),
+    )
+
+
+def _by_case(pieces: _Intervals, pair: Numbers, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Changes (cases, most) and whether the tooth pair changes there."""
+    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+    case = pieces.case[inner]
+    count = np.bincount(case, minlength=cases)
+    column = np.arange(inner.size) - (np.cumsum(count) - count)[case]
+    most = int(count.max(initial=0))
+    changes, hand_over = np.full((cases, most), np.nan), np.zeros((cases, most), dtype=bool)
+    changes[case, column] = pieces.high[inner]
+    hand_over[case, column] = pair[inner] != pair[inner + 1]
+    return changes, hand_over
+
+
+def error_over_cycles(
+    design: Design, flank: str, cycles: int = 3, points: int = 96
+) -> tuple[FloatArray, FloatArray]:
+    """Pinion rolls and transmission errors (..., cycles * points + 1), rad, at even steps over some
+    mesh cycles. One is solved, the others are the same. NaN where there is no first contact.
+
+    Raises ValueError for fewer than one cycle or point."""
+    if min(cycles, points) < 1:
+        raise ValueError(f"cycles and points must be at least 1, got {cycles} and {points}")
+    start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)[..., None]
+    step = 2.0 * np.pi / int(design.pinion.teeth) / points
+    error = first_contact(design, flank, start + step * np.arange(points)).transmission_error
+    number = np.arange(cycles * points + 1)
+    return start + step * number, error[..., number % points]
+
+
+def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> FloatArray:
+    """Operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
+    touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the
+    pitch. NaN where a first contact is not found.
+
+    Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays
+    and a negative thickness."""
+    if not thickness >= 0.0:
+        raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
+    shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
+    start = np.broadcast_to(middle_roll(design, flank), shape)
+    case = np.arange(start.size)
+    share = np.arange(-SPAN * SAMPLES, SPAN * SAMPLES + 1) / SAMPLES
+    roll = start.reshape(-1, 1) + pitch * share
+    mesh, _ = mesh_of(design, flank, np.broadcast_to(start[..., None], (*shape, 1)))
+    lever = mesh.own.sigma * mesh.lever
+    cycle = _curve_at(design, flank, case, roll[:, :SAMPLES])
+
+    def touching(first: _Curve, alone: _Curve) -> Numbers:
+        # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
+        spare = np.where(alone.edge & ~first.edge, -TOGETHER, TOGETHER)
+        return np.asarray(lever * (alone.error - first.error) <= thickness + spare).astype(int)
+
+    def touches(cases: Numbers, rolls: FloatArray) -> Numbers:
+        alone = _curve_at(design, flank, cases, rolls, (0,))
+        return touching(_curve_at(design, flank, cases, rolls), alone)
+
+    again = np.arange(share.size) % SAMPLES  # the curve of all pairs repeats itself
+    first = _Curve(*(value[:, again] for value in vars(cycle).values()))
+    inside = touching(first, _curve_at(design, flank, case, roll, (0,)))
+    ends = _divided(_with_change(case, roll, inside), touches, CHANGE_WIDTH * pitch)
+    ratio = np.zeros(start.size)
+    leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)
+    np.add.at(ratio, ends.case, np.where(leaves, 1.0, -1.0) * 0.5 * (ends.low + ends.high) / pitch)
+    return np.where(np.isnan(cycle.error).any(axis=1), np.nan, ratio).reshape(shape)

@@ -1,0 +1,321 @@
+"""Separation and contact of two flanks by surface proximity queries on sampled meshes.
+
+This is the route by meshes: both flanks are sampled to a tolerance (`sampling`), posed, and the
+separation of a vertex is its distance to the closest point on the other flank's triangles. Its
+error is of the order of the tolerance in the separation; the contact point, where the separation
+is least, is worse: by the square root of tolerance over relative curvature, which in approximate
+line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
+`convergence` charts both.
+
+Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`curvature.feet`),
+and the vertex of least separation starts Newton for the standstill of the exact separation D,
+as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
+n2 at its foot on the gear,
+
+    dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
+
+where A_2' maps a step to the change of n2 on the gear's parallel surface through the point. With
+n2 = -n1, as holds where D stands still, n2.d2R1 is dn1.dR1; so the steps converge quadratically.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .assembly import layout_of, member_frame, normals_to_fixed, to_fixed
+from .closest import closest_on_mesh
+from .curvature import Feet, feet, normal_rates
+from .flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
+from .inputs import Design, FloatArray, Member
+from .mounting import mounting_of
+from .path import path_of_contact
+from .sampling import Faces, FlankGrid, grid_faces, sample_flank
+from .solve import Status
+
+Frame: TypeAlias = tuple[FloatArray, FloatArray]
+CONTACT_PASSES = 60
+LONGEST_STEP = 0.5
+"""Greatest step of the contact search, as a share of the flank's depth along l and of its width."""
+LAST_STEP = 1e-5
+"""mm: a step of the contact search below it is the last, as it leaves an error of its square."""
+ON_RIM = 1e-9
+"""Barycentric coordinate below which a closest point counts as on an edge of its triangle."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlankMesh:
+    """A sampled flank: its grid and the triangles (m, 3) of the grid's points in row-major order.
+
+    `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh."""
+
+    grid: FlankGrid
+    faces: Faces
+    rim: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSeparation:
+    """Separation of a flank's grid points from the other member's flank at a pose.
+
+    `l` (nl, nz), `z` (nl, nz), mm: the grid points on their own flank; `points` (nl, nz, 3), mm,
+    in S_f; `separation` (nl, nz), mm, positive where the flanks are clear of each other;
+    `foot_l`, `foot_z` (nl, nz), mm: the closest point on the other flank; `status`: SOLVED,
+    OFF_FLANK where the foot leaves the other flank, NOT_CONVERGED; NaN there."""
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    separation: FloatArray
+    foot_l: FloatArray
+    foot_z: FloatArray
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshContact:
+    """The point of least separation at a pose. `point` (3,) in S_f, mm, midway between the flanks;
+    `separation`, mm; flank parameters `l` and axial coordinates `z` (2,), mm, pinion first;
+    `status` as in `MeshSeparation`; NOT_CONVERGED also where a standstill of the separation is
+    not a minimum. NaN where not SOLVED."""
+
+    point: FloatArray
+    separation: float
+    l: FloatArray
+    z: FloatArray
+    status: Status
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """Errors of the route by meshes at one pose, arrays over `tolerance` (mm).
+
+    `point_error` (mm): distance of the contact point from that of the path of contact;
+    `separation_error` (mm): greatest error of the separation over the points of the pinion's
+    grid; `faces`: triangles of both flanks. NaN where there is no contact point."""
+
+    tolerance: FloatArray
+    point_error: FloatArray
+    separation_error: FloatArray
+    faces: NDArray[np.int64]
+
+
+@lru_cache(maxsize=16)
+def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
+    """A flank of a single member as triangles within `tolerance` (mm) of it.
+
+    Raises ValueError as `sample_flank` does."""
+    grid = sample_flank(member, flank, tolerance)
+    faces = grid_faces(grid.points, grid.normals)
+    edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
+    code = edges[..., 0] * grid.l.size + edges[..., 1]
+    _, back, count = np.unique(code, return_inverse=True, return_counts=True)
+    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape))
+
+
+def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
+    if design.batch_shape:
+        raise ValueError(f"meshes are those of one design, got a batch of the shape {design.batch_shape}")
+    errors, distance, layout = design.errors, mounting_of(design).distance, layout_of(design)
+    return (
+        member_frame(layout, 0, pinion_roll, distance[0] + errors.pinion_axial),
+        member_frame(layout, 1, gear_roll, distance[1] + errors.gear_axial),
+    )
+
+
+def _seen_from(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:
+    """Points (..., 3) of S_f in a member's own frame."""
+    rotation, origin = frames[member]
+    return np.asarray((points - origin) @ rotation)
+
+
+def mesh_separation(
+    design: Design,
+    flank: str,
+    member: int,
+    tolerance: float = 1e-3,
+    *,
+    pinion_roll: float,
+    gear_roll: float,
+    polish: bool = True,
+) -> MeshSeparation:
+    """Separation of the grid points of a `member`'s flank (0 pinion, 1 gear) from the other's flank.
+
+    Both flanks are sampled to `tolerance` (mm). Without `polish` separations and feet are those of
+    the other's triangles, else of its flank. Raises ValueError for a batch of designs, and as
+    `sample_flank` does."""
+    meshes = [flank_mesh(part, flank, tolerance) for part in design.members]
+    frames = _frames(design, pinion_roll, gear_roll)
+    own, other = meshes[member].grid, 1 - member
+    points = to_fixed(frames[member], own.points)
+    seen = _seen_from(frames, other, points).reshape(-1, 3)
+    values, status = _facet_feet(meshes[other], seen, tolerance)
+    if polish:
+        values, status = _polished_feet(design.members[other], flank, seen, values)
+    values[:, status != Status.SOLVED] = np.nan
+    shape = own.l.shape
+    z = np.broadcast_to(own.z, shape)
+    distance, foot_l, foot_z = values.reshape(3, *shape)
+    return MeshSeparation(own.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
+
+
+def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Signed distance, l and z (3, n) of the closest points on a mesh, and status.
+
+    A foot on the rim is on the flank if it is beside the point by no more than the tolerance."""
+    grid, faces = mesh.grid, mesh.faces
+    vertices = grid.points.reshape(-1, 3)
+    closest, index, weights = closest_on_mesh(vertices, faces, seen)
+    a, b, c = np.moveaxis(vertices[faces[index]], 1, 0)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    offset = seen - closest
+    height = np.einsum("ni,ni->n", offset, normal)
+    aside = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
+    z = np.broadcast_to(grid.z, grid.l.shape)
+    l, z = (np.einsum("nk,nk->n", weights, v.reshape(-1)[faces[index]]) for v in (grid.l, z))
+    off = ((weights < ON_RIM) & mesh.rim[index]).any(axis=1) & (aside > tolerance)
+    distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
+    return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
+
+
+def _polished_feet(
+    member: Member, flank: str, seen: FloatArray, start: FloatArray
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """The same on the flank itself, by Newton from the feet on the mesh."""
+    u = trace_parameter(member, flank, start[1], start[2])
+    found = feet(member, flank, seen, (start[1], u))
+    return np.stack((found.distance, found.l, found.z)), found.status
+
+
+def mesh_contact(
+    design: Design,
+    flank: str,
+    tolerance: float = 1e-3,
+    *,
+    pinion_roll: float,
+    gear_roll: float,
+    polish: bool = True,
+) -> MeshContact:
+    """The contact at a pose as the least separation of the flanks, sampled to `tolerance` (mm).
+
+    Without `polish` it is found among the vertices of both meshes and the closest points of these on
+    the other mesh. With it the exact separation is brought to its standstill from there. A least
+    separation on an edge is not a tangency: OFF_FLANK with `polish`.
+
+    Raises ValueError as `mesh_separation` does."""
+    pose = {"pinion_roll": float(pinion_roll), "gear_roll": float(gear_roll)}
+    rough = _facet_contact(design, flank, tolerance, pose)
+    if not polish or rough.status != Status.SOLVED:
+        return rough
+    return _polished_contact(design, flank, _frames(design, **pose), rough)
+
+
+def _no_contact(status: Status) -> MeshContact:
+    pair = np.full(2, np.nan)
+    return MeshContact(np.full(3, np.nan), float("nan"), pair, pair, status)
+
+
+def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
+    """The vertex of least separation and its closest point on the other mesh."""
+    sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
+    least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
+    member = int(np.argmin(least))
+    if least[member] == np.inf:
+        return _no_contact(Status.OFF_FLANK)
+    side, other = sides[member], 1 - member
+    at = np.unravel_index(np.nanargmin(side.separation), side.l.shape)
+    l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
+    u = trace_parameter(design.members[other], flank, l[1], z[1])
+    foot = to_fixed(_frames(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
+    pinion_first = [member, other]
+    return MeshContact(
+        0.5 * (side.points[at] + foot), float(least[member]), l[pinion_first], z[pinion_first], Status.SOLVED
+    )
+
+
+def _polished_contact(
+    design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
+) -> MeshContact:
+    """The standstill of the exact separation, by Newton from a mesh's contact."""
+    pinion = design.pinion
+    l, u = rough.l[0], trace_parameter(pinion, flank, rough.l[0], rough.z[0])
+    longest = LONGEST_STEP * np.array((highest_parameter(pinion) - root_parameter(pinion), pinion.face_width))
+    for _ in range(CONTACT_PASSES):
+        foot, point, step, convex = _contact_step(design, flank, frames, l, u)
+        step = step / max(1.0, float(np.max(np.abs(step) / longest)))
+        l, u = l + step[0], u + step[1]
+        if not np.abs(step).max() > LAST_STEP:  # or NaN
+            break
+    if not (np.abs(step).max() <= LAST_STEP and convex):
+        return _no_contact(Status.NOT_CONVERGED)
+    foot, point, *_ = _contact_step(design, flank, frames, l, u)
+    own = feet(pinion, flank, _seen_from(frames, 0, point), (l, u))
+    if own.status != Status.SOLVED or foot.status != Status.SOLVED:
+        return _no_contact(Status.OFF_FLANK)
+    middle = point - 0.5 * foot.distance * normals_to_fixed(frames[1], foot.normal)
+    pair = (np.array((l, foot.l)), np.array((own.z, foot.z)))
+    return MeshContact(middle, float(foot.distance), *pair, Status.SOLVED)
+
+
+def _contact_step(
+    design: Design, flank: str, frames: tuple[Frame, Frame], l: FloatArray, u: FloatArray
+) -> tuple[Feet, FloatArray, FloatArray, bool]:
+    """Foot on the gear of the pinion's flank point (l, u), the point (3,) in S_f, the Newton step
+    (2,) of l and u, mm, and whether the separation is convex there."""
+    own = flank_patch(design.pinion, flank, l, u)
+    point = to_fixed(frames[0], own.point)
+    foot = feet(design.gear, flank, _seen_from(frames, 1, point))
+    met = flank_patch(design.gear, flank, foot.l, foot.u)
+    steps, turns, other_steps, other_turns = (
+        np.stack([normals_to_fixed(frame, vector) for vector in pair], axis=-1)
+        for frame, pair in (
+            (frames[0], (own.tangent_l, own.tangent_u)),
+            (frames[0], normal_rates(design.pinion, flank, l, u)),
+            (frames[1], (met.tangent_l, met.tangent_u)),
+            (frames[1], normal_rates(design.gear, flank, foot.l, foot.u)),
+        )
+    )
+    slope = steps.T @ normals_to_fixed(frames[1], foot.normal)
+    parallel = other_steps + foot.distance * other_turns
+    across = np.linalg.solve(parallel.T @ parallel, parallel.T @ steps)
+    bend = steps.T @ (other_turns @ across + turns)
+    bend = 0.5 * (bend + bend.T)
+    convex = bool(bend[0, 0] > 0.0 and np.linalg.det(bend) > 0.0)
+    return foot, point, np.asarray(-np.linalg.solve(bend, slope)), convex
+
+
+def convergence(
+    design: Design,
+    flank: str,
+    tolerances: ArrayLike,
+    polish: bool = True,
+    *,
+    share: float = 0.5,
+) -> Convergence:
+    """Errors of the route by meshes for sampling `tolerances` (n,), mm, at one pose of the path of contact.
+
+    `share` (0 ... 1): how far the pose is along the path, in pinion roll. The reference is the contact of
+    `path_of_contact` and the distance to the flank itself. Raises ValueError where the path has
+    no contact on the flanks, and as `mesh_separation` does."""
+    path = path_of_contact(design, flank, 3)
+    if not len(path.l1):
+        raise ValueError(f"the {flank} flanks have no contact with which to compare that of the meshes")
+    l1 = path.ends.l1[0] + share * (path.ends.l1[1] - path.ends.l1[0])
+    path = path_of_contact(design, flank, l1=[l1])
+    pose = {"pinion_roll": float(path.pinion_roll[0]), "gear_roll": float(path.gear_roll[0])}
+    frames, rows = _frames(design, **pose), []
+    tolerance = np.atleast_1d(np.asarray(tolerances, dtype=float))
+    for size in tolerance.tolist():
+        contact = mesh_contact(design, flank, size, **pose, polish=polish)
+        side = mesh_separation(design, flank, 0, size, **pose, polish=polish)
+        exact = feet(design.gear, flank, _seen_from(frames, 1, side.points))
+        error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
+        faces = sum(len(flank_mesh(member, flank, size).faces) for member in design.members)
+        rows.append((np.linalg.norm(contact.point - path.point[0]), np.nanmax(error), faces))
+    point_error, separation_error, faces = np.array(rows).T
+    return Convergence(tolerance, point_error, separation_error, faces.astype(np.int64))

@@ -1,0 +1,102 @@
+"""Speed and memory of exports, as ratios in one run on the same work.
+
+    python -m pytest tests/benchmarks/test_export_speed.py -m benchmark -s
+
+The pair as .stl is compared with what any program that writes an STL file with trimesh pays
+first, an interpreter that imports numpy and trimesh. The writers of our own are compared with those
+of the library that comes closest: VTK's for .vtp, which compresses, meshio's for .inp and .bdf,
+which both leave out the surfaces and the load. meshio's Nastran format takes no negative
+coordinates of twelve digits: it is given rounded ones.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista as pv
+
+from beveloid_geom.export import parts
+from beveloid_geom.export.surfaces import write_surface
+from beveloid_geom.export.volumes import write_volume
+from beveloid_geom.hexahedra import tooth_hexahedra
+from beveloid_geom.posing import meshing_pair
+from tests.oracle.table1 import table1
+
+pytestmark = pytest.mark.benchmark
+MEMORY = 500.0
+"""MB that the command may take for the pair at 0.01 mm."""
+
+
+def best(work: Callable[[], object], repeat: int) -> float:
+    """Least wall time of some runs, s."""
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def process(*arguments: str) -> tuple[float, float]:
+    """Wall time (s) and peak memory (MB) of an interpreter."""
+    start = time.perf_counter()
+    child = subprocess.Popen([sys.executable, *arguments], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    assert child.returncode == 0
+    return time.perf_counter() - start, usage.ru_maxrss / 1024.0
+
+
+def test_the_pair_against_the_start_of_the_library(tmp_path: Path) -> None:
+    command = "from beveloid_geom.cli import main; main()"
+    given = "mesh", "--part", "pair", "--tolerance", "0.01", "--out", str(tmp_path / "pair.stl")
+    whole = [process("-c", command, *given) for _ in range(5)]
+    start = [process("-c", "import numpy, trimesh") for _ in range(5)]
+    seconds, least = min(time for time, _ in whole), min(time for time, _ in start)
+    memory = max(size for _, size in whole)
+    print(f"\npair.stl at 0.01 mm    {seconds:.2f} s  {memory:.0f} MB")
+    print(f"numpy, trimesh alone   {least:.2f} s")
+    print(f"ratio                  {seconds / least:.2f}")
+    assert seconds < 4.0 * least
+    assert memory < MEMORY
+
+
+def compare(name: str, ours: Callable[[], object], theirs: Callable[[], object], repeat: int) -> float:
+    """Print and return how many times as long as the library ours takes."""
+    mine, other = best(ours, repeat), best(theirs, repeat)
+    print(f"{name:<6} {1e3 * mine:8.1f} ms, the library {1e3 * other:8.1f} ms, ratio {mine / other:.2f}")
+    return mine / other
+
+
+def test_own_writers_against_those_of_libraries(tmp_path: Path) -> None:
+    design = table1()
+    surface = parts.gear_surface(design.pinion, ".vtp", 0.005)
+    poly = pv.PolyData.from_regular_faces(surface.points, surface.faces.astype(int))
+    poly.point_data["normals"] = surface.point_fields["normals"]
+    poly.cell_data["part"] = surface.cell_fields["part"]
+    print()
+    vtp, other = tmp_path / "a.vtp", tmp_path / "b.vtp"
+    assert compare("vtp", lambda: write_surface(surface, vtp), lambda: poly.save(other), 5) < 1.0
+    mesh = tooth_hexahedra(design.pinion, 1, "C3D20R", 0.02)
+    case = parts.contact_case(mesh, design, meshing_pair(design), 0, 1000.0)
+    rounded = replace(mesh, points=np.round(mesh.points, 7))
+    plain = meshio.Mesh(rounded.points, [("hexahedron20", mesh.hexahedra)])
+    for suffix, kind in ((".inp", "abaqus"), (".bdf", "nastran")):
+        ours, theirs = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+        ratio = compare(
+            suffix[1:],
+            partial(write_volume, mesh, ours, "C3D20R", case=case),
+            partial(plain.write, theirs, file_format=kind),
+            3,
+        )
+        assert ratio < 1.5

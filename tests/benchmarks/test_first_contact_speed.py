@@ -1,0 +1,74 @@
+"""Speed of separations and first contacts, as ratios in one run.
+
+    python -m pytest tests/benchmarks/test_first_contact_speed.py -m benchmark -s
+
+The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which
+gives the same distance on unmodified flanks. The reference for first contacts is a search without
+derivatives, as it is done on grids: the least of the approach over all teeth on 101 x 101 points,
+which finds it to about a tenth of a micrometre and its place to tenths of a millimetre.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from beveloid_geom.first_contact import first_contact, middle_roll
+from beveloid_geom.flank import tip_parameter
+from beveloid_geom.inputs import FloatArray
+from beveloid_geom.path import path_of_contact
+from beveloid_geom.surface import surface_of
+from beveloid_geom.touch import separation
+from tests.benchmarks.test_contact_speed import best
+from tests.oracle.table1 import table1
+from tests.test_touch import foot_distance
+
+pytestmark = pytest.mark.benchmark
+
+
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
+def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
+    design, flank, rng = table1(parabola), "right", np.random.default_rng(0)
+    path = path_of_contact(design, flank, 3)
+    rolls = float(path.pinion_roll[1]), float(path.gear_roll[1]) + 1e-4
+    l, z = rng.uniform(-4.0, 4.0, 100_000), rng.uniform(-20.0, 20.0, 100_000)
+    seconds = best(partial(separation, design, flank, 0, l, z, *rolls), 5) / l.size
+    met = separation(design, flank, 0, l[:100], z[:100], *rolls)
+
+    def feet() -> FloatArray:
+        places = zip(l[:100], z[:100], met.other_l, met.other_z, strict=True)
+        return np.array([foot_distance(design, flank, 0, place, rolls) for place in places])
+
+    slow = best(feet, 2) / 100
+    print(f"\na = {parabola}: {1e6 * seconds:.2f} us a point, foot points {1e6 * slow:.0f} us")
+    assert np.abs(feet() - met.distance).max() < (1e-9 if parabola[0] == 0.0 else 1e-3)
+    assert slow / seconds > 300.0
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002)])
+def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) -> None:
+    design = table1(parabola)
+    own = surface_of(design.pinion, flank)
+    roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 29 * np.linspace(0.0, 1.0, 500)
+    seconds = best(partial(first_contact, design, flank, roll), 3) / roll.size
+    first = first_contact(design, flank, roll)
+    z = own.half_width * np.linspace(-1.0, 1.0, 101)
+    s = (
+        own.bottom
+        + (tip_parameter(design.pinion, flank, z) - own.bottom) * np.linspace(0.0, 1.0, 101)[:, None]
+    )
+    pairs = np.arange(-2, 3)[:, None, None]
+
+    def grid(k: int) -> float:
+        met = separation(design, flank, 0, s, z + 0.0 * s, roll[k], first.gear_roll[k], pairs)
+        return float(np.where(met.inside, met.distance, np.inf).min())
+
+    slow = best(lambda: [grid(k) for k in range(5)], 2) / 5
+    least = max(grid(k) for k in range(0, 500, 100))
+    print(f"\n{flank}, a = {parabola}: {1e3 * seconds:.2f} ms a position")
+    print(f"grid {1e3 * slow:.1f} ms and {1e3 * least:.2f} um off")
+    assert 0.0 <= least + 1e-10 < 5e-3
+    assert slow / seconds > 10.0

@@ -1,0 +1,60 @@
+"""Speed of flank sampling, as ratios in one run on the same points.
+
+    python -m pytest tests/benchmarks -m benchmark -s
+
+A call of `sample_flank` does everything: limits of the flank, form, number of cells, measured
+deviation, points and normals. The reference is the exact formula for points and normals alone,
+at the flank parameters and stations which that call has found.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from beveloid_geom.sampling import flank_sheet, sample_flank
+from tests.oracle.table1 import table1
+
+pytestmark = pytest.mark.benchmark
+
+
+def best(work: Callable[[], object], repeat: int) -> float:
+    """Least wall time of some runs, s."""
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+@pytest.mark.parametrize("parabola", [0.0, 0.001, -0.01])
+def test_sampling_against_the_exact_formula(parabola: float) -> None:
+    pinion = table1().pinion
+    pinion = replace(pinion, tool=replace(pinion.tool, parabola=parabola))
+    place = flank_sheet(pinion, "right").place
+    ratios = {}
+    print(f"\na = {parabola}")
+    for name, tolerance, repeat in (
+        ("small", 1e-2, 100),
+        ("medium", 1e-4, 50),
+        ("1e5 points", 3e-6, 20),
+        ("1e6 points", 3e-7, 7),
+    ):
+        grid = sample_flank(pinion, "right", tolerance)
+        l, z = grid.l, np.ascontiguousarray(np.broadcast_to(grid.z, grid.l.shape))
+        sampled = best(partial(sample_flank, pinion, "right", tolerance), repeat)
+        exact = best(partial(place, l, z), repeat)
+        ratios[name] = exact / sampled
+        print(
+            f"  {tolerance:7.0e} mm {l.size:9,} points: {1e3 * sampled:8.3f} ms,"
+            f" {1e-6 * l.size / sampled:6.2f} M points/s; exact formula {1e3 * exact:8.3f} ms,"
+            f" {1e-6 * l.size / exact:5.2f} M points/s"
+        )
+    assert ratios["1e5 points"] > 1.0
+    assert ratios["1e6 points"] > 3.0

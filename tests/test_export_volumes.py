@@ -1,0 +1,336 @@
+"""Meshes of hexahedra as files: read back by other libraries, and the load on a face."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings, strategies as st
+
+from beveloid_geom.export import VOLUME_FORMATS, identifier
+from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
+from beveloid_geom.export.load import contact_load, shape_functions
+from beveloid_geom.export.volumes import plain_surfaces, write_volume
+from beveloid_geom.inputs import FloatArray
+from beveloid_geom.volume import EDGES, ELEMENT_FACES, Indices, VolumeMesh, face_nodes
+
+ELEMENTS = {"C3D8": 8, "C3D8I": 8, "C3D20R": 20}
+SIZE = np.array([30.0, 40.0, 20.0])
+PLANES = {
+    "right flank": (0, 1.0),
+    "left flank": (0, 0.0),
+    "tip": (1, 1.0),
+    "bore": (1, 0.0),
+    "first side": (2, 0.0),
+    "last side": (2, 1.0),
+}
+
+
+def bent(points: FloatArray) -> FloatArray:
+    """A block with curved faces."""
+    x, y, z = points.T
+    return np.stack((x + 0.002 * y**2 + 0.01 * z, y + 0.05 * z, z + 0.02 * x), axis=-1)
+
+
+def block(nodes: int, counts: tuple[int, int, int] = (3, 4, 2), shape: Any = bent) -> VolumeMesh:
+    """A block of hexahedra whose six sides are named as those of a tooth."""
+    step = 2 if nodes == 20 else 1
+    fine = step * np.array(counts)
+    grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in fine), indexing="ij"), axis=-1).reshape(-1, 3)
+    numbers = np.arange(len(grid)).reshape(fine + 1)
+    corners = np.array(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    )
+    offsets = [*(step * corners), *(corners[a] + corners[b] for a, b in EDGES)][:nodes]
+    cells = step * np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    hexahedra = np.stack([numbers[tuple((cells + offset).T)] for offset in offsets], axis=-1)
+    used, hexahedra = np.unique(hexahedra, return_inverse=True)
+    flat = grid[used] / fine
+    hexahedra = hexahedra.reshape(-1, nodes)
+    every = np.stack(np.meshgrid(np.arange(len(hexahedra)), np.arange(6), indexing="ij"), -1).reshape(-1, 2)
+    bare = VolumeMesh(shape(flat * SIZE), hexahedra, {}, {}, {})
+    on = flat[face_nodes(bare, every)]
+    surfaces = {
+        name: every[np.all(np.abs(on[..., axis] - place) < 1e-12, axis=1)]
+        for name, (axis, place) in PLANES.items()
+    }
+    node_sets = {name: np.unique(face_nodes(bare, faces)) for name, faces in surfaces.items()}
+    element_sets = {name: np.unique(faces[:, 0]) for name, faces in surfaces.items()}
+    return VolumeMesh(bare.points, hexahedra, surfaces, node_sets, element_sets)
+
+
+def case_of(mesh: VolumeMesh) -> LoadCase:
+    load = contact_load(
+        mesh, "right flank", bent(np.array([[30.0, 23.0, 11.0]]))[0], np.array([-900.0, 300, 100])
+    )
+    return LoadCase(load, nearest_node(mesh, np.array([0.0, 40.0, 10.0])), fixed=("bore",))
+
+
+def written(mesh: VolumeMesh, folder: Path, suffix: str, element: str) -> Path:
+    path = folder / f"tooth{suffix}"
+    write_volume(mesh, path, element, case=case_of(mesh), comment=["Pair Ä,\n1, pinion"])
+    return path
+
+
+# Faces and loads
+
+
+@pytest.mark.parametrize("nodes", [8, 20])
+def test_faces_turn_with_the_clock_seen_from_outside(nodes: int) -> None:
+    mesh = block(nodes, shape=lambda points: points)
+    assert sum(len(faces) for faces in mesh.surfaces.values()) == 2 * (3 * 4 + 4 * 2 + 2 * 3)
+    for name, (axis, place) in PLANES.items():
+        corners = mesh.points[face_nodes(mesh, mesh.surfaces[name])]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
+        assert np.all(across[:, axis] * (1.0 if place else -1.0) < 0.0)
+        if nodes == 20:
+            ahead = np.roll(corners[:, :4], -1, axis=1)
+            np.testing.assert_allclose(corners[:, 4:], 0.5 * (corners[:, :4] + ahead), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [4, 8])
+def test_shape_functions_are_one_at_their_node(size: int) -> None:
+    places = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
+        :size
+    ]
+    np.testing.assert_allclose(shape_functions(size, places)[0], np.eye(size), rtol=0, atol=1e-15)
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 2), st.sampled_from([4, 8]))
+def test_shape_functions_and_their_slopes(place: tuple[float, float], size: int) -> None:
+    """They add up to one, reproduce what is linear, and their slopes are those of complex steps."""
+    at = np.array(place)
+    values, slopes = shape_functions(size, at)
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
+        :size
+    ]
+    assert values.sum() == pytest.approx(1.0, abs=1e-14)
+    np.testing.assert_allclose(values @ corners, at, rtol=0, atol=1e-14)
+    for axis in (0, 1):
+        step = np.array([1e-30j * (axis == 0), 1e-30j * (axis == 1)])
+        shifted: Any = shape_functions(size, at + step)[0]  # polynomials take complex numbers
+        np.testing.assert_allclose(slopes[:, axis], shifted.imag / 1e-30, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("nodes", [8, 20])
+@settings(max_examples=30)
+@given(place=st.tuples(st.floats(0.01, 39.99), st.floats(0.01, 19.99)))
+def test_nodal_forces_replace_the_force(nodes: int, place: tuple[float, float]) -> None:
+    """Their sum and their moment are those of the force at its point."""
+    mesh = block(nodes)
+    force = np.array([-900.0, 300.0, 100.0])
+    point = bent(np.array([[30.0, *place]]))[0]
+    load = contact_load(mesh, "right flank", point, force)
+    assert load.gap < {8: 0.06, 20: 1e-9}[nodes]  # 20 nodes hold the parabola, 8 its chords
+    assert load.gap == pytest.approx(float(np.linalg.norm(load.point - point)), abs=1e-12)
+    np.testing.assert_allclose(load.total, force, rtol=0, atol=1e-9)
+    moment = np.cross(mesh.points[load.nodes], load.forces).sum(axis=0)
+    np.testing.assert_allclose(moment, np.cross(load.point, force), rtol=0, atol=1e-7)
+    assert set(load.nodes) <= set(mesh.node_sets["right flank"])
+    assert np.abs(load.parameter).max() <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("point", "force", "words"),
+    [
+        ([30.0, 60.0, 10.0], [1.0, 0.0, 0.0], "no face at the contact point (30.0000, 60.0000"),
+        ([60.0, 20.0, 10.0], [1.0, 0.0, 0.0], "no face at the contact point"),
+        ([30.0, 20.0, np.nan], [1.0, 0.0, 0.0], "must be finite"),
+        ([30.0, 20.0, 10.0], [np.inf, 0.0, 0.0], "must be finite"),
+    ],
+)
+def test_load_that_finds_no_face(point: list[float], force: list[float], words: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(words)):
+        contact_load(block(20), "right flank", np.array(point), np.array(force))
+
+
+def test_a_load_on_what_is_held_is_refused() -> None:
+    mesh = block(20, (1, 1, 1))
+    with pytest.raises(ValueError, match="touches what is held"):
+        fixed_nodes(mesh, case_of(mesh))
+
+
+# Files
+
+
+@pytest.mark.parametrize("suffix", VOLUME_FORMATS)
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_meshio_reads_the_same_mesh(tmp_path: Path, suffix: str, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    read = meshio.read(written(mesh, tmp_path, suffix, element))
+    precision = {".inp": 5e-11, ".bdf": 6e-11}.get(suffix, 0.0)
+    name = {8: "hexahedron", 20: "hexahedron20"}[ELEMENTS[element]]
+    hexahedra = np.concatenate([cells.data for cells in read.cells if cells.type == name])
+    assert len(read.points) == len(mesh.points)
+    assert hexahedra.shape == mesh.hexahedra.shape
+    if suffix != ".msh":  # Gmsh's format lists nodes by what owns them
+        np.testing.assert_array_equal(hexahedra, mesh.hexahedra)
+    np.testing.assert_allclose(read.points[hexahedra], mesh.points[mesh.hexahedra], rtol=0, atol=precision)
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20R"])
+def test_vtu_in_vtk(tmp_path: Path, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    read = pv.read(written(mesh, tmp_path, ".vtu", element))
+    np.testing.assert_array_equal(read.points, mesh.points)
+    assert read.n_cells == len(mesh.hexahedra)
+    flat = block(ELEMENTS[element], shape=lambda points: points)
+    assert pv.read(written(flat, tmp_path, ".vtu", element)).volume == pytest.approx(np.prod(SIZE))
+    for name in PLANES:
+        nodes, elements = (data[identifier(name)] for data in (read.point_data, read.cell_data))
+        np.testing.assert_array_equal(np.flatnonzero(nodes), mesh.node_sets[name])
+        np.testing.assert_array_equal(np.flatnonzero(elements), mesh.element_sets[name])
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20R"])
+def test_inp_holds_the_sets(tmp_path: Path, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    path = written(mesh, tmp_path, ".inp", element)
+    read = meshio.read(path)
+    for name in PLANES:
+        np.testing.assert_array_equal(read.point_sets[identifier(name)], mesh.node_sets[name])
+        np.testing.assert_array_equal(read.cell_sets[identifier(name)][0], mesh.element_sets[name])
+    np.testing.assert_array_equal(read.point_sets["fixed"], mesh.node_sets["bore"])
+    np.testing.assert_array_equal(read.point_sets["loaded"], np.sort(case_of(mesh).load.nodes))
+    assert surfaces_in(path) == {identifier(name): mesh.surfaces[name].tolist() for name in PLANES}
+
+
+def surfaces_in(path: Path) -> dict[str, list[list[int]]]:
+    """Element index and face number of each *SURFACE."""
+    found: dict[str, list[list[int]]] = {}
+    name = ""
+    for line in path.read_text().splitlines():
+        if line.startswith("*"):
+            match = re.fullmatch(r"\*SURFACE, NAME=(\w+), TYPE=ELEMENT", line)
+            name = match[1] if match else ""
+        elif name:
+            element, face = line.split(", S")
+            found.setdefault(name, []).append([int(element) - 1, int(face) - 1])
+    return found
+
+
+def test_inp_keeps_to_the_rules(tmp_path: Path) -> None:
+    """Unique numbers in sets, 12 digits, 16 entries a line, names of 80 letters, units and frame."""
+    path = written(block(20), tmp_path, ".inp", "C3D20R")
+    text = path.read_text(encoding="ascii")
+    assert "Units: N, mm, MPa, tonne" in text
+    assert "Own frame of the gear" in text
+    for block_text in re.findall(r"^\*(?:NSET|ELSET).*\n((?:[^*].*\n)+)", text, re.MULTILINE):
+        numbers = block_text.replace("\n", " ").replace(",", " ").split()
+        assert len(numbers) == len(set(numbers))
+    for line in text.splitlines():
+        if not line.startswith("*"):
+            assert line.rstrip(",").count(",") < 16
+            for number in re.findall(r"-?\d+\.\d+", line):
+                assert len(number.replace("-", "").replace(".", "").lstrip("0")) <= 12
+        assert len(line) <= 130
+
+
+def test_sets_of_a_mesh_may_hold_a_number_twice(tmp_path: Path) -> None:
+    mesh = block(8)
+    twice: dict[str, Indices] = {"tip": np.array([5, 3, 3, 5, 1])}
+    doubled = VolumeMesh(mesh.points, mesh.hexahedra, {}, twice, twice)
+    write_deck(tmp_path / "a.inp", doubled, "C3D8")
+    read = meshio.read(tmp_path / "a.inp")
+    assert read.point_sets["tip"].tolist() == read.cell_sets["tip"][0].tolist() == [1, 3, 5]
+
+
+def physical_names(path: Path) -> dict[str, int]:
+    """Names of the physical groups and their tags."""
+    return {name: int(tag) for name, (tag, _) in meshio.read(path).field_data.items()}
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20R"])
+@pytest.mark.parametrize("counts", [(3, 4, 2), (1, 1, 1)])
+def test_msh_holds_the_surfaces_as_physical_groups(
+    tmp_path: Path, element: str, counts: tuple[int, int, int]
+) -> None:
+    """On a single element too, where every node is on three surfaces."""
+    mesh, path = block(ELEMENTS[element], counts), tmp_path / "a.msh"
+    write_volume(mesh, path, element)
+    read, tags = meshio.read(path), physical_names(path)
+    assert set(tags) == {*map(identifier, PLANES), "body"}
+    for name in PLANES:
+        blocks = [
+            cells.data
+            for cells, groups in zip(read.cells, read.cell_data["gmsh:physical"], strict=True)
+            if groups[0] == tags[identifier(name)]
+        ]
+        corners = mesh.points[face_nodes(mesh, mesh.surfaces[name])]
+        np.testing.assert_array_equal(read.points[np.concatenate(blocks)], corners)
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20R"])
+def test_msh_in_gmsh(tmp_path: Path, element: str) -> None:
+    gmsh = pytest.importorskip("gmsh", reason="Gmsh's own library is not installed")
+    mesh = block(ELEMENTS[element])
+    path = written(mesh, tmp_path, ".msh", element)
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(path))
+        groups = {gmsh.model.getPhysicalName(*group): group for group in gmsh.model.getPhysicalGroups()}
+        for name in PLANES:
+            nodes, _ = gmsh.model.mesh.getNodesForPhysicalGroup(*groups[identifier(name)])
+            np.testing.assert_array_equal(np.sort(nodes) - 1, mesh.node_sets[name])
+        kinds, elements, _ = gmsh.model.mesh.getElements(3)
+        assert kinds.tolist() == [{8: 5, 20: 17}[ELEMENTS[element]]]
+        assert min(gmsh.model.mesh.getElementQualities(elements[0], "minSJ")) > 0.8
+    finally:
+        gmsh.finalize()
+
+
+def test_msh_of_more_surfaces_than_nodes_is_refused(tmp_path: Path) -> None:
+    mesh = block(8, (1, 1, 1))
+    surfaces = {f"side {letter}": mesh.surfaces["tip"] for letter in "abcde"}
+    crowded = VolumeMesh(mesh.points, mesh.hexahedra, surfaces, {}, {})
+    with pytest.raises(ValueError, match="the mesh is too coarse"):
+        write_volume(crowded, tmp_path / "a.msh", "C3D8")
+
+
+def test_surfaces_of_each_tooth_stand_for_the_whole() -> None:
+    mesh = block(8)
+    first, last = mesh.surfaces["tip"][:2], mesh.surfaces["tip"][2:]
+    surfaces = {**mesh.surfaces, "tip 1": first, "tip 2": last, "heel": first[:0]}
+    names = plain_surfaces(VolumeMesh(mesh.points, mesh.hexahedra, surfaces, {}, {}))
+    assert set(names) == {*PLANES, "tip 1", "tip 2"} - {"tip"}
+
+
+def test_bdf_holds_the_sets(tmp_path: Path) -> None:
+    mesh = block(20)
+    text = written(mesh, tmp_path, ".bdf", "C3D20R").read_text(encoding="ascii")
+    control, bulk = text.split("BEGIN BULK\n")
+    for name, nodes in mesh.node_sets.items():
+        match = re.search(rf"nodes of {identifier(name)}\nSET \d+ = ([\d,\n]+)\n", control)
+        assert match is not None
+        assert [int(number) - 1 for number in match[1].replace("\n", "").split(",")] == nodes.tolist()
+    assert all(len(line) <= 72 for line in control.splitlines() if not line.startswith("$"))
+    assert all(len(line) <= 80 for line in bulk.splitlines())
+
+
+def test_coordinates_of_any_size_fit_the_fields_of_bdf(tmp_path: Path) -> None:
+    mesh = block(8, shape=lambda points: -1e3 * points - 1.0 / 3.0)
+    write_volume(mesh, tmp_path / "a.bdf", "C3D8")
+    np.testing.assert_allclose(meshio.read(tmp_path / "a.bdf").points, mesh.points, rtol=1e-8, atol=0)
+
+
+@pytest.mark.parametrize(("nodes", "element"), [(8, "C3D20R"), (20, "C3D8"), (8, "C3D10")])
+def test_elements_of_another_kind_are_refused(tmp_path: Path, nodes: int, element: str) -> None:
+    with pytest.raises(ValueError, match="nodes an element"):
+        write_deck(tmp_path / "a.inp", block(nodes), element)
+
+
+def test_unknown_suffix(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"\.inp, \.msh, \.bdf, \.vtu, not as '\.stl'"):
+        write_volume(block(8), tmp_path / "a.stl", "C3D8")
+
+
+def test_faces_are_those_of_the_volume_mesh() -> None:
+    mesh = block(8)
+    every = np.stack((np.zeros(6, dtype=np.int64), np.arange(6)), axis=-1)
+    np.testing.assert_array_equal(face_nodes(mesh, every), mesh.hexahedra[0][np.array(ELEMENT_FACES)])

@@ -1,0 +1,167 @@
+"""The posed pair as it is exported: closed surfaces of triangles, in mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.assembly import to_fixed
+from beveloid_geom.inputs import Design, FloatArray
+from beveloid_geom.tooth import Mesh
+
+from .. import theme
+from ..recipe import Drawing, Recipe, Table
+from ..scene import Camera, Item, Picture, Scene, fit_camera, render
+from ..theme import Page, Size
+from . import annotate, posed, solved
+from .posed import PosedPair
+from .solved import SolvedPath
+
+TOLERANCE = 0.01
+"""mm, as `beveloid-geom mesh` takes it unless told otherwise."""
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+NEAR = np.array([-0.12, 0.45, 0.88])
+CLOSE = 4.6
+"""Half the height of the close picture, in normal modules."""
+GLASS = 0.45
+
+
+@dataclass(frozen=True, eq=False)
+class PosedFigure:
+    """The pair as posed, the meshes of its members in their own frames (None with the reason), and
+    the path of contact of the right flanks."""
+
+    pair: PosedPair
+    meshes: tuple[tuple[Mesh | None, str], ...]
+    path: SolvedPath
+
+
+def compute(design: Design) -> PosedFigure:
+    """Both gears to the tolerance, and their path."""
+    meshes = tuple(posed.teeth_of(member, TOLERANCE) for member in design.members)
+    return PosedFigure(posed.pose(design), meshes, solved.solve(design, "right"))
+
+
+def draw(data: PosedFigure, size: Size) -> Drawing:
+    """The pair as a whole, and the teeth in mesh with the triangles' edges."""
+    page = theme.new_page(
+        size,
+        "The posed pair as exported",
+        f"Closed surfaces within {TOLERANCE:g} mm of the exact ones, right flanks in contact in the middle of"
+        " their path",
+    )
+    counts = "; ".join(
+        f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
+        for name, (mesh, reason) in zip(posed.NAMES, data.meshes, strict=True)
+    )
+    low = theme.caption(
+        page,
+        f"{counts.capitalize()}. (b) looks at the heels along the teeth in mesh, the gear as if of glass;"
+        " black lines are the triangles' edges. Red lines, drawn over everything: the paths of contact on"
+        " the pinion's right flanks.",
+    )
+    pictures: dict[str, Picture] = {}
+    heading = theme.top(page) - theme.inches(page, 0.25)
+    for column, (left, width, name) in enumerate(((0.02, 0.42, "the pair"), (0.45, 0.53, "teeth in mesh"))):
+        box = theme.place(page, left, low, width, heading - theme.inches(page, 0.1) - low)
+        scene = _close(data, page) if column else _whole(data, box.size)
+        pictures[name] = render(scene, box.size)
+        axes = theme.show(page, box, pictures[name])
+        page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
+        if column == 0:
+            _label(axes, pictures[name], data.pair)
+        else:
+            _draw_paths(axes, pictures[name], data)
+    return Drawing(page, pictures)
+
+
+def _label(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+    for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
+        heel = to_fixed(frame, posed.rings(member))[1]
+        seen = picture.project(heel)
+        place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
+        offset = (0.0, -14.0 if number else 14.0)
+        annotate.label(axes, picture, place, posed.NAMES[number], offset)
+
+
+def _draw_paths(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+    """Over everything: the flanks in contact are seen from behind."""
+    for line in paths_on_teeth(data):
+        annotate.line(axes, picture, line, color=theme.PATH, linewidth=3.0)
+    if np.isfinite(data.pair.contact).all():
+        place = picture.project(data.pair.contact)
+        axes.plot(*place, "o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
+        note = "point of contact"
+        annotate.note(axes, picture, data.pair.contact, note, (60.0, -70.0), color=theme.INK)
+
+
+def _whole(data: PosedFigure, size: Size) -> Scene:
+    items: list[Item] = []
+    reach = []
+    for number, ((mesh, _), frame) in enumerate(zip(data.meshes, data.pair.frames, strict=True)):
+        reach.append(to_fixed(frame, posed.rings(data.pair.design.members[number])).reshape(-1, 3))
+        if mesh is not None:
+            items.append(posed.surface(mesh, frame, (theme.STEEL, theme.BRONZE)[number]))
+    return Scene(items, fit_camera(np.concatenate(reach), VIEW, UP, size, 0.06))
+
+
+def _close(data: PosedFigure, page: Page) -> Scene:
+    pair = data.pair
+    module = float(pair.design.pinion.tool.normal_module)
+    middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)
+    camera = Camera(NEAR, UP, middle, CLOSE * module)
+    items: list[Item] = []
+    for number, ((mesh, _), frame) in enumerate(zip(data.meshes, pair.frames, strict=True)):
+        if mesh is None:
+            continue
+        near = _near(mesh, to_fixed(frame, mesh.points), middle, 3.0 * CLOSE * module)
+        colour, opacity = ((theme.STEEL, 1.0), (theme.BRONZE, GLASS))[number]
+        surface = posed.surface(near, frame, colour, opacity)
+        items.append(surface if number else posed.with_lines(surface))
+    return Scene(items, camera)
+
+
+def _near(mesh: Mesh, points: FloatArray, middle: FloatArray, reach: float) -> Mesh:
+    """The faces that come near a point."""
+    close = np.linalg.norm(points - middle, axis=1) < reach
+    return mesh.where(close[mesh.faces].any(axis=1))
+
+
+def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
+    """Paths (n, 3) in S_f on the pinion's teeth -1, 0, 1."""
+    if not data.path.found:
+        return []
+    member, (rotation, origin) = data.pair.design.pinion, data.pair.frames[0]
+    lines = []
+    for tooth in (-1, 0, 1):
+        turn = 2.0 * np.pi / float(member.teeth) * tooth
+        cos, sin = np.cos(turn), np.sin(turn)
+        about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        lines.append(to_fixed((rotation @ about, origin), data.path.points[0]))
+    return lines
+
+
+def rows(data: PosedFigure) -> Table:
+    """Frames of the members, and sizes of their meshes."""
+    header = (
+        "member",
+        "points",
+        "triangles",
+        "roll_rad",
+        *(f"rotation_{i}{j}" for i in "xyz" for j in "xyz"),
+    )
+
+    def body() -> Iterator[list[object]]:
+        for number, (mesh, _) in enumerate(data.meshes):
+            rotation, origin = data.pair.frames[number]
+            sizes = [len(mesh.points), len(mesh.faces)] if mesh else [0, 0]
+            numbers = [*rotation.ravel().tolist(), *origin.tolist()]
+            yield [posed.NAMES[number], *sizes, float(data.pair.roll[number]), *numbers]
+
+    return (*header, "origin_x_mm", "origin_y_mm", "origin_z_mm"), body()
+
+
+RECIPES = {"posed-pair": Recipe(compute, draw, rows)}
