@@ -1,9 +1,11 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
 The house, from the ground up: `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
-`contact` -> `solve` -> `track` -> `path`; `sampling` -> `tooth` for surfaces. `design_file`
-reads inputs from TOML, `closing` says how well a design closes. Names below are loaded when
-first used.
+`contact` -> `solve` -> `track` -> `path`; from there `fillet` -> `surface` -> `touch` ->
+`first_contact` -> `certificate`, `operation`, `pattern` say what touches first, `sampling` ->
+`proximity` do the same by meshes, and `outline` -> `section` -> `solid`, `hexahedra` -> `export`
+make solids and files. `design_file` reads inputs from TOML, `closing` says how well a design
+closes. Names below are loaded when first used.
 """
 
 from __future__ import annotations
@@ -12,12 +14,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .certificate import certify as certify
     from .closing import (
         closing_of as closing_of,
         remarks_on as remarks_on,
         zero_backlash_layout as zero_backlash_layout,
     )
     from .contact import Limit as Limit
+    from .curvature import contact_ellipse as contact_ellipse
     from .design_file import (
         DesignError as DesignError,
         builtin_design as builtin_design,
@@ -25,16 +29,24 @@ if TYPE_CHECKING:
     )
     from .five_equations import path_of_contact_five_equations as path_of_contact_five_equations
     from .flank import base_cylinder as base_cylinder, flank_patch as flank_patch, flank_point as flank_point
+    from .hexahedra import tooth_hexahedra as tooth_hexahedra
     from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
     from .mounting import mounting_of as mounting_of
+    from .operation import mesh_cycle as mesh_cycle, operating_ratio as operating_ratio
     from .path import (
         contact_ratio as contact_ratio,
         path_ends as path_ends,
         path_of_contact as path_of_contact,
     )
+    from .pattern import contact_pattern as contact_pattern
+    from .posing import meshing_pair as meshing_pair
+    from .proximity import mesh_contact as mesh_contact, mesh_separation as mesh_separation
     from .sampling import sample_flank as sample_flank
+    from .solid import gear_solid as gear_solid
     from .solve import Status as Status
     from .tooth import gear_mesh as gear_mesh
+    from .touch import separation as separation
+    from .undercut import undercut_of as undercut_of
 
 _HOME = {
     "Design": "inputs",
@@ -47,18 +59,30 @@ _HOME = {
     "Tool": "inputs",
     "base_cylinder": "flank",
     "builtin_design": "design_file",
+    "certify": "certificate",
     "closing_of": "closing",
+    "contact_ellipse": "curvature",
+    "contact_pattern": "pattern",
     "contact_ratio": "path",
     "flank_patch": "flank",
     "flank_point": "flank",
     "gear_mesh": "tooth",
+    "gear_solid": "solid",
+    "mesh_contact": "proximity",
+    "mesh_cycle": "operation",
+    "mesh_separation": "proximity",
+    "meshing_pair": "posing",
     "mounting_of": "mounting",
+    "operating_ratio": "operation",
     "path_ends": "path",
     "path_of_contact": "path",
     "path_of_contact_five_equations": "five_equations",
     "read_design": "design_file",
     "remarks_on": "closing",
     "sample_flank": "sampling",
+    "separation": "touch",
+    "tooth_hexahedra": "hexahedra",
+    "undercut_of": "undercut",
     "zero_backlash_layout": "closing",
 }
 

@@ -96,6 +96,11 @@ class Least:
     outside: FloatArray
     converged: NDArray[np.bool_]
 
+    def and_also(self, *others: Least) -> Least:
+        """These and others, in order."""
+        values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
+        return Least(*(np.concatenate(parts, axis=-1) for parts in values))
+
 
 def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
     """Slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at
@@ -248,8 +253,7 @@ def least_approach(task: Task, place: FloatArray, box: FloatArray) -> Least:
         for start in range(0, max(1, place.shape[1]), BLOCK):
             block = slice(start, start + BLOCK)
             parts.append(_least(task.pick(block), place[:, block], box[:, block]))
-    names = vars(parts[0])
-    return Least(**{name: np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names})
+    return parts[0].and_also(*parts[1:])
 
 
 def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:

@@ -10,7 +10,16 @@ import click
 
 from .cli_mesh import mesh
 from .cli_operation import operation
-from .cli_support import BUILTIN_DESIGN, changed_design, load_design, override_options, write_out
+from .cli_support import (
+    BUILTIN_DESIGN,
+    changed_design,
+    flank_option,
+    format_options,
+    load_design,
+    override_options,
+    require_one_format,
+    write_out,
+)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -24,7 +33,7 @@ def main() -> None:
 
 @main.command()
 @click.argument("design", default=BUILTIN_DESIGN)
-@click.option("--flank", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@flank_option
 @click.option(
     "--points",
     type=click.IntRange(2, 100_000),
@@ -46,8 +55,7 @@ def main() -> None:
     show_default=True,
     help="Whether anything else of the teeth touches earlier, about a millisecond a position.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
-@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one position a row, mm and rad.")
+@format_options
 @click.pass_context
 def tca(
     context: click.Context,
@@ -68,8 +76,7 @@ def tca(
     no_common_normal, not_converged, off_flank or several_contacts. Exit status 1 if there is no
     contact on the flanks.
     """
-    if as_json and as_csv:
-        raise click.UsageError("--json and --csv exclude each other: give one of them")
+    require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
     from . import report
 

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import click
 
-from .cli_support import BUILTIN_DESIGN, changed_design, load_design, override_options, write_out
+from .cli_support import (
+    BUILTIN_DESIGN,
+    changed_design,
+    flank_option,
+    format_options,
+    load_design,
+    override_options,
+    require_one_format,
+    write_out,
+)
 
 
 @click.command()
 @click.argument("design", default=BUILTIN_DESIGN)
-@click.option("--flank", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@flank_option
 @click.option(
     "--points",
     type=click.IntRange(2, 100_000),
@@ -33,8 +42,7 @@ from .cli_support import BUILTIN_DESIGN, changed_design, load_design, override_o
     help="Clearance up to which a tooth pair counts as touching for the ratio in brackets.",
 )
 @override_options
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
-@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one position a row, mm and rad.")
+@format_options
 @click.pass_context
 def operation(
     context: click.Context,
@@ -54,8 +62,7 @@ def operation(
     edge; tooth pairs hand over to each other. One mesh cycle is solved, it repeats with the
     pinion's pitch. Rigid teeth, no load. Exit status 1 if a first contact is not known.
     """
-    if as_json and as_csv:
-        raise click.UsageError("--json and --csv exclude each other: give one of them")
+    require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
     from . import report_operation as report
 

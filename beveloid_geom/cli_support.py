@@ -65,6 +65,25 @@ def override_options(command: Command) -> Command:
     return command
 
 
+def flank_option(command: Command) -> Command:
+    """Option `--flank`."""
+    choice = click.Choice(["right", "left"])
+    return click.option("--flank", type=choice, default="right", show_default=True)(command)
+
+
+def format_options(command: Command) -> Command:
+    """Options `--json` and `--csv`; `require_one_format` goes with them."""
+    rows = "Print CSV, one position a row, mm and rad."
+    command = click.option("--csv", "as_csv", is_flag=True, help=rows)(command)
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")(command)
+
+
+def require_one_format(as_json: bool, as_csv: bool) -> None:
+    """Raises UsageError for both formats at once."""
+    if as_json and as_csv:
+        raise click.UsageError("--json and --csv exclude each other: give one of them")
+
+
 def load_design(source: str) -> Design:
     """The design in the file `source`, or the built-in one by its name. Raises Refusal."""
     from .design_file import DesignError, read_design

@@ -29,7 +29,7 @@ from .approach import FEASIBLE, Least, Task, least_approach
 from .contact import Limit, pairing_of
 from .inputs import Design, Errors, FloatArray
 from .mounting import mounting_of
-from .scan import Grid, grid_of, scan_of, starts_of
+from .scan import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
 from .surface import Surface, angle_of, cut_at, surface_of
 from .touch import Pose, pose_of
 from .track import PHASE, exact_rows
@@ -222,8 +222,15 @@ def _solved(
     bottom[position[scan.bottom]] = True
     known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
     starts = starts_of(task, scan, fine, known, mesh.module)
-    least = least_approach(task.pick(starts.row), starts.place, starts.box)
-    position, pair = position[starts.row], pair[starts.row]
+    task, position, pair = task.pick(starts.row), position[starts.row], pair[starts.row]
+    least = least_approach(task, starts.place, starts.box)
+    close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
+    places = np.concatenate((starts.row[None, close], np.rint(1e6 * least.place[:, close])))
+    close = close[np.unique(places, axis=1, return_index=True)[1]]
+    more = beside_fillets(task.pick(close), least.place[:, close], fine)
+    again = close[more.row]
+    least = least.and_also(least_approach(task.pick(again), more.place, more.box))
+    position, pair = np.append(position, position[again]), np.append(pair, pair[again])
     return _chosen(mesh, positions, least, position, pair, best, bottom)
 
 

@@ -153,8 +153,10 @@ def tooth_hexahedra(
         BORE_SHARE * float(root_radius(member, (-half, half)).min()) if bore_radius is None else bore_radius
     )
     quadratic = ELEMENTS[element] == 20
+    wanted = count if teeth is None else teeth
+    _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, wanted)
     size = section_size(_corners(_outline(sheets, cells, np.zeros(1))), bore, ASPECT, GROWTH)
-    _require_size(size, cells.face, quadratic, count if teeth is None else teeth)
+    _require_size(size, cells.face, quadratic, wanted)
     outline = _outline(sheets, cells, np.linspace(-half, half, 2 * cells.face + 1))
     section = section_of(_corners(outline), bore, ASPECT, GROWTH)
     tooth = _quadratic(section, outline, bore) if quadratic else _linear(section)
@@ -201,7 +203,8 @@ def _lengths(sheet: Sheet) -> tuple[FloatArray, FloatArray]:
 
 def _growing(first: float, number: int) -> FloatArray:
     """Stations 0 ... 1 (number + 1,) whose steps grow from about `first` until they are even."""
-    steps = np.minimum(1.0, first * number * GROWTH ** np.arange(number))
+    grown = GROWTH ** np.minimum(np.arange(number), 1000)  # which is more than any step needs
+    steps = np.minimum(1.0, first * number * grown)
     return np.asarray(np.concatenate(([0.0], np.cumsum(steps))) / steps.sum())
 
 

@@ -11,7 +11,7 @@ import io
 import json
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -228,6 +228,16 @@ def contact_json(report: ContactReport) -> str:
     return json_text(data)
 
 
+def csv_text(header: Sequence[str], columns: Sequence[Sequence[object]]) -> str:
+    """CSV of columns of equal length; the cell of what is not known stays empty."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    for row in zip(*columns, strict=True):
+        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
+    return text.getvalue()
+
+
 def contact_csv(report: ContactReport) -> str:
     """CSV of the positions, one a row, mm and rad, units in the header."""
     header: list[str] = []
@@ -248,12 +258,7 @@ def contact_csv(report: ContactReport) -> str:
         header += ["separation_mm", "verdict"]
         columns.append(report.certificate.separation.tolist())
         columns.append([verdict_name(code) for code in report.certificate.verdict])
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    for row in zip(*columns, strict=True):
-        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
-    return text.getvalue()
+    return csv_text(header, columns)
 
 
 def line(label: str, text: str) -> str:

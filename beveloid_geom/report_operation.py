@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +14,7 @@ from .inputs import Design, FloatArray
 from .mounting import Mounting, mounting_of
 from .operation import Cycle, mesh_cycle, operating_ratio
 from .path import contact_ratio
-from .report import error_line, json_text, layout_data, layout_line, line, parabola_line
+from .report import csv_text, error_line, json_text, layout_data, layout_line, line, parabola_line
 
 ARCSEC = math.degrees(3600.0)
 FIELDS = (
@@ -131,14 +129,10 @@ def operation_json(report: OperationReport) -> str:
 
 def operation_csv(report: OperationReport) -> str:
     """CSV of the positions of a mesh cycle, mm and rad, units in the header."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*(name + unit for name, unit in FIELDS), "carried_by", "status"])
+    header = [*(name + unit for name, unit in FIELDS), "carried_by", "status"]
     columns = [getattr(report.first, name).tolist() for name, _ in FIELDS]
     status = [first_status_name(code) for code in report.first.status]
-    for row in zip(*columns, report.carriers, status, strict=True):
-        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
-    return text.getvalue()
+    return csv_text(header, [*columns, report.carriers, status])
 
 
 def operation_table(report: OperationReport) -> str:

@@ -26,7 +26,9 @@ STARTS = 2
 SPARE, TIP_SPARE = 0.05, 0.01
 """Modules by which a scanned point, and an edge on a fillet, may stand further off than the nearest
 scanned and still be a start."""
-EDGE_PASSES = 2
+TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
+"""Tips, and which way along the pinion's profile leads from their edges onto the flank."""
+EDGE_PASSES = 3
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the approach falls faster than this from it along the profile."""
 TIP_REACH, TIP_STEPS = 0.05, (0.05, 0.25)
@@ -50,8 +52,8 @@ class Grid:
 @dataclass(frozen=True, eq=False)
 class Scan:
     """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell;
-    `at_tips` (n, 2, points): f where the gear's or the pinion's tip is near the other's fillet;
-    the least f `within` the limits; whether a tip and a `bottom` land meet."""
+    `at_tips` (n, 2, points): distance, mm, from the gear's and the pinion's tip edge, finite where
+    it is near the other's fillet; the least f `within` the limits; whether a tip and a `bottom` land meet."""
 
     f: FloatArray
     at_tips: FloatArray
@@ -108,7 +110,7 @@ def scan_of(task: Task, grid: Grid) -> Scan:
     bottom = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
     return Scan(
         f=f,
-        at_tips=np.where(np.stack((deep, tip), axis=1), f[:, None], np.inf),
+        at_tips=np.stack((np.where(deep, np.abs(above), np.inf), np.where(tip, 0.0, np.inf)), axis=1),
         within=np.where(within, f, np.inf).min(axis=1),
         bottom=np.asarray(bottom),
     )
@@ -121,8 +123,8 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     place = np.stack((grid.s[point], grid.z[point]))
     parts = [Starts(row, place, np.broadcast_to(cell, place.shape))]
     bound = least + SPARE * module, least + TIP_SPARE * module
-    for k, (tip, inwards) in enumerate(((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))):
-        row, place = _edge_starts(task, scan.at_tips[:, k], grid, bound, tip)
+    for k, (tip, inwards) in enumerate(TIPS):
+        row, place = _edge_starts(task, scan.f, scan.at_tips[:, k], grid, bound, tip)
         for step, moved in zip(TIP_STEPS, (0.0, inwards * grid.cell[0]), strict=True):
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
             parts.append(Starts(row, place + np.array(((moved,), (0.0,))), box))
@@ -153,21 +155,47 @@ def _line_starts(
 
 
 def _edge_starts(
-    task: Task, f: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
+    task: Task, f: FloatArray, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
 ) -> tuple[NDArray[np.int_], FloatArray]:
     """Tooth pairs and places (2, n) of a tip's edge near the other's fillet, at every station along
-    the face: scanned points where f (tasks, points) is within the first bound (tasks,), moved on to
-    the edge and between the gear's toe and heel, where it is within the second."""
-    lines = f.reshape(-1, *grid.shape)
-    row, station = np.nonzero(np.isfinite(lines.min(axis=1)) & (lines.min(axis=1) <= bound[0][:, None]))
+    the face: the scanned points least `away` from it (tasks, points), if f is within the first
+    bound (tasks,) there, moved on to the edge, where f is within the second."""
+    lines = away.reshape(-1, *grid.shape)
+    row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
     point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station
+    near = f[row, point] <= bound[0][row]
+    row, point = row[near], point[near]
     place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row)
-    for _ in range(EDGE_PASSES if row.size else 0):
-        here = local_at(chosen, *place)
-        place[0] -= np.nan_to_num(here.margin[tip] / here.rate[tip, 0])
-        for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
-            place[1] -= np.nan_to_num(np.minimum(here.margin[end], 0.0) / here.rate[end, 1])
+    if row.size:
+        place = _on_edge(chosen, place, tip)
     here = local_at(chosen, *place)
     falls = here.slope[0] if tip == Limit.PINION_TIP else -here.slope[0]
     close = (here.f <= bound[1][row]) & (falls < TIP_SLOPE)
     return row[close], place[:, close]
+
+
+def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
+    """Places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
+    place = place.copy()
+    for _ in range(EDGE_PASSES):
+        here = local_at(task, *place)
+        place[0] -= np.nan_to_num(here.margin[tip] / here.rate[tip, 0])
+        for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
+            place[1] -= np.nan_to_num(np.minimum(here.margin[end], 0.0) / here.rate[end, 1])
+    return place
+
+
+def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
+    """More starts from what was found: at the same station on a tip's edge if it is on a fillet less
+    than a cell away, and beside that fillet. `row` counts the places (2, n)."""
+    parts, cell = [], np.array(grid.cell)[:, None]
+    for tip, inwards in TIPS:
+        edge = _on_edge(task, place, tip)
+        meeting = local_at(task, *edge).meeting
+        gap = edge[0] - task.own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
+        row = np.flatnonzero((np.abs(edge[0] - place[0]) < grid.cell[0]) & (gap < 0.0))
+        for step, moved in zip(TIP_STEPS, (0.0, 0.5 * inwards * grid.cell[0]), strict=True):
+            moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
+            box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
+            parts.append(Starts(row, moved_place, box))
+    return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))

@@ -115,3 +115,11 @@ def test_start_up_is_light(statement: str, unwanted: str) -> None:
     code = f"{statement}; import sys; print({unwanted!r} in sys.modules, 'vtk' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert run.stdout.split() == ["False", "False"]
+
+
+def test_no_public_name_hides_a_module() -> None:
+    """Importing a module puts its name into the package, in place of a function of that name."""
+    import beveloid_geom
+
+    assert not set(beveloid_geom.__all__) & {path.stem for path in MODULES}
+    assert all(getattr(beveloid_geom, name) is not None for name in beveloid_geom.__all__)

@@ -1,4 +1,4 @@
-"""`render-figures`: all figures of the paper, and the numbers behind each, from one command."""
+"""`render-figures`: all figures, the paper's and more, and the numbers behind each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import Refusal, load_design, write_out
+from beveloid_geom.cli_support import Interrupted, Refusal, load_design, write_out
 from beveloid_geom.whole_file import whole_file
 
 from .figures import FIGURES, Figure
@@ -33,12 +33,6 @@ class NoOpenGL(click.ClickException):
     """Nothing can be drawn on this machine: one line, exit status 3."""
 
     exit_code = 3
-
-
-class Interrupted(click.ClickException):
-    """Ctrl-C: the figures drawn so far are whole; exit status 130."""
-
-    exit_code = 130
 
 
 def stop_between_figures() -> threading.Event:
@@ -149,7 +143,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     help="Design file (TOML), or the built-in design's name.",
 )
 def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
-    """Draw the figures of Ni et al. 2017 as PNG, each with the numbers behind it as CSV."""
+    """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
+    pattern, separation, transmission error, and meshes."""
     figures = chosen_figures(names)
     design = load_design(source)
 

@@ -12,8 +12,6 @@ the mounting too, is known from an earlier call.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -22,21 +20,12 @@ import pytest
 from beveloid_geom.inputs import Errors
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_of_contact
+from tests.benchmarks.timing import best
 from tests.oracle.five_equations_math import solve_math
 from tests.oracle.five_equations_numpy import solve_numpy
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
-
-
-def best(work: Callable[[], object], repeat: int) -> float:
-    """Least wall time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])

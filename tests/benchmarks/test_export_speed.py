@@ -30,21 +30,12 @@ from beveloid_geom.export.surfaces import write_surface
 from beveloid_geom.export.volumes import write_volume
 from beveloid_geom.hexahedra import tooth_hexahedra
 from beveloid_geom.posing import meshing_pair
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
 MEMORY = 500.0
 """MB that the command may take for the pair at 0.01 mm."""
-
-
-def best(work: Callable[[], object], repeat: int) -> float:
-    """Least wall time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def process(*arguments: str) -> tuple[float, float]:

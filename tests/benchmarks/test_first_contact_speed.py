@@ -21,7 +21,7 @@ from beveloid_geom.inputs import FloatArray
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.surface import surface_of
 from beveloid_geom.touch import separation
-from tests.benchmarks.test_contact_speed import best
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 from tests.test_touch import foot_distance
 

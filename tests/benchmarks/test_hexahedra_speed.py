@@ -8,9 +8,6 @@ blend; and hexahedra of half the nodes.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -19,20 +16,11 @@ from beveloid_geom.inputs import FloatArray
 from beveloid_geom.outline import cut_sheets
 from beveloid_geom.sampling import grid_of
 from beveloid_geom.section import section_of
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
 PINION = table1().pinion
-
-
-def best(work: Callable[[], object], repeat: int = 3) -> float:
-    """Least wall time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def outline_of(nz: int) -> dict[str, FloatArray]:

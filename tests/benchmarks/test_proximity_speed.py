@@ -16,7 +16,7 @@ from beveloid_geom.path import path_of_contact
 from beveloid_geom.pattern import contact_pattern, first_contact_operation
 from beveloid_geom.proximity import flank_mesh, mesh_contact, mesh_separation
 from beveloid_geom.touch import separation
-from tests.benchmarks.test_contact_speed import best
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark

@@ -9,8 +9,6 @@ at the flank parameters and stations which that call has found.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -18,19 +16,10 @@ import numpy as np
 import pytest
 
 from beveloid_geom.sampling import flank_sheet, sample_flank
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
-
-
-def best(work: Callable[[], object], repeat: int) -> float:
-    """Least wall time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 @pytest.mark.parametrize("parabola", [0.0, 0.001, -0.01])

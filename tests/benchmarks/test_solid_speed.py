@@ -9,28 +9,16 @@ are copies of it).
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from beveloid_geom.outline import cut_sheets, outline_grids
 from beveloid_geom.solid import gear_solid
 from beveloid_geom.tooth import gear_mesh
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
-
-
-def best(work: Callable[[], object], repeat: int) -> float:
-    """Least wall time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.001])

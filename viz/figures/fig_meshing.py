@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from beveloid_geom.assembly import layout_of, member_frame, to_fixed
 from beveloid_geom.inputs import Design, Errors, FloatArray
 from beveloid_geom.mounting import Mounting, mounting_of
+from beveloid_geom.posing import Frame
 from beveloid_geom.rack import reference_radius
 
 from .. import theme
@@ -19,7 +20,6 @@ from ..recipe import Drawing, Recipe, Table
 from ..scene import Item, Picture, Scene, Tube, fit_camera, render
 from ..theme import Page
 from . import annotate, posed
-from .posed import Frame
 
 CONES = ("#8fb4d4", "#e3bd7c")
 INKS = (theme.BLUE, "#8a5a00")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
 
@@ -13,13 +12,11 @@ from beveloid_geom.assembly import layout_of, member_frame, normals_to_fixed, to
 from beveloid_geom.flank import tip_radius
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member
 from beveloid_geom.mounting import Mounting, mounting_of
-from beveloid_geom.path import path_of_contact
+from beveloid_geom.posing import Frame, meshing_pair
 from beveloid_geom.tooth import Mesh, gear_mesh
 
 from ..scene import Surface
 
-Frame: TypeAlias = tuple[FloatArray, FloatArray]
-"""Rotation (3, 3) and origin (3,), mm, that carry a member's own frame to S_f."""
 NAMES = ("pinion", "gear")
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
@@ -51,11 +48,18 @@ class PosedPair:
 def pose(design: Design, flank: str = "right") -> PosedPair:
     """The pair with its flanks touching in the middle of the path of contact. Where they share
     none, the rolls are those of the unmodified pair without errors, or zero."""
-    mounting = mounting_of(design)
-    roll, contact = _middle(design, flank)
-    if not np.isfinite(roll).all():
-        roll, _ = _middle(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank)
-    return _placed(design, mounting, np.where(np.isfinite(roll), roll, 0.0), contact)
+    try:
+        pair = meshing_pair(design, flank)
+    except ValueError:
+        return _placed(design, mounting_of(design), _nominal_rolls(design, flank), np.full(3, np.nan))
+    return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
+
+
+def _nominal_rolls(design: Design, flank: str) -> FloatArray:
+    try:
+        return meshing_pair(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank).roll
+    except ValueError:
+        return np.zeros(2)
 
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
@@ -68,13 +72,6 @@ def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: Float
     layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
     return PosedPair(design, mounting, roll, position, contact, (first, second))
-
-
-def _middle(design: Design, flank: str) -> tuple[FloatArray, FloatArray]:
-    path = path_of_contact(design, flank, points=3)
-    if not len(path.pinion_roll):
-        return np.full(2, np.nan), np.full(3, np.nan)
-    return np.array([path.pinion_roll[1], path.gear_roll[1]]), path.point[1]
 
 
 def rings(member: Member, count: int = 49) -> FloatArray:
