@@ -247,7 +247,7 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -
 
 def least_approach(task: Task, place: FloatArray, box: FloatArray) -> Least:
     """The local least approach that each start `place` (2, n) leads to; `box` (2, n): how far
-    a step may go along the profile, and the first one along the face; mm."""
+    the first step may go, and all steps along the profile of a fillet; mm."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, max(1, place.shape[1]), BLOCK):
@@ -263,7 +263,9 @@ def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
     weight, reach, converged = np.zeros((len(Limit), n)), np.ones(n), np.zeros(n, dtype=bool)
     going = np.flatnonzero(np.isfinite(here.f))
     for _ in range(PASSES):
-        at, size = here.pick(going), np.stack((np.minimum(reach, 1.0), reach))[:, going] * box[:, going]
+        # Longer steps along the profile only where it is convex, off the fillets.
+        profile = np.where(here.bend[0, 0] > 0.0, reach, np.minimum(reach, 1.0))
+        at, size = here.pick(going), np.stack((profile, reach))[:, going] * box[:, going]
         side = np.stack((size[0], size[1], size[0], size[1]))
         walls = np.broadcast_to(np.array(((1, 0), (0, 1), (-1, 0), (0, -1.0)))[..., None], (4, 2, going.size))
         bend = at.bend - (weight[:, None, None, going] * at.curve).sum(axis=0)

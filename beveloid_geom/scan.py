@@ -193,8 +193,10 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
         edge = _on_edge(task, place, tip)
         meeting = local_at(task, *edge).meeting
         gap = edge[0] - task.own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
-        row = np.flatnonzero((np.abs(edge[0] - place[0]) < grid.cell[0]) & (gap < 0.0))
-        for step, moved in zip(TIP_STEPS, (0.0, 0.5 * inwards * grid.cell[0]), strict=True):
+        away = np.abs(edge[0] - place[0])
+        for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6, 0.0), strict=True):
+            row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
+            moved = inside * inwards * grid.cell[0]
             moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
             parts.append(Starts(row, moved_place, box))
