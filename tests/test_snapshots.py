@@ -23,6 +23,7 @@ from viz import theme
 from viz.figures import FIGURES, Figure
 from viz.figures.fig_misalignment import MisalignmentFigure
 from viz.figures.fig_paths import PathFigure
+from viz.figures.fig_pattern import BandFigure
 from viz.figures.solved import SolvedPath
 from viz.opengl import require_opengl
 from viz.recipe import Drawing, Recipe
@@ -101,6 +102,19 @@ def test_a_moved_contact_line_fails() -> None:
     plain, modified = (moved(paths, 0.5) for paths in data12.paths)
     other = drawn("fig-12", replace(data12, paths=(plain, modified)))
     for key, picture in drawing("fig-12").pictures.items():
+        assert difference(picture.image, other.pictures[key].image) > 2.0 * LIMIT, key
+
+
+def test_another_pattern_fails() -> None:
+    """The comparison sees a pattern whose least separation is half a micrometre larger."""
+    data: BandFigure = recipe_of("pattern").compute(builtin_design())
+    columns = []
+    for column in data.columns:
+        assert column.layers
+        first, second = (replace(layer, values=layer.values + 0.5) for layer in column.layers)
+        columns.append(replace(column, layers=(first, second)))
+    other = drawn("pattern", replace(data, columns=tuple(columns)))
+    for key, picture in drawing("pattern").pictures.items():
         assert difference(picture.image, other.pictures[key].image) > 2.0 * LIMIT, key
 
 

@@ -25,7 +25,7 @@ CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
     ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001)),
     ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002)),
 )
-POINTS = 721
+POINTS = 361
 """Rolls of one mesh cycle."""
 PITCHES = 3
 HARMONICS = 10
