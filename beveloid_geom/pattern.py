@@ -5,7 +5,7 @@ mating flank. The pattern is the region in which it stays below a given thicknes
 transmission error the least separation is the ease-off of the one flank against the surface that
 the other one generates.
 
-The separation is the exact distance to the mating flank (`curvature.feet`), counted while the foot
+The separation is the exact distance to the mating flank (`foot.feet`), counted while the foot
 lies on that flank. Along the roll it is sampled, bracketed, and searched for its least value. Where
 the foot leaves the mating flank before, the least value is that at the edge, found by halving.
 
@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_of, member_frame, to_fixed
-from .curvature import MARKING_SEPARATION, feet
+from .curvature import MARKING_SEPARATION
 from .first_contact import FirstStatus, first_contact, middle_roll
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
+from .foot import feet
 from .inputs import Design, FloatArray, Member
 from .mounting import mounting_of
 from .path import path_ends

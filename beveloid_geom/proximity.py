@@ -7,7 +7,7 @@ is least, is worse: by the square root of tolerance over relative curvature, whi
 line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
 `convergence` charts both.
 
-Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`curvature.feet`),
+Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`foot.feet`),
 and the vertex of least separation starts Newton for the standstill of the exact separation D,
 as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
 n2 at its foot on the gear,
@@ -29,8 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_of, member_frame, normals_to_fixed, to_fixed
 from .closest import closest_on_mesh
-from .curvature import Feet, feet, normal_rates
+from .curvature import normal_rates
 from .flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
+from .foot import Feet, feet
 from .inputs import Design, FloatArray, Member
 from .mounting import mounting_of
 from .path import path_of_contact

@@ -15,11 +15,11 @@ from beveloid_geom.curvature import (
     RelativeCurvature,
     contact_ellipse,
     ellipse_of,
-    feet,
     normal_rates,
     relative_curvature,
 )
 from beveloid_geom.flank import base_cylinder, flank_patch, flank_point, trace_parameter
+from beveloid_geom.foot import feet
 from beveloid_geom.inputs import Design, Errors, FloatArray
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.solve import Status

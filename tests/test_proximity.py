@@ -11,7 +11,7 @@ import pytest
 from beveloid_geom.assembly import layout_of, member_frame
 from beveloid_geom.closest import closest_on_mesh
 from beveloid_geom.contact import pairing_of
-from beveloid_geom.curvature import feet
+from beveloid_geom.foot import feet
 from beveloid_geom.inputs import Design, Errors, FloatArray
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.proximity import convergence, flank_mesh, mesh_contact, mesh_separation

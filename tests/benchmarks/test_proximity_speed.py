@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from beveloid_geom.curvature import contact_ellipse, feet
+from beveloid_geom.curvature import contact_ellipse
 from beveloid_geom.flank import flank_patch, flank_point, trace_parameter
+from beveloid_geom.foot import feet
 from beveloid_geom.inputs import FloatArray
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.pattern import contact_pattern, first_contact_operation
