@@ -29,6 +29,9 @@ TOLERANCE = 1e-6
 SADDLE = 1e-10
 """1/mm: curvature of the approach that counts as negative."""
 
+JOINT = 1e-9
+"""mm above the joint with the fillet, from where on a point is taken to be on the flank."""
+
 
 class Verdict(IntEnum):
     """What the tangency at one position of a path is."""
@@ -41,7 +44,7 @@ class Verdict(IntEnum):
     """The flanks of another tooth pair touch earlier, in a tangency of their own: this position
     lies beyond the hand-over."""
     INTERFERENCE = 3
-    """The flanks overlap beside their tangency, or a fillet stands in the way."""
+    """The flanks overlap beside their tangency, or a tip or flank stands in a fillet."""
     NOT_SOLVED = 4
     """No position on the flanks, or no first contact found."""
 
@@ -75,17 +78,15 @@ def certify(design: Design, path: ContactPath) -> Certificate:
     roll = np.where(solved, path.pinion_roll, 0.0)
     first = first_contact(design, path.flank, roll)
     solved &= first.status == FirstStatus.SOLVED
-    gear = mesh_of(design, path.flank, roll)[0].other
     ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
-    with np.errstate(invalid="ignore"):
-        moment = gear.pitch_radius * cut_at(gear, first.l2, first.z2).ny
-    separation = np.where(solved, ahead * moment, np.nan)
+    separation = np.where(solved, ahead * _moment(design, path.flank, roll, first), np.nan)
     curvature = np.where(solved, _curvature(design, path, roll), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0
     saddle = curvature < -SADDLE
-    within = tangent & (same | first.on_fillet.any(axis=-1))
+    within = (tangent & same) | first.on_fillet.any(axis=-1)
     cases = (
-        (~solved, Verdict.NOT_SOLVED),
+        # Nothing is further off than the position itself, which touches.
+        (~solved | (separation > TOLERANCE), Verdict.NOT_SOLVED),
         (separation >= -TOLERANCE, Verdict.FIRST_CONTACT),
         (saddle | within, Verdict.INTERFERENCE),
         (~tangent, Verdict.EDGE_CONTACT),
@@ -94,12 +95,37 @@ def certify(design: Design, path: ContactPath) -> Certificate:
     return Certificate(separation, first, curvature, verdict.astype(np.int8))
 
 
+def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -> FloatArray:
+    """Moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
+    the gear's, but where only edges of the gear touch that of the pinion's surface under them."""
+    mesh, _ = mesh_of(design, flank, roll)
+    own, other, pose = mesh.own, mesh.other, mesh.pose
+    with np.errstate(invalid="ignore"):
+        gear = other.pitch_radius * cut_at(other, first.l2, first.z2).ny
+        cut = cut_at(own, first.l1, first.z1)
+        turn = cut.phi + roll + mesh.pitch[0] * first.pair
+        nx, ny = cut.nx * np.cos(turn) - cut.ny * np.sin(turn), cut.nx * np.sin(turn) + cut.ny * np.cos(turn)
+        x, y, z = np.moveaxis(first.point, -1, 0)
+        sin, cos, x = (
+            pose.sin.reshape(roll.shape),
+            pose.cos.reshape(roll.shape),
+            x - pose.offset.reshape(roll.shape),
+        )
+        # k2 x (R - O2) with k2 = (0, sin d, cos d), against the pinion's outward normal
+        pinion = -(nx * (sin * z - cos * y) + ny * cos * x - cut.nz * sin * x)
+    edges = first.limit
+    of_gear = (edges[..., 0] >= 0) & ((edges < 0) | (edges % 2 == 1)).all(axis=-1)
+    return np.asarray(np.where(of_gear, pinion, gear))
+
+
 def _curvature(design: Design, path: ContactPath, roll: FloatArray) -> FloatArray:
     """Lesser curvature (1/mm) of the approach by the pinion's (l1, z1) at the positions."""
     mesh, _ = mesh_of(design, path.flank, roll)
     position = np.arange(roll.size)
     with np.errstate(invalid="ignore"):
         task = mesh.task(position, np.zeros_like(position))
-        (a, b), (_, c) = local_at(task, path.l1.reshape(-1), path.pinion_z.reshape(-1)).bend
+        # The path is one of flanks: at the joint rounding must not make a fillet of it.
+        l1 = np.maximum(path.l1.reshape(-1), mesh.own.joint + JOINT)
+        (a, b), (_, c) = local_at(task, l1, path.pinion_z.reshape(-1)).bend
         lesser = 0.5 * (a + c) - np.hypot(0.5 * (a - c), b)
     return np.asarray(lesser.reshape(roll.shape))

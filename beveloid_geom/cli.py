@@ -17,6 +17,7 @@ from .cli_support import (
     format_options,
     load_design,
     override_options,
+    parabola_options,
     require_one_format,
     write_out,
 )
@@ -104,14 +105,15 @@ def design() -> None:
 
 @main.command()
 @click.argument("design", default=BUILTIN_DESIGN)
+@parabola_options
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
-def check(design: str, as_json: bool) -> None:
+def check(design: str, as_json: bool, **changes: float | None) -> None:
     """Say how well a design closes: offset, shaft angle, backlash.
 
-    Warns of lines of action that do not meet, interference, undercut and pointed teeth. Exit
-    status 0 with or without warnings.
+    Warns of lines of action that do not meet, interference, undercut, pointed teeth, tools whose
+    rounds overlap and small tip clearance. Exit status 0 with or without warnings.
     """
-    given = load_design(design)
+    given = changed_design(load_design(design), changes)
     from .closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
     from .report import closing_json, closing_table
 

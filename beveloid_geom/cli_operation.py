@@ -65,7 +65,11 @@ def operation(
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
     from . import report_operation as report
+    from .report import first_contact_fault
 
+    fault = first_contact_fault(changed)
+    if fault:
+        raise click.ClickException(f"no first contact: {fault}")  # status 1
     found = report.operation_report(click.format_filename(design), changed, flank, points, harmonics, film)
     if as_json:
         write_out(report.operation_json(found))

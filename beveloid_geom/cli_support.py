@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import IO, TYPE_CHECKING, Any
 
 import click
@@ -58,10 +58,20 @@ def option_name(argument: str) -> str:
 
 def override_options(command: Command) -> Command:
     """One option for each value of a design that a command line may change."""
-    for argument, metavar, text in reversed(OVERRIDES):
+    return _options(command, OVERRIDES)
+
+
+def parabola_options(command: Command) -> Command:
+    """Those of the override options that change the members."""
+    return _options(command, OVERRIDES[-2:])
+
+
+def _options(command: Command, overrides: Sequence[tuple[str, str, str]]) -> Command:
+    for argument, metavar, text in reversed(overrides):
         text = f"{text} Default: that of the design."
-        option = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)
-        command = option(command)
+        command = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)(
+            command
+        )
     return command
 
 

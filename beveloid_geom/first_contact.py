@@ -34,12 +34,12 @@ from .surface import Surface, angle_of, cut_at, surface_of
 from .touch import Pose, pose_of
 from .track import PHASE, exact_rows
 
-COARSE, FINE = (1, 5, 5), (4, 12, 13)
+COARSE, FINE = (1, 5, 5), (4, 25, 19)
 """Points scanned: on the fillet, on the flank, along the face."""
 SPARE = 0.25
 """Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
-REACH = 3
-"""Neighbouring tooth pairs looked at on either side."""
+REACH = 2
+"""Tooth pairs looked at on either side, beside those among which a face with a helix spreads."""
 TOGETHER = 2e-12
 """mm within which tooth pairs count as touching together."""
 LOWER = 1e-7
@@ -92,7 +92,7 @@ class FirstContact:
 class Mesh:
     """Both surfaces; by position (n,) the pose, the pinion's roll, the gear's conjugate `phase`
     (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
-    gear's `lever` (mm), and the module."""
+    gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`."""
 
     own: Surface
     other: Surface
@@ -103,6 +103,7 @@ class Mesh:
     pitch: tuple[float, float]
     lever: float
     module: float
+    reach: int
 
     def task(self, position: NDArray[np.int_], pair: NDArray[np.int_]) -> Task:
         """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
@@ -137,14 +138,26 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
 def middle_roll(design: Design, flank: str) -> FloatArray:
     """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape."""
     mounting, surface = mounting_of(design), surface_of(design.pinion, flank)
-    z = np.clip(
-        np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0]),
-        -surface.half_width,
-        surface.half_width,
-    )
     x, y = (np.nan_to_num(mounting.pitch_point[..., k]) for k in (0, 1))
+    z = _pitch_height(design, surface)
     s = np.zeros_like(z)
     return np.asarray(np.where(x == 0.0, 0.0, np.arctan2(y, x)) - angle_of(cut_at(surface, s, z)))
+
+
+def _pitch_height(design: Design, surface: Surface) -> FloatArray:
+    """z (mm) of the pitch point on the pinion, or of the end of its face beyond which it lies."""
+    mounting = mounting_of(design)
+    z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])
+    return np.asarray(np.clip(z, -surface.half_width, surface.half_width))
+
+
+def spread(design: Design, flank: str) -> float:
+    """Greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
+    cylinder departs on its face from the pitch point: so far from it teeth can touch by overlap."""
+    surface = surface_of(design.pinion, flank)
+    length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
+    turn = length * np.abs(surface.trace[1]) / surface.pitch_radius
+    return float(turn * float(design.pinion.teeth) / (2.0 * np.pi))
 
 
 def first_contact(
@@ -199,6 +212,7 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
         pitch=pitch,
         lever=lever,
         module=float(tool.normal_module),
+        reach=REACH + int(np.ceil(spread(design, flank))),
     )
     return mesh, phase
 
@@ -207,7 +221,7 @@ def _solved(
     mesh: Mesh, positions: NDArray[np.int_], pairs: ArrayLike | None, coarse: Grid, fine: Grid
 ) -> _Found:
     """First contacts at a block of positions."""
-    near = np.arange(-REACH, REACH + 1) if pairs is None else np.atleast_1d(pairs)
+    near = np.arange(-mesh.reach, mesh.reach + 1) if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]

@@ -39,8 +39,6 @@ SHORT_PIECE = 1e-7
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 NODES, BETWEEN = 20, 96
 """Gauss-Legendre points of a piece, and points at which their polynomial is integrated."""
-SPAN = 2
-"""Pitches on either side of the pitch point over which a tooth pair is followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,9 +274,9 @@ def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> Float
     shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
     start = np.broadcast_to(middle_roll(design, flank), shape)
     case = np.arange(start.size)
-    share = np.arange(-SPAN * SAMPLES, SPAN * SAMPLES + 1) / SAMPLES
-    roll = start.reshape(-1, 1) + pitch * share
     mesh, _ = mesh_of(design, flank, np.broadcast_to(start[..., None], (*shape, 1)))
+    share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
+    roll = start.reshape(-1, 1) + pitch * share
     lever = mesh.own.sigma * mesh.lever
     cycle = _curve_at(design, flank, case, roll[:, :SAMPLES])
 

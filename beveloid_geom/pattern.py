@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_of, member_frame, to_fixed
 from .curvature import MARKING_SEPARATION
-from .first_contact import FirstStatus, first_contact, middle_roll
+from .first_contact import FirstStatus, first_contact, middle_roll, spread
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from .foot import feet
 from .inputs import Design, FloatArray, Member
@@ -188,14 +188,15 @@ def _ratio(design: Design) -> float:
 
 def first_contact_operation(design: Design, flank: str) -> Operation:
     """Operating rolls by the first contact of all teeth, over a tooth pair's path of contact and
-    half a pitch either way, three pitches at least. Raises ValueError where the first
+    half a pitch or the face's spread either way, three pitches at least. Raises ValueError where the first
     contact is not known."""
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
     ends = path_ends(design, flank)
     start, stop = sorted(ends.pinion_roll.tolist())
     if ends.status != Status.SOLVED:
         start = stop = float(middle_roll(design, flank))
-    reach = max(RUN_OUT * pitch, 0.5 * (LEAST_CYCLE * pitch - stop + start))
+    run_out = max(RUN_OUT, spread(design, flank)) * pitch
+    reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
     start, stop = start - reach, stop + reach
     known, phase = _resolved_phase(design, flank, start, pitch)
     repeated = (known + pitch * np.arange(np.ceil((stop - start) / pitch))[:, None]).ravel()

@@ -20,6 +20,7 @@ import numpy as np
 from .certificate import Certificate, Verdict, certify
 from .closing import OFFSET_TOLERANCE, ClosedLayout, Closing, Remark, closing_offset
 from .contact import Limit
+from .fillet import tool_round
 from .first_contact import FirstStatus
 from .flank import highest_parameter, root_parameter
 from .inputs import Design, Errors
@@ -81,9 +82,22 @@ def contact_report(
     else:
         path = path_of_contact(design, flank, points)
     reason = _reason(design, path)
-    certificate = certify(design, path) if certified and not reason else None
+    fault = first_contact_fault(design)
+    certificate = certify(design, path) if certified and not reason and not fault else None
     notes = () if reason else _notes(design, path, certificate)
+    if fault and certified and not reason:
+        notes = (*notes, f"whether something touches earlier is not known: {fault}")
     return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)
+
+
+def first_contact_fault(design: Design) -> str | None:
+    """Why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
+    for name, member in zip(("pinion", "gear"), design.members, strict=True):
+        try:
+            tool_round(member.tool, "right")
+        except ValueError as error:
+            return f"{name}: {error}"
+    return None
 
 
 def _reason(design: Design, path: ContactPath) -> str | None:
@@ -116,6 +130,9 @@ def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -
     if abs(difference) > OFFSET_TOLERANCE:
         closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
         notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
+    backlash = float(mounting_of(design).normal_backlash)
+    if backlash < 0.0:
+        notes.append(f"the normal backlash is {backlash:.4f} mm: the other flanks interfere")
     if path.ends.pieces > 1:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
         notes.append(f"{pieces}: this is the one that covers most roll, the contact ratio is its own")
@@ -133,7 +150,7 @@ def _certificate_notes(certificate: Certificate) -> Iterator[str]:
     said = {
         Verdict.NEXT_PAIR: "the flanks of a neighbouring tooth pair touch earlier",
         Verdict.EDGE_CONTACT: f"an edge touches earlier ({_edges_of(certificate)})",
-        Verdict.INTERFERENCE: "the flanks cut into each other beside their tangency",
+        Verdict.INTERFERENCE: "the flanks cut into each other beside their tangency, or a tip into a fillet",
     }
     for code, words in said.items():
         found = verdict == code
@@ -145,7 +162,8 @@ def _certificate_notes(certificate: Certificate) -> Iterator[str]:
         yield "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
     unknown = np.unique(certificate.first.status[verdict == Verdict.NOT_SOLVED])
     for status in unknown:
-        words = FirstStatus(int(status)).name.lower().replace("_", " ")
+        found = status == FirstStatus.SOLVED  # but not as near as the position itself
+        words = "the search missed it" if found else FirstStatus(int(status)).name.lower().replace("_", " ")
         yield f"whether something touches earlier is not known at all positions: {words}"
 
 
@@ -330,7 +348,9 @@ def contact_table(report: ContactReport) -> str:
         text += line("path", _end_words((path.ends.enter, path.ends.leave)))
     if report.certificate is not None:
         good = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
-        text += line("certified", f"{good} of {path.status.size} positions: nothing touches earlier there")
+        text += line(
+            "certified", f"{good} of {path.status.size} positions: nothing on this side touches earlier"
+        )
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
         text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")

@@ -14,7 +14,15 @@ from .inputs import Design, FloatArray
 from .mounting import Mounting, mounting_of
 from .operation import Cycle, mesh_cycle, operating_ratio
 from .path import contact_ratio
-from .report import csv_text, error_line, json_text, layout_data, layout_line, line, parabola_line
+from .report import (
+    csv_text,
+    error_line,
+    json_text,
+    layout_data,
+    layout_line,
+    line,
+    parabola_line,
+)
 
 ARCSEC = math.degrees(3600.0)
 FIELDS = (

@@ -21,7 +21,7 @@ from .inputs import FloatArray, Member
 from .surface import Surface, angle_of, cut_at
 from .touch import BLOCK, Pose, met_by, seen_by_other
 
-STARTS = 2
+STARTS = 3
 """Local least values that are followed of each scan line, along the face and along the profile."""
 SPARE, TIP_SPARE = 0.05, 0.01
 """Modules by which a scanned point, and an edge on a fillet, may stand further off than the nearest

@@ -262,6 +262,24 @@ def test_notes_where_something_touches_earlier(
     np.testing.assert_array_equal(separation >= -1e-6, np.array(verdicts) == "first_contact")
 
 
+def test_a_tool_without_a_fitting_round_leaves_the_path() -> None:
+    """The path is known, what the fillets do is not."""
+    data = tca("--parabola-pinion", "0.01")
+    assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
+    assert "certificate" not in data
+    assert any("not known: pinion: tip_radius 0.38 is too large" in note for note in data["notes"])
+
+
+def test_negative_backlash_is_noted(design_file: Callable[..., Path]) -> None:
+    notes = tca(design_file("offset = 229.0", "offset = 228.7"))["notes"]
+    assert any("backlash is -" in note and "interfere" in note for note in notes)
+
+
+def test_check_takes_parabolas() -> None:
+    assert "is undercut" in run("check", "--parabola-pinion=-0.01").stdout
+    assert "rounds overlap by 0.184 mm" in " ".join(run("check", "--parabola-pinion", "0.01").stdout.split())
+
+
 def test_positions_need_not_be_certified() -> None:
     assert "certificate" not in tca("--no-certify", "--parabola-pinion", "0.0002")
     assert "certified" not in run("tca", "--no-certify").stdout

@@ -76,6 +76,13 @@ def test_a_cycle_that_is_not_known_says_why() -> None:
     assert reason in result.stderr
 
 
+def test_a_tool_without_a_fitting_round_is_named() -> None:
+    result = run("--parabola-pinion", "0.01")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith("Error: no first contact: pinion: tip_radius 0.38 is too large")
+    assert result.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -23,6 +23,7 @@ EDGE_COLOUR = "#303840"
 # Lights in the camera's frame (right, up, towards the viewer), and their strengths.
 LIGHTS = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
 METAL: dict[str, Any] = {"ambient": 0.26, "diffuse": 0.84, "specular": 0.45, "specular_power": 45.0}
+DULL: dict[str, Any] = {"ambient": 0.78, "diffuse": 0.3, "specular": 0.0}
 PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
 
 
@@ -204,7 +205,7 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
         edge_color=EDGE_COLOUR,
         line_width=1.0,
         **look,
-        **(PLAIN if surface.mesh_lines else METAL),
+        **(DULL if surface.mesh_lines else METAL),
     )
     if surface.edges:
         lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)

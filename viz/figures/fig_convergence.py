@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -76,9 +77,12 @@ def draw(data: ConvergenceFigure, size: Size) -> Drawing:
         axes = page.add_axes((0.075 + 0.485 * column, low, 0.4, height))
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
-            axes.text(0.5, 0.5, data.reasons[flank], transform=axes.transAxes, ha="center", wrap=True)
+            text = textwrap.fill(data.reasons[flank], 40)
+            axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
         else:
             _panel(axes, data, flank)
+            if column == 0 or FLANKS[0] in data.reasons:
+                axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
     return Drawing(page, {})
 
 
@@ -96,11 +100,10 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.invert_xaxis()
-    axes.set_ylim(1e-16, 1e3)
+    axes.set_ylim(0.1 * FLOOR, 1e3)
     axes.set_xlabel("tolerance of the meshes (mm), finer to the right")
     axes.set_ylabel("error (mm)")
     axes.grid(True)
-    axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
 
 
 def finding(data: ConvergenceFigure) -> str:

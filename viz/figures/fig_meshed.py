@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -73,13 +74,14 @@ def draw(data: MeshedFigure, size: Size) -> Drawing:
         "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
     )
     if data.mesh is None:
-        page.text(0.5, 0.5, data.reason, ha="center")
+        page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
         return Drawing(page, {})
     note = (
         f"{len(data.mesh.hexahedra):,} elements, {len(data.mesh.points):,} nodes; scaled Jacobian of the"
         f" elements {data.quality.min():.2f} to {data.quality.max():.2f}. Lines are the edges of the"
         " elements, drawn straight between corner nodes. The tooth carries its part of the body, from the"
-        " bore to the middle of the tooth spaces beside it, where the first and the last side are cut."
+        " bore to the middle of the tooth spaces beside it, where the first and the last side are cut; (a)"
+        " shows its upper part."
     )
     low = theme.caption(page, note) + theme.inches(page, 0.75)
     pictures: dict[str, Picture] = {}

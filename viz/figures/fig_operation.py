@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from beveloid_geom.contact import Limit
-from beveloid_geom.first_contact import FirstContact, first_contact
 from beveloid_geom.inputs import Design, FloatArray
-from beveloid_geom.operation import Cycle, mesh_cycle, operating_ratio
-from beveloid_geom.path import contact_ratio
+from beveloid_geom.report import first_contact_fault
+from beveloid_geom.report_operation import OperationReport, operation_report
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..theme import Page, Size
+from ..theme import Size
 
 FLANK = "right"
 CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
@@ -46,32 +44,24 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One case: its cycle, its first contacts at `share` of a pitch, and its three ratios."""
+    """One case by its name: its mesh cycle, None with the `reason` where that is not known."""
 
     name: str
-    cycle: Cycle
-    share: FloatArray
-    first: FirstContact
-    eq16: float
-    operating: float
-    within_film: float
-
-    @property
-    def edge(self) -> NDArray[np.bool_]:
-        """Whether an edge carries, by position."""
-        return np.asarray(self.first.limit[:, 0] >= 0)
+    report: OperationReport | None
+    reason: str = ""
 
 
 def compute(design: Design) -> tuple[Case, ...]:
-    """Cycle and ratios of every case."""
+    """The mesh cycle of every case."""
     cases = []
     for name, parabola in CASES:
         changed = design if parabola is None else design.with_parabola(*parabola)
-        cycle = mesh_cycle(changed, FLANK, HARMONICS)
-        share = np.linspace(0.0, 1.0, POINTS)
-        first = first_contact(changed, FLANK, float(cycle.start) + cycle.pitch * share)
-        ratios = (float(operating_ratio(changed, FLANK, film)) for film in (0.0, FILM))
-        cases.append(Case(name, cycle, share, first, float(contact_ratio(changed, FLANK)), *ratios))
+        fault = first_contact_fault(changed)
+        if fault:
+            cases.append(Case(name, None, fault))
+            continue
+        report = operation_report("", changed, FLANK, POINTS, HARMONICS, FILM)
+        cases.append(Case(name, None if report.reason else report, report.reason or ""))
     return tuple(cases)
 
 
@@ -91,7 +81,7 @@ def draw(data: tuple[Case, ...], size: Size) -> Drawing:
         bottom = high - height - row * (height + gap)
         curve = page.add_axes((0.075, bottom, 0.555, height))
         bars = page.add_axes((0.72, bottom, 0.265, height))
-        _curve(page, curve, case, row)
+        _curve(curve, case, row)
         _bars(bars, case)
         if row == len(data) - 1:
             curve.set_xlabel("pinion roll from the pitch point (pitches)")
@@ -99,57 +89,60 @@ def draw(data: tuple[Case, ...], size: Size) -> Drawing:
     return Drawing(page, {})
 
 
-def _curve(page: Page, axes: Axes, case: Case, row: int) -> None:
+def _curve(axes: Axes, case: Case, row: int) -> None:
     axes.set_title(f"({'abc'[row]})  {case.name}", loc="left", pad=8.0)
-    summary = (
-        f"contact ratio by Eq. 16 {case.eq16:.3f}, operating {case.operating:.3f} ({case.within_film:.3f})"
-    )
-    axes.set_title(summary, loc="right", pad=8.0, fontsize=theme.SMALL)
     axes.set_ylabel("error (arcsec)")
     axes.grid(True)
     axes.set_xlim(0.0, PITCHES)
-    error = ARCSEC * (case.first.transmission_error - float(case.cycle.mean))
-    if not np.isfinite(error).any():
-        axes.text(0.5, 0.5, "no first contact was found", transform=axes.transAxes, ha="center")
+    report = case.report
+    if report is None:
+        text = textwrap.fill(case.reason, 60)
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
         return
-    share = np.concatenate([case.share + pitch for pitch in range(PITCHES)])
-    error, edge = np.tile(error, PITCHES), np.tile(case.edge, PITCHES)
+    ratios = f"operating {report.operating:.3f} ({report.within_film:.3f})"
+    summary = f"contact ratio by Eq. 16 {report.eq16:.3f}, {ratios}"
+    axes.set_title(summary, loc="right", pad=8.0, fontsize=theme.SMALL)
+    cycle, edge = report.cycle, np.tile(report.first.limit[:, 0] >= 0, PITCHES)
+    error = np.tile(ARCSEC * (report.first.transmission_error - float(cycle.mean)), PITCHES)
+    share = np.concatenate([np.linspace(0.0, 1.0, POINTS) + pitch for pitch in range(PITCHES)])
     axes.plot(share, np.where(edge, np.nan, error), color=theme.BLUE, label="flank on flank")
     axes.plot(share, np.where(edge, error, np.nan), color=theme.RED, label="edge contact")
-    changes = case.cycle.changes[case.cycle.hand_over] - float(case.cycle.start)
-    at = np.concatenate([changes / case.cycle.pitch + pitch for pitch in range(PITCHES)])
+    changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
+    at = np.concatenate([changes + pitch for pitch in range(PITCHES)])
     axes.plot(at, np.interp(at, share, error), "o", color=theme.INK, ms=6.0, label="hand-over")
-    swing = float(np.nanmax(error) - np.nanmin(error))
-    if swing < SMALLEST:
-        axes.set_ylim(-1.0, 1.0)
-        text = f"peak to peak under {SMALLEST:g} arcsec: zero but for rounding"
-        axes.text(1.5, 0.25, text, ha="center", va="center")
-    else:
-        axes.set_ylim(float(np.nanmin(error)) - 0.32 * swing, float(np.nanmax(error)) + 0.12 * swing)
-        edges = 100.0 * float(case.cycle.edge_share)
-        text = f"peak to peak {swing:.3g} arcsec; edges carry {edges:.0f} % of the cycle{_edges(case)}"
-        axes.text(0.01, 0.03, text, transform=axes.transAxes, fontsize=theme.SMALL, va="bottom")
+    _say_swing(axes, report, error)
     if row == 0:
         axes.legend(loc="upper right", ncols=3)
 
 
-def _edges(case: Case) -> str:
-    """Which edges carry, in brackets."""
-    codes = dict.fromkeys(int(code) for code in case.first.limit[case.edge].ravel() if code >= 0)
-    return f" ({', '.join(str(Limit(code)) for code in codes)})" if codes else ""
+def _say_swing(axes: Axes, report: OperationReport, error: FloatArray) -> None:
+    """How far the curve swings and what edges carry, with room for these words below it."""
+    swing = float(np.ptp(error))
+    if swing < SMALLEST:
+        axes.set_ylim(-1.0, 1.0)
+        text = f"peak to peak under {SMALLEST:g} arcsec: zero but for rounding"
+        axes.text(1.5, 0.25, text, ha="center", va="center")
+        return
+    axes.set_ylim(float(error.min()) - 0.32 * swing, float(error.max()) + 0.12 * swing)
+    edges = list(dict.fromkeys(name for name in report.carriers if not name.startswith("flanks")))
+    words = f" ({', '.join(edges)})" if edges else ""
+    share = f"edges carry {100.0 * float(report.cycle.edge_share):.0f} % of the cycle{words}"
+    text = f"peak to peak {swing:.3g} arcsec; {share}"
+    axes.text(0.01, 0.03, text, transform=axes.transAxes, fontsize=theme.SMALL, va="bottom")
 
 
 def _bars(axes: Axes, case: Case) -> None:
-    order = np.arange(1, HARMONICS + 1)
-    amplitude = ARCSEC * np.abs(case.cycle.harmonics)
     axes.set_ylabel("amplitude (arcsec)")
-    axes.set_xticks(order)
+    axes.set_xticks(np.arange(1, HARMONICS + 1))
     axes.set_axisbelow(True)
     axes.grid(True, axis="y")
-    if np.isfinite(amplitude).all():
-        axes.bar(order, amplitude, width=0.6, color=theme.BLUE)
-        if amplitude.max() < SMALLEST:
-            axes.set_ylim(0.0, 1.0)
+    if case.report is None:
+        return
+    amplitude = ARCSEC * np.abs(case.report.cycle.harmonics)
+    axes.bar(np.arange(1, HARMONICS + 1), amplitude, width=0.6, color=theme.BLUE)
+    if amplitude.max() < SMALLEST:
+        axes.set_ylim(0.0, 1.0)
+        axes.text(0.5, 0.5, "all zero", transform=axes.transAxes, ha="center", va="center")
 
 
 def rows(data: tuple[Case, ...]) -> Table:
@@ -158,14 +151,15 @@ def rows(data: tuple[Case, ...]) -> Table:
 
     def body() -> Iterator[list[object]]:
         for case in data:
-            name = case.name.replace("$", "")
-            first = case.first
-            for index, share in enumerate(case.share.tolist()):
-                codes = [int(code) for code in first.limit[index] if code >= 0]
-                carrier = " and ".join(str(Limit(code)) for code in codes) or "flanks"
-                pair = int(first.pair[index])
-                yield [name, "error", share, float(first.transmission_error[index]), carrier, pair]
-            for order, amplitude in enumerate(np.abs(case.cycle.harmonics).tolist(), start=1):
+            name, report = case.name.replace("$", ""), case.report
+            if report is None:
+                yield [name, case.reason, "", "", "", ""]
+                continue
+            first, share = report.first, np.linspace(0.0, 1.0, POINTS).tolist()
+            columns = (share, first.transmission_error.tolist(), report.carriers, first.pair.tolist())
+            for values in zip(*columns, strict=True):
+                yield [name, "error", *values]
+            for order, amplitude in enumerate(np.abs(report.cycle.harmonics).tolist(), start=1):
                 yield [name, "amplitude", order, amplitude, "", ""]
 
     return header, body()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ from beveloid_geom.flank import flank_patch, flank_point, root_parameter, tip_pa
 from beveloid_geom.inputs import Design, FloatArray, Member
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.pattern import ContactPattern, contact_pattern
+from beveloid_geom.report import first_contact_fault
 from beveloid_geom.sampling import grid_faces
 from beveloid_geom.touch import separation
 
@@ -43,6 +45,8 @@ ELLIPSES = (0.2, 0.5, 0.8)
 """Where along the path, in roll, a contact ellipse is drawn."""
 PLACE = 0.3
 """Position shown of the separation, as a share of the path in roll: two tooth pairs touch there."""
+TOUCHING = 0.01
+"""\u00b5m between the nearest drawn points of flanks that count as in contact."""
 PAIRS = (-1, 0, 1)
 
 
@@ -101,15 +105,15 @@ def compute_pattern(design: Design) -> BandFigure:
         try:
             pattern = contact_pattern(changed, flank, resolution=RESOLUTION)
         except ValueError as error:
-            columns.append(Column(heading, changed, flank, None, str(error)))
+            columns.append(Column(heading, changed, flank, None, str(error).partition(": give")[0]))
             continue
         columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
     return BandFigure(
         "Contact pattern under marking compound",
         f"Where the flanks come within {PATTERN_BANDS[-1]} \u00b5m of each other while a tooth pair passes"
         " through the mesh; pinion (top) and gear (bottom)",
-        "Rolls are those of the first contact of all teeth, edges included. Lines: path of contact (red,"
-        " from the ball to the arrow head) and, at three positions, the instantaneous contact ellipse from"
+        "Rolls are those of the first contact of all teeth, edges included. Lines: path of contact"
+        " (from the ball to the arrow head) and, at three positions, the instantaneous contact ellipse from"
         f" the relative curvature for {PATTERN_BANDS[-1]} \u00b5m (black, cut off at the flank's limits).",
         "least separation over the cycle (\u00b5m)",
         PATTERN_BANDS,
@@ -168,10 +172,11 @@ def compute_separation(design: Design) -> BandFigure:
     """Three neighbouring tooth pairs at one position of the right flanks."""
     flank, columns, under = "right", [], ""
     path = solved.solve(design, flank)
+    reason = first_contact_fault(design) or ("" if path.found else path.reason)
     for pair in PAIRS:
         heading = "tooth pair in the middle" if pair == 0 else f"tooth pair {theme.signed(pair, 0)}"
-        if not path.found:
-            columns.append(Column(heading, design, flank, None, path.reason))
+        if reason:
+            columns.append(Column(heading, design, flank, None, reason))
             continue
         roll = path.path.pinion_roll
         l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), *_rising(roll, path.path.l1))
@@ -179,10 +184,10 @@ def compute_separation(design: Design) -> BandFigure:
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         first, second = (_separation_layer(design, flank, number, pose, pair) for number in (0, 1))
         columns.append(Column(heading, design, flank, (first, second)))
-        under = f"pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
+        under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
     return BandFigure(
         "Separation of the flanks at one position",
-        f"Right flanks of three neighbouring tooth pairs, {under}; pinion (top) and gear (bottom)",
+        f"Right flanks of three neighbouring tooth pairs{under}; pinion (top) and gear (bottom)",
         "Separation is measured along the normal of the other flank, by turning each point about the other"
         " member's axis until it meets that flank. Bare metal: further apart than the last band, or the"
         " other flank does not reach there. The line is the path of contact of the pair.",
@@ -208,15 +213,14 @@ def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
     found = separation(design, flank, number, l, z, *pose, pair=pair)
     gap = 1e3 * np.where(found.inside, found.distance, np.nan)
-    known = np.isfinite(gap).any()
-    least = (
-        f"{max(0.0, float(np.nanmin(gap))):.3g} \u00b5m at the nearest point drawn"
-        if known
-        else "out of reach"
-    )
+    under = "out of reach"
+    if np.isfinite(gap).any():
+        nearest = float(np.nanmin(gap))
+        near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
+        under = near if nearest > TOUCHING else "in contact"
     traces = (Trace(solved.solve(design, flank).points[number], width=0.7),)
     grid = np.broadcast_to(z, l.shape)
-    return Layer(l, grid, patch.point, patch.normal, gap, traces, (), least)
+    return Layer(l, grid, patch.point, patch.normal, gap, traces, (), under)
 
 
 def draw(data: BandFigure, size: Size) -> Drawing:
@@ -271,7 +275,8 @@ def _panel(
     x, bottom, width = area
     middle = x + 0.5 * width
     if view is None or column.layers is None:
-        page.text(middle, 0.5 * (bottom + edge), column.reason or "no flank", ha="center", wrap=True)
+        text = textwrap.fill(column.reason or "no flank", 30)
+        page.text(middle, 0.5 * (bottom + edge), text, ha="center", va="center")
         return None
     layer = column.layers[row]
     box = theme.place(page, x, bottom, width, edge - bottom)

@@ -50,8 +50,12 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     page = theme.new_page(
         size,
         "The posed pair as exported",
-        f"Closed surfaces within {TOLERANCE:g} mm of the exact ones, right flanks in contact in the middle of"
-        " their path",
+        f"Closed surfaces within {TOLERANCE:g} mm of the exact ones, "
+        + (
+            "right flanks in contact in the middle of their path"
+            if np.isfinite(data.pair.contact).all()
+            else "at nominal rolls: the right flanks share no contact point"
+        ),
     )
     counts = "; ".join(
         f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
@@ -60,7 +64,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     low = theme.caption(
         page,
         f"{counts.capitalize()}. (b) looks at the heels along the teeth in mesh, the gear as if of glass;"
-        " black lines are the triangles' edges. Red lines, drawn over everything: the paths of contact on"
+        " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
         " the pinion's right flanks.",
     )
     pictures: dict[str, Picture] = {}
@@ -72,14 +76,17 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         axes = theme.show(page, box, pictures[name])
         page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
         if column == 0:
-            _label(axes, pictures[name], data.pair)
+            _label(axes, pictures[name], data)
         else:
             _draw_paths(axes, pictures[name], data)
     return Drawing(page, pictures)
 
 
-def _label(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+def _label(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+    pair = data.pair
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
+        if data.meshes[number][0] is None:
+            continue
         heel = to_fixed(frame, posed.rings(member))[1]
         seen = picture.project(heel)
         place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
