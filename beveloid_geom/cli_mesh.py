@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from click.core import ParameterSource
 
 from .cli_support import (
     BUILTIN_DESIGN,
+    OVERRIDES,
     Interrupted,
     Refusal,
     changed_design,
@@ -26,12 +28,14 @@ from .cli_support import (
 from .export import CAD_FORMATS, FIELD_FORMATS, SURFACE_FORMATS, VOLUME_FORMATS
 
 if TYPE_CHECKING:
-    from .inputs import Design
+    from .inputs import Design, Member
     from .posing import MeshingPair
 
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in ("pinion", "gear")) for kind in ("", "-tooth", "-flank"))
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
-ELEMENTS = ("C3D8", "C3D8I", "C3D20R")
+ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
+HELD = "held at its cut sides: take --teeth 3 for stresses"
+"""Of a loaded tooth without a neighbour on both sides, which is too stiff."""
 DEFAULT_LOAD = 1000.0
 DEFAULT_TOLERANCE = {"surface": 0.01, "volume": 0.05, "solid": 0.01}
 """mm, by kind; .step has none."""
@@ -92,7 +96,11 @@ def kind_of(part: str, suffix: str) -> str:
 def refuse_unused(context: click.Context, request: Request) -> None:
     """Raise Refusal for an option given that changes nothing about what is asked for."""
     teeth, flanks = " and ".join(TEETH), " and ".join(FLANKS)
+    mounted = "the pair, a flank with --field, and a tooth as .inp"
     uses = {
+        **{name: (request.posed, mounted) for name, _, _ in OVERRIDES if not name.startswith("parabola")},
+        "parabola_pinion": (request.posed or request.member == 0, f"the pinion, {mounted}"),
+        "parabola_gear": (request.posed or request.member == 1, f"the gear, {mounted}"),
         "flank": (request.posed or request.part in FLANKS, "flanks, the pair, and a tooth as .inp"),
         "teeth": (request.part in TEETH, teeth),
         "bore_radius": (request.part in (*GEARS, *TEETH), ", ".join((*GEARS, *TEETH))),
@@ -146,13 +154,18 @@ def written(request: Request) -> Iterator[Path]:
         with whole_file(out) as beside:
             yield beside
     except OSError as error:
-        raise Refusal([f"cannot write {name} ({error.strerror or error}): choose another --out"]) from None
+        # Libraries that write on their own say no more than that it failed.
+        reason = error.strerror or f"{error}, is the disk full?"
+        raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
         raise Refusal(
             [f"not enough memory for --tolerance {request.tolerance:g}: take a larger one"]
         ) from None
     except (ValueError, ImportError) as error:
-        raise Refusal([str(error).replace("bore_radius", "--bore-radius")]) from None
+        if isinstance(error, ValueError) and type(error) is not ValueError:
+            raise  # as LinAlgError is: no fault of the input
+        words = str(error).replace("bore_radius must", "--bore-radius must")
+        raise Refusal([words.replace("tolerance must", "--tolerance must")]) from None
     except KeyboardInterrupt:
         raise Interrupted(f"interrupted: {name} is not written") from None
 
@@ -201,10 +214,22 @@ def pose(source: str, design: Design, flank: str) -> MeshingPair:
     "or the least while the tooth rolls through the mesh. Repeatable.",
 )
 @click.option(
-    "--teeth", type=click.IntRange(1), metavar="K", default=1, show_default=True, help="Neighbouring teeth."
+    "--teeth",
+    type=click.IntRange(1),
+    metavar="K",
+    default=1,
+    show_default=True,
+    help="Neighbouring teeth. As .inp they are held where they are cut from the others: take 3 for stresses.",
 )
 @click.option("--bore-radius", type=float, metavar="MM", help="Default: 0.45 of the least root radius.")
-@click.option("--element", type=click.Choice(ELEMENTS), default="C3D20R", show_default=True)
+@click.option(
+    "--element",
+    type=click.Choice(ELEMENTS),
+    default=ELEMENTS[0],
+    show_default=True,
+    help="C3D20R leaves hourglass modes under a point load, C3D8I fails the patch test where elements are "
+    "distorted, C3D8 is stiff in bending.",
+)
 @click.option(
     "--load",
     type=float,
@@ -256,6 +281,9 @@ def mesh(
     check_numbers(request)
     changed = changed_design(load_design(design), changes)
     source = click.format_filename(design)
+    check_teeth(changed, request)
+    if part in FLANKS:
+        warn_of_undercut(changed.members[request.member], flank)
     from tqdm import tqdm
 
     write = {"surface": write_surface_part, "volume": write_volume_part, "solid": write_solid_part}[kind]
@@ -264,10 +292,31 @@ def mesh(
     write_out(f"{click.format_filename(out)}: {told}\n")
 
 
+def check_teeth(design: Design, request: Request) -> None:
+    """Raise Refusal for more teeth than the gear has."""
+    count = int(design.members[request.member].teeth)
+    if (request.tooth_count or 0) > count:
+        raise Refusal([f"--teeth must be between 1 and {count}, got {request.teeth}"])
+
+
+def warn_of_undercut(member: Member, flank: str) -> None:
+    """A line on standard error where the tool leaves less of a flank than is written."""
+    from .undercut import undercut_of, words_of
+
+    try:
+        found = undercut_of(member, flank)
+    except ValueError as error:
+        click.echo(f"Warning: {error}", err=True)
+        return
+    if found.undercut:
+        click.echo(f"Warning: the {flank} flank is undercut {words_of(found)}; it is written whole", err=True)
+
+
 def write_surface_part(source: str, design: Design, request: Request, path: Path, bar: Any) -> str:
     """Build and write a surface; what is to be told about it."""
     from .export import parts
     from .export.surfaces import write_surface
+    from .solid import NAMES
 
     posed = pose(source, design, request.flank) if request.posed else None
     member, tolerance = design.members[request.member], request.tolerance
@@ -285,13 +334,17 @@ def write_surface_part(source: str, design: Design, request: Request, path: Path
     bar.set_description(f"write {request.out.name}")
     write_surface(surface, path, request.suffix)
     bar.update()
-    return f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
+    told = f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
+    if request.suffix in FIELD_FORMATS and "part" in surface.cell_fields:
+        told += f"; part: {', '.join(f'{number} {name}' for number, name in enumerate(NAMES))}"
+    return told
 
 
 def write_volume_part(source: str, design: Design, request: Request, path: Path, bar: Any) -> str:
     """Build and write hexahedra; what is to be told about them."""
     from .export import parts
     from .export.volumes import write_volume
+    from .outline import counted
 
     posed = pose(source, design, request.flank) if request.posed else None
     member, loaded = request.member, (request.teeth - 1) // 2
@@ -302,7 +355,7 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
     bar.update()
     bar.set_description(f"write {request.out.name}")
     told = f"{len(mesh.hexahedra):,} hexahedra {request.element}, {len(mesh.points):,} nodes"
-    comment = [f"{request.part} of {source}, {request.teeth} teeth, edges within {request.tolerance:g} mm"]
+    comment = [f"{request.part} of {source}, {counted(request.teeth)}, edges within {request.tolerance:g} mm"]
     case = None
     if posed is not None:
         case = parts.contact_case(mesh, design, posed, member, request.load, loaded)
@@ -310,7 +363,11 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {request.teeth}"
         where += f" at ({place}) mm"
         comment.append(f"{where}, the middle of the path of contact")
-        told += f"; {where}; run: ccx -i {request.out.stem}"
+        told += f"; {where}"
+        if request.teeth < 3:
+            comment.append(f"The loaded tooth is {HELD}.")
+            told += f"; {HELD}"
+        told += f"; run: ccx -i {shlex.quote(request.out.stem)}"
     write_volume(mesh, path, request.element, case=case, comment=comment, suffix=request.suffix)
     bar.update()
     return told
@@ -319,10 +376,11 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
 def write_solid_part(_: str, design: Design, request: Request, path: Path, bar: Any) -> str:
     """Build and write a solid; what is to be told about it."""
     from .export.step import write_step
+    from .outline import counted
 
     member = design.members[request.member]
     numbers = None if request.tooth_count is None else range(request.tooth_count)
     bar.set_description(f"{request.part} as a solid")
     write_step(member, path, numbers, request.bore_radius)
     bar.update(2)
-    return f"a solid with {int(member.teeth) if numbers is None else len(numbers)} teeth"
+    return f"a solid with {counted(int(member.teeth) if numbers is None else len(numbers))}"

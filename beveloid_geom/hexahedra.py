@@ -17,15 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fillet import root_radius
 from .inputs import FloatArray, Member
-from .outline import cut_sheets
+from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
-from .solid import BORE_SHARE, NAMES, turned
+from .solid import NAMES, bore_of, turned
 from .volume import Indices, VolumeMesh, determinants, face_nodes
 
-ELEMENTS = {"C3D8": 8, "C3D8I": 8, "C3D20R": 20}
+ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Nodes of the elements, by Abaqus's names."""
 MAX_NODES = 5_000_000
 ASPECT, GROWTH = 8.0, 1.4
@@ -64,9 +63,8 @@ def cells_of(member: Member, tolerance: float) -> Cells:
     """Elements whose faces with 4 nodes stay within `tolerance` (mm) of the surfaces; flank, bottom
     and tooth are divided so that sizes do not jump at the fillet, where elements are least.
 
-    Raises ValueError as `cut_sheets` does, and for a tolerance that is not positive."""
-    if not 0.0 < tolerance < np.inf:
-        raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
+    Raises ValueError as `cut_sheets` does, and for a tolerance below LEAST_TOLERANCE."""
+    require_tolerance(tolerance)
     sheets, cells = cut_sheets(member), Cells(PROBE, PROBE, PROBE, PROBE, PROBE)
     for _ in range(PASSES):
         cells = _scaled(member, sheets, cells, tolerance)
@@ -127,7 +125,7 @@ def _deviations(sheets: dict[str, Sheet], cells: Cells) -> dict[str, tuple[float
 def tooth_hexahedra(
     member: Member,
     teeth: int | None = 1,
-    element: str = "C3D20R",
+    element: str = "C3D20",
     tolerance: float = 0.05,
     bore_radius: float | None = None,
     cells: Cells | None = None,
@@ -135,10 +133,13 @@ def tooth_hexahedra(
     """Hexahedra of `teeth` neighbouring teeth of a single member (the first at angle 0, the others
     against the clock seen from the heel; None: all), own frame.
 
-    `element`: 'C3D20R' with 20 nodes, 'C3D8' or 'C3D8I' with 8. `tolerance` (mm) sets the number
-    of elements as `cells_of` has it, unless `cells` are given. Sets are as `VolumeMesh` has them;
-    a whole gear has no sides. Raises ValueError for a number of teeth the gear has not, for more
-    than MAX_NODES, and as `cut_sheets` and `section_of` do."""
+    `element`: 'C3D20' or 'C3D20R' with 20 nodes, 'C3D8I' or 'C3D8' with 8. The reduced integration of
+    C3D20R leaves hourglass modes under a point load, and C3D8I fails the patch test where elements
+    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, unless
+    `cells` are given. Sets are as `VolumeMesh` has them; a whole gear has no sides.
+
+    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, and as
+    `cut_sheets`, `bore_of` and `section_of` do."""
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
@@ -149,9 +150,7 @@ def tooth_hexahedra(
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
     sheets, half = cut_sheets(member), 0.5 * float(member.face_width)
-    bore = (
-        BORE_SHARE * float(root_radius(member, (-half, half)).min()) if bore_radius is None else bore_radius
-    )
+    bore = bore_of(member, bore_radius)
     quadratic = ELEMENTS[element] == 20
     wanted = count if teeth is None else teeth
     _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, wanted)
@@ -223,7 +222,7 @@ def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int)
     """Raises ValueError for a mesh of too many nodes."""
     nodes = teeth * _nodes_per_tooth(size, face, quadratic)
     if nodes > MAX_NODES:
-        text = f"{teeth} teeth take about {nodes:.2g} nodes, the limit is {MAX_NODES:.2g}"
+        text = f"it takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
         raise ValueError(f"{text}: take a larger tolerance, fewer teeth or elements with 8 nodes")
 
 

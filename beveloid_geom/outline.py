@@ -41,6 +41,9 @@ slanting cells."""
 END_ASPECT = 12.0
 """Greatest ratio of the thickness of the tooth, shared out by the columns of its end faces, to the
 least cell beside it. Inside, rows of the end faces are narrower than there."""
+SHRUNK = 6.0
+"""Greatest ratio of the widths of a fillet along the face. A cell that suits it where it is wide would be
+a needle where it all but vanishes, and to keep in shape there takes millions."""
 FLANK_SHARE = 0.5
 """Share of the tolerance that flanks may use up. They are large and convex: what all their chords cut
 off adds up to most of the volume that a solid lacks."""
@@ -48,9 +51,25 @@ NARROW = 0.02
 """Modules: a bottom land narrower than this on one side of the space takes in the end of the fillet."""
 SHARP = 0.01
 """Modules of tip thickness below which a tooth counts as pointed."""
+LEAST_TOLERANCE = 1e-9
+"""mm. Less is nobody's tolerance, and out of reach of double precision on a large gear."""
 BYTES_PER_POINT = 260
 """Memory taken for each point of a solid while it is built, with its triangles."""
 ATTEMPTS = 12
+
+
+def require_tolerance(tolerance: float) -> None:
+    """Raises ValueError for a tolerance (mm) that cannot be meant."""
+    if not 0.0 < tolerance < np.inf:
+        raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
+    if tolerance < LEAST_TOLERANCE:
+        text = f"tolerance must be at least {LEAST_TOLERANCE:g} mm, got {tolerance:g}"
+        raise ValueError(f"{text}: usual are 0.001 to 0.1")
+
+
+def counted(teeth: int) -> str:
+    """'1 tooth', '2 teeth' ..."""
+    return "1 tooth" if teeth == 1 else f"{teeth} teeth"
 
 
 def _straight_sheet(member: Member, place: Place, ends: tuple[float, float]) -> Sheet:
@@ -151,7 +170,8 @@ def outline_grids(
     `bore_arc` (mm), the part of the bore that belongs to the tooth, cells there are kept in shape too.
 
     Raises ValueError where that takes too many points for the number of `teeth`, or is not
-    possible."""
+    possible, and for fillets that all but vanish at one end."""
+    _require_wide_fillets(sheets)
     forms = {name: form_of(sheet, tolerance) for name, sheet in sheets.items()}
     aim = {name: tolerance * (FLANK_SHARE if "flank" in name else 1.0) for name in sheets}
     scale = dict.fromkeys(sheets, 1.0)
@@ -171,6 +191,19 @@ def outline_grids(
     raise ValueError(f"the {name} cannot be sampled to {tolerance:g} mm: is the tooth undercut?")
 
 
+def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
+    """Raises ValueError for a fillet whose widths along the face differ by more than SHRUNK times."""
+    for name in ("left fillet", "right fillet"):
+        z = sheets[name].half_width * np.linspace(-1.0, 1.0, 9)
+        width = _lengths(grid_of(sheets[name], np.linspace(0.0, 1.0, 33), z).points, 0).sum(axis=0)
+        if width.max() > SHRUNK * width.min():
+            least = f"{width.min():.3g} mm wide at z = {z[np.argmin(width)]:.4g} mm"
+            text = f"the {name} is only {least}, and {width.max():.3g} mm elsewhere"
+            raise ValueError(
+                f"{text}: give the tool a larger tip_radius, 0.05 or more, or take a narrower face"
+            )
+
+
 def _grid(sheet: Sheet, form: Form, rows: int, nz: int) -> SheetGrid:
     return grid_of(sheet, *stations(form, rows, nz, sheet.half_width))
 
@@ -181,7 +214,8 @@ def require_memory(points: float, tolerance: float, teeth: int) -> None:
     if whole > MAX_POINTS:
         size = f"about {whole:.2g} points and {whole * BYTES_PER_POINT / 2.0**30:.2g} GB of memory"
         limit = f"the limit is {MAX_POINTS:.2g} points"
-        raise ValueError(f"tolerance {tolerance:g} mm is too fine: {teeth} teeth take {size}, {limit}")
+        text = f"tolerance {tolerance:g} mm is too fine: for {counted(teeth)}"
+        raise ValueError(f"{text} it takes {size}, {limit}")
 
 
 def _rows_for(form: Form, columns: int, tolerance: float) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .fillet import root_radius
 from .inputs import FloatArray, Member
-from .outline import cut_sheets, outline_grids, require_memory
+from .outline import cut_sheets, outline_grids, require_memory, require_tolerance
 from .sampling import Faces, Sheet, SheetGrid, grid_faces, grid_of
 from .section import SIDES, Section, section_of, section_size
 
@@ -28,6 +28,11 @@ NAMES = (
 )
 BORE_SHARE = 0.45
 """Radius of the bore if none is given, as a share of the least root radius."""
+LEAST_BORE, LEAST_RIM = 0.02, 0.1
+"""The bore is at least this share of the least root radius, and leaves a rim of at least so many modules:
+next to the axis, and in a thinner rim, cells would be needles."""
+SHOWN = 1e-5
+"""Of the limits: messages show six digits of them, and what they show is allowed."""
 LEAST_ANGLE = math.radians(1.2)
 """Angle in the triangles of the end faces below which the tooth takes more columns."""
 ATTEMPTS = 6
@@ -67,20 +72,32 @@ class ToothSurface:
     last_side: NDArray[np.int64]
 
 
+def bore_of(member: Member, bore_radius: float | None) -> float:
+    """Radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
+    ValueError outside the limits LEAST_BORE and LEAST_RIM."""
+    half = 0.5 * float(member.face_width)
+    root = float(root_radius(member, (-half, half)).min())
+    bore = BORE_SHARE * root if bore_radius is None else float(bore_radius)
+    least, most = LEAST_BORE * root, root - LEAST_RIM * float(member.tool.normal_module)
+    if not least * (1.0 - SHOWN) <= bore <= most * (1.0 + SHOWN):
+        limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
+        why = f"{LEAST_BORE:g} of the least root radius {root:.6g} mm, and {LEAST_RIM:g} modules less than it"
+        raise ValueError(f"bore_radius must be {limits}: {why}")
+    return bore
+
+
 def tooth_surface(
     member: Member, tolerance: float, bore_radius: float | None = None, teeth: int = 1
 ) -> ToothSurface:
     """Surface of one tooth of a single member with its part of the body, own frame; `tolerance`
     (mm) is the greatest distance of its triangles from the surfaces the tool cuts.
 
-    Raises ValueError for a pointed or undercut tooth, a tool whose rounds overlap, a bore that is
-    too large, and where `teeth` of them take too many points."""
+    Raises ValueError for a pointed or undercut tooth, a tool whose rounds overlap, a bore out of
+    its limits, and where `teeth` of them take too many points."""
+    require_tolerance(tolerance)
     sheets, pitch = cut_sheets(member), 2.0 * math.pi / float(member.teeth)
-    half = 0.5 * float(member.face_width)
-    bore = (
-        BORE_SHARE * float(root_radius(member, (-half, half)).min()) if bore_radius is None else bore_radius
-    )
-    grids = _around(outline_grids(sheets, tolerance, teeth, pitch * bore if bore > 0.0 else np.inf))
+    bore = bore_of(member, bore_radius)
+    grids = _around(outline_grids(sheets, tolerance, teeth, pitch * bore))
     grids, section = _filled(grids, sheets["tip"], bore, tolerance, teeth)
     walls = {name: (grid.points, grid.normals) for name, grid in grids.items()}
     walls |= _inner_walls(section, grids["left bottom"].points[0], pitch)

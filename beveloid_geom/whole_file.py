@@ -11,8 +11,9 @@ from pathlib import Path
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A file beside `path` to write into; it takes the place of `path` when all went well and
-    is removed when not."""
+    """A file beside `path` to write into; it takes the place of `path`, or of what that links to, when
+    all went well and is removed when not."""
+    path = Path(os.path.realpath(path))
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
     os.close(handle)
     try:

@@ -339,16 +339,39 @@ def test_a_number_of_teeth_the_gear_has_not_is_refused(teeth: int) -> None:
         gear_solid(PINION, 0.1, teeth)
 
 
-@pytest.mark.parametrize("bore", [0.0, -1.0, 88.6, float("nan")])
+@pytest.mark.parametrize("bore", [0.0, -1.0, 1e-9, 1.7638, 87.6, 88.19, 88.193, 88.6, float("nan")])
 def test_a_bore_that_is_none_or_too_large_is_refused(bore: float) -> None:
-    with pytest.raises(ValueError, match="bore_radius must be between 0 and the root radius 8"):
+    with pytest.raises(ValueError, match=r"bore_radius must be between 1.76387 and 87.5934 mm"):
         gear_solid(PINION, 0.1, 1, bore)
 
 
 def test_a_tolerance_too_fine_is_refused_with_an_estimate() -> None:
-    text = r"tolerance 1e-05 mm is too fine: 29 teeth take about 2.\de\+07 points and \d.\d GB of memory, the"
+    text = r"tolerance 1e-05 mm is too fine: for 29 teeth it takes about 2.\de\+07 points and \d.\d GB of"
     with pytest.raises(ValueError, match=text):
         gear_solid(PINION, 1e-5)
+
+
+def test_a_bore_may_be_at_the_limits_that_messages_show() -> None:
+    for bore in (1.76387, 87.5934):
+        solid = gear_solid(PINION, 0.05, 1, bore)
+        assert np.degrees(least_angle(solid.points, solid.faces).min()) > 1.0
+        assert len(solid.faces) < 15_000
+
+
+def test_a_tolerance_that_cannot_be_meant_is_refused() -> None:
+    with pytest.raises(ValueError, match="tolerance must be at least 1e-09 mm, got"):
+        gear_solid(PINION, 1e-320)
+
+
+def test_a_fillet_that_vanishes_at_one_end_is_refused_with_the_reason() -> None:
+    """A cell of the toe's is a needle at the heel, where nearly nothing is left of the fillet: to keep in
+    shape took 11 million triangles."""
+    tool = replace(PINION.tool, normal_module=9.36, normal_pressure_angle=radians(30.0), tip_radius=0.0)
+    member = Member(tool, 58, radians(33.0), radians(7.1), 0.0, 93.6)
+    with pytest.raises(ValueError, match=r"fillet is only 0.178 mm wide at z = 46.8 mm.* larger tip_radius"):
+        gear_solid(member, 0.0187)
+    round_ = replace(member, tool=replace(tool, tip_radius=0.05))
+    assert len(gear_solid(round_, 0.0187, 1).faces) < 25_000
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -0.1, float("nan")])

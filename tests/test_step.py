@@ -314,10 +314,10 @@ def test_nothing_is_told_on_standard_output(tmp_path: Path, capfd: pytest.Captur
         (
             PINION,
             {"bore_radius": 90.0},
-            r"bore_radius must be between 0 and the root radius 88.1934 mm, got 90",
+            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: 0.02 of the least root radius",
         ),
-        (PINION, {"bore_radius": 0.0}, "bore_radius must be between 0 and"),
-        (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 0 and"),
+        (PINION, {"bore_radius": 1e-9}, "bore_radius must be between 1.7"),
+        (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 1.7"),
         (PINION, {"teeth": (0, 2)}, r"teeth must be 1 to 29 neighbours in rising order, got \[0, 2\]"),
         (PINION, {"teeth": ()}, "teeth must be 1 to 29"),
         (PINION, {"teeth": range(30)}, "teeth must be 1 to 29"),
@@ -332,6 +332,44 @@ def test_what_cannot_be_written_is_refused(
         write_step(member, tmp_path / "gear.step", **arguments)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+def raising(error: BaseException, cause: BaseException | None) -> type:
+    """A finder of modules that fails for the kernel as told."""
+
+    class Finder:
+        @staticmethod
+        def find_spec(name: str, *_: object) -> None:
+            if name.partition(".")[0] == "OCP":
+                raise error from cause
+
+    return Finder
+
+
+@pytest.mark.parametrize(
+    ("error", "cause", "expected", "text"),
+    [
+        (ImportError("libGL.so.1: cannot open shared object file"), None, ImportError, "libGL"),
+        (ModuleNotFoundError("No module named 'vtk'", name="vtk"), None, ModuleNotFoundError, "vtk"),
+        (ModuleNotFoundError("no OCP", name="OCP.gp"), None, ModuleNotFoundError, r"beveloid-geom\[step\]"),
+        (ImportError("initialization failed"), KeyboardInterrupt(), KeyboardInterrupt, "^$"),
+        (KeyboardInterrupt(), None, KeyboardInterrupt, "^$"),
+    ],
+)
+def test_only_a_missing_kernel_is_told_to_be_missing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    cause: BaseException | None,
+    expected: type[BaseException],
+    text: str,
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "OCP"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [raising(error, cause), *sys.meta_path])
+    with pytest.raises(expected, match=text) as caught:
+        write_step(PINION, tmp_path / "a.step", (0,))
+    assert type(caught.value) is expected
 
 
 def test_a_folder_that_is_missing_is_an_os_error(tmp_path: Path) -> None:

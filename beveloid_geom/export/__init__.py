@@ -13,6 +13,11 @@ FIELD_FORMATS = (".vtk", ".vtp", ".vtu")
 """Those surface formats that hold fields."""
 VOLUME_FORMATS = (".inp", ".msh", ".bdf", ".vtu")
 CAD_FORMATS = (".step", ".stp")
+CONVENTIONS = (
+    "Units: N, mm, MPa, tonne, s.",
+    "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth.",
+)
+"""What the header of a mesh of hexahedra says."""
 
 
 def identifier(name: str) -> str:

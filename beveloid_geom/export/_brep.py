@@ -258,7 +258,7 @@ def write_solid(loops: Sequence[Sequence[Strip]], name: str, path: Path) -> None
             STEPConstruct.FindEntity_s(finder, shape).SetName(_text(part))
         _sign(writer.Model(), name)
         if writer.Write(str(path)) != IFSelect_RetDone:
-            raise OSError(f"cannot write {path}")
+            raise OSError("the CAD kernel could not write it")
 
 
 @contextmanager

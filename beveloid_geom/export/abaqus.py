@@ -15,11 +15,11 @@ import numpy as np
 
 from ..inputs import FloatArray
 from ..volume import Indices, VolumeMesh
-from . import identifier
+from . import CONVENTIONS, identifier
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG
 
-ELEMENT_NODES = {"C3D8": 8, "C3D8I": 8, "C3D20R": 20}
+ELEMENT_NODES = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 FIXED_SETS = ("bore", "first side", "last side")
 """Where the body is cut from its shaft and from the rest of the gear: all held."""
 PER_LINE = 12
@@ -68,12 +68,8 @@ def write_deck(
 
 
 def _header(comment: Sequence[str]) -> Iterator[str]:
-    units = "Units: N, mm, MPa, tonne, s."
-    frame = (
-        "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth."
-    )
     yield "*HEADING\nbeveloid-geom\n"
-    yield from (f"** {' '.join(line.split())}\n" for line in (*comment, units, frame))
+    yield from (f"** {' '.join(line.split())}\n" for line in (*comment, *CONVENTIONS))
 
 
 def _mesh(mesh: VolumeMesh, element: str) -> Iterator[str]:

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from textwrap import wrap
 
 from ..volume import VolumeMesh
-from . import identifier
+from . import CONVENTIONS, identifier
 from .material import DENSITY, POISSON, YOUNG
 
 ORDER = (*range(12), *range(16, 20), *range(12, 16))
 """Nastran's nodes of an element: the mid-side nodes between lower and upper face come before
 those of the upper one."""
 SET_LINE = 7
+COLUMNS = 72
+"""Of a line that Nastran reads."""
 LARGEST = 1e4
 """Coordinates (mm) from here on no longer leave room for ten decimals in 16 characters."""
 
@@ -30,12 +33,8 @@ def write_bulk(path: Path, mesh: VolumeMesh, comment: Sequence[str] = ()) -> Non
 
 
 def _control(mesh: VolumeMesh, comment: Sequence[str]) -> Iterator[str]:
-    lines = (
-        *comment,
-        "Units: N, mm, MPa, tonne, s.",
-        "Own frame of the gear: z along its axis from mid-face.",
-    )
-    yield from (f"$ {' '.join(line.split())}\n" for line in lines)
+    for line in (*comment, *CONVENTIONS):
+        yield from (f"$ {part}\n" for part in wrap(line, COLUMNS - 2))
     yield "SOL 101\nCEND\n"
     for number, (name, indices) in enumerate(mesh.node_sets.items(), 1):
         if not len(indices):

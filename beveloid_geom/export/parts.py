@@ -15,6 +15,7 @@ import numpy as np
 from ..flank import flank_point, tip_parameter, trace_parameter
 from ..hexahedra import MAX_NODES, cells_of, tooth_hexahedra
 from ..inputs import Design, FloatArray, Member
+from ..outline import require_tolerance
 from ..pattern import POSES_PER_PITCH, approach_of, first_contact_operation, least_separation
 from ..posing import MeshingPair
 from ..sampling import FlankGrid, grid_faces, sample_flank
@@ -43,8 +44,9 @@ def memory_limit() -> int:
 
 
 def require_memory(points_at: Callable[[float], int], tolerance: float) -> None:
-    """Raise ValueError where a surface takes too much memory, with the estimate. `points_at` gives
-    its number of points at a tolerance (mm)."""
+    """Raise ValueError for a tolerance that cannot be meant, and where a surface takes too much memory,
+    with the estimate. `points_at` gives its number of points at a tolerance (mm)."""
+    require_tolerance(tolerance)
     if tolerance >= TRIAL:
         return
     points = points_at(TRIAL) * TRIAL / tolerance

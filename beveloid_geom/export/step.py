@@ -8,7 +8,8 @@ Needs OCP, the Python bindings of Open CASCADE 8: pip install 'beveloid-geom[ste
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..inputs import Member
@@ -25,16 +26,31 @@ def write_step(
     the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None.
 
     Part of a gear is cut in the middle of the tooth spaces beside it. Raises ValueError for an
-    undercut member, a pointed tooth, a pointed tool, a bore that is too large, teeth that are no
-    neighbours or wind round the gear; ImportError without OCP; OSError where the file cannot be
+    undercut member, a pointed tooth, a pointed tool, a bore out of its limits, teeth that are no
+    neighbours or wind round the gear; ModuleNotFoundError without OCP; OSError where the file cannot be
     written."""
-    try:
+    with _kernel_errors():
         import OCP  # noqa: F401
-    except ImportError:
-        raise ImportError(INSTALL) from None
-    from ._brep import write_solid
 
+        from ._brep import write_solid
     loops = gear_loops(member, teeth, bore_radius)
     count = sum(strip.name == "tip" for strip in loops[0])
     with whole_file(Path(path)) as unfinished:
         write_solid(loops, f"beveloid gear, {count} of {int(member.teeth)} teeth", unfinished)
+
+
+@contextmanager
+def _kernel_errors() -> Iterator[None]:
+    """Says how to install what is not there. An interrupt that the kernel's bindings met while they
+    were imported, and turned into an ImportError, becomes one again."""
+    try:
+        yield
+    except ImportError as error:
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, KeyboardInterrupt):
+                raise KeyboardInterrupt from None
+            cause = cause.__cause__ or cause.__context__
+        if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "OCP":
+            raise ModuleNotFoundError(INSTALL, name=error.name) from None
+        raise

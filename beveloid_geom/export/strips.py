@@ -22,7 +22,7 @@ from ..fillet import bottom_point, fillet_point, tool_round
 from ..flank import flank_point, tip_parameter, tip_radius, trace_parameter
 from ..inputs import FloatArray, Member
 from ..rack import reference_radius
-from ..solid import BORE_SHARE
+from ..solid import bore_of
 from ..undercut import require_sound
 
 Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
@@ -101,11 +101,11 @@ def gear_loops(
     or the one loop round some neighbouring `teeth` (numbers; 0 is at angle 0). Part of a gear is
     cut in the middle of the tooth spaces beside it, radially down to the bore.
 
-    Raises ValueError for an undercut member, a pointed tooth, a pointed tool, a bore that is too
-    large, teeth that are no neighbours and a tooth that winds round the gear."""
+    Raises ValueError for an undercut member, a pointed tooth, a pointed tool, a bore out of
+    its limits, teeth that are no neighbours and a tooth that winds round the gear."""
     numbers = _tooth_numbers(member, teeth)
     require_sound(member)
-    cut, bore, pitch = _cut_tooth(member), _checked_bore(member, bore_radius), 2.0 * pi / float(member.teeth)
+    cut, bore, pitch = _cut_tooth(member), bore_of(member, bore_radius), 2.0 * pi / float(member.teeth)
     space = Strip("bottom", cut.strips[-1].last, _turned(cut.strips[0].first, pitch), cut.root)
     one = [*cut.strips, space] if cut.has_land else cut.strips
     outline = [_turned_strip(strip, number * pitch, number) for number in numbers for strip in one]
@@ -137,15 +137,6 @@ def _root_cone(member: Member) -> Revolved:
 
 def _tip_cone(member: Member) -> Revolved:
     return Revolved(float(tip_radius(member, 0.0)), tan(float(member.cone_angle)))
-
-
-def _checked_bore(member: Member, bore_radius: float | None) -> float:
-    root = _root_cone(member)
-    least = root.radius - 0.5 * float(member.face_width) * abs(root.growth)
-    bore = BORE_SHARE * least if bore_radius is None else float(bore_radius)
-    if not 0.0 < bore < least:
-        raise ValueError(f"bore_radius must be between 0 and the root radius {least:.6g} mm, got {bore:g}")
-    return bore
 
 
 def _knots(spans: int) -> FloatArray:

@@ -34,7 +34,7 @@ def write_volume(
 ) -> None:
     """Write hexahedra into `path` in the format that `suffix` names, that of `path` if None.
 
-    `element` is 'C3D8', 'C3D8I' or 'C3D20R'; a load `case` and `comment` lines go into .inp, and
+    `element` is 'C3D20', 'C3D20R', 'C3D8I' or 'C3D8'; a load `case` and `comment` lines go into .inp, and
     the comment into .bdf. Raises ValueError for a suffix that is none of VOLUME_FORMATS, OSError
     where the file cannot be written."""
     suffix = path.suffix.lower() if suffix is None else suffix
