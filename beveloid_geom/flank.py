@@ -181,24 +181,30 @@ def highest_parameter(member: Member) -> FloatArray:
 def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     """Flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
 
-    Newton with the exact slope of the radius along the line of constant z; NaN where it
-    does not converge (a flank that never gets there)."""
+    Newton from above with the exact slope of the radius along the line of constant z, kept
+    between the start of the active profile and its highest point by halving; NaN where the flank
+    does not get there. It is the only such point unless the flank is undercut."""
     z = np.asarray(z, dtype=float)
     rack, target = rack_of(member, flank), tip_radius(member, z)
     lean = rack.trace[0] / rack.trace[2]
-    l = highest_parameter(member) + 0.0 * z
-    for _ in range(20):
-        # Of Eq. 6 the radius takes only x and y of Q; the roll angle has no part in it.
-        (x0, _, z0), tangent = rack_point(rack, l), rack_tangent(rack, l)
-        slope, slope_l = _pitch_slope(rack, l, rack_normal(rack, l), tangent)
-        x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
-        x, y = rack.pitch_radius + x_c, slope * x_c
-        radius = np.hypot(x, y)
-        step = (target - radius) * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
-        l = l + step
-        if np.all(np.abs(step) <= 1e-13 * target):
-            break
-    return np.where(np.abs(step) <= 1e-9 * target, l, np.nan)
+    low, high = root_parameter(member) + 0.0 * z, highest_parameter(member) + 0.0 * z
+    l = high
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for _ in range(60):
+            # Of Eq. 6 the radius takes only x and y of Q; the roll angle has no part in it.
+            (x0, _, z0), tangent = rack_point(rack, l), rack_tangent(rack, l)
+            slope, slope_l = _pitch_slope(rack, l, rack_normal(rack, l), tangent)
+            x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
+            x, y = rack.pitch_radius + x_c, slope * x_c
+            radius = np.hypot(x, y)
+            missing = target - radius
+            low, high = np.where(missing > 0.0, l, low), np.where(missing > 0.0, high, l)
+            moved = l + missing * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
+            moved = np.where((moved >= low) & (moved <= high), moved, 0.5 * (low + high))
+            step, l = np.abs(moved - l), moved
+            if not np.any(step > 1e-13 * target):
+                break
+    return np.where((step <= 1e-9 * target) & (np.abs(missing) <= 1e-9 * target), l, np.nan)
 
 
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:

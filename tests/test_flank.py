@@ -14,6 +14,7 @@ from beveloid_geom.flank import (
     flank_patch,
     flank_point,
     half_thickness_angle,
+    highest_parameter,
     root_parameter,
     tip_parameter,
     tip_radius,
@@ -189,3 +190,23 @@ def test_thickness_shrinks_towards_the_tip() -> None:
 def test_flank_names_are_checked() -> None:
     with pytest.raises(ValueError, match="flank must be 'right' or 'left', got 'upper'"):
         rack_of(PAIR.pinion, "upper")
+
+
+def test_the_tip_is_found_on_the_flank_or_not_at_all() -> None:
+    """Steep cones and strong parabolas, with which Newton alone ends far off the tooth."""
+    rng = np.random.default_rng(1)
+    for _ in range(300):
+        module, alpha = rng.uniform(0.5, 10.0), np.radians(rng.uniform(14.0, 28.0))
+        folds = np.cos(alpha) ** 2 / (4.0 * np.sin(alpha) * 1.25 * module)
+        tool = Tool(module, alpha, parabola=rng.uniform(-0.9, 0.9) * folds)
+        angles = np.radians(rng.uniform((-45.0, -20.0), (45.0, 20.0)))
+        member = Member(tool, int(rng.integers(12, 80)), *angles, rng.uniform(-0.3, 0.6), 8.0 * module)
+        z = np.linspace(-4.0, 4.0, 33) * module
+        for flank in ("right", "left"):
+            l = tip_parameter(member, flank, z)
+            found = np.isfinite(l)
+            assert (l[found] >= root_parameter(member)).all()
+            assert (l[found] <= highest_parameter(member) * (1.0 + 1e-12)).all()
+            point = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+            radius, tip = np.hypot(point[..., 0], point[..., 1]), tip_radius(member, z)
+            np.testing.assert_allclose(radius[found], tip[found], rtol=1e-12, atol=0)
