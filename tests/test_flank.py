@@ -199,8 +199,8 @@ def test_the_tip_is_found_on_the_flank_or_not_at_all() -> None:
         module, alpha = rng.uniform(0.5, 10.0), np.radians(rng.uniform(14.0, 28.0))
         folds = np.cos(alpha) ** 2 / (4.0 * np.sin(alpha) * 1.25 * module)
         tool = Tool(module, alpha, parabola=rng.uniform(-0.9, 0.9) * folds)
-        angles = np.radians(rng.uniform((-45.0, -20.0), (45.0, 20.0)))
-        member = Member(tool, int(rng.integers(12, 80)), *angles, rng.uniform(-0.3, 0.6), 8.0 * module)
+        helix, cone = np.radians(rng.uniform((-45.0, -20.0), (45.0, 20.0))).tolist()
+        member = Member(tool, int(rng.integers(12, 80)), helix, cone, rng.uniform(-0.3, 0.6), 8.0 * module)
         z = np.linspace(-4.0, 4.0, 33) * module
         for flank in ("right", "left"):
             l = tip_parameter(member, flank, z)
