@@ -117,7 +117,7 @@ def _curve(axes: Axes, case: Case, row: int) -> None:
 
 def _say_swing(axes: Axes, report: OperationReport, error: FloatArray) -> None:
     """How far the curve swings and what edges carry, with room for these words below it."""
-    swing = float(np.ptp(error))
+    swing = ARCSEC * float(report.cycle.peak_to_peak)
     if swing < SMALLEST:
         axes.set_ylim(-1.0, 1.0)
         text = f"peak to peak under {SMALLEST:g} arcsec: zero but for rounding"
@@ -126,7 +126,7 @@ def _say_swing(axes: Axes, report: OperationReport, error: FloatArray) -> None:
     axes.set_ylim(float(error.min()) - 0.32 * swing, float(error.max()) + 0.12 * swing)
     edges = list(dict.fromkeys(name for name in report.carriers if not name.startswith("flanks")))
     words = f" ({', '.join(edges)})" if edges else ""
-    share = f"edges carry {100.0 * float(report.cycle.edge_share):.0f} % of the cycle{words}"
+    share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} % of the cycle{words}"
     text = f"peak to peak {swing:.3g} arcsec; {share}"
     axes.text(0.01, 0.03, text, transform=axes.transAxes, fontsize=theme.SMALL, va="bottom")
 
