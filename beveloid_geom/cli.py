@@ -115,7 +115,7 @@ def check(design: str, as_json: bool, **changes: float | None) -> None:
     """
     given = changed_design(load_design(design), changes)
     from .closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
-    from .report import closing_json, closing_table
+    from .report_closing import closing_json, closing_table
 
     closing = closing_of(given)
     ideal: ClosedLayout | str

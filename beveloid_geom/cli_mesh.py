@@ -344,12 +344,13 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
     """Build and write hexahedra; what is to be told about them."""
     from .export import parts
     from .export.volumes import write_volume
+    from .hexahedra import tooth_hexahedra
     from .outline import counted
 
     posed = pose(source, design, request.flank) if request.posed else None
     member, loaded = request.member, (request.teeth - 1) // 2
     bar.set_description(request.part)
-    mesh = parts.tooth_volume(
+    mesh = tooth_hexahedra(
         design.members[member], request.teeth, request.element, request.tolerance, request.bore_radius
     )
     bar.update()

@@ -24,24 +24,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .assembly import layout_of, member_frame, to_fixed
+from .assembly import to_fixed
 from .curvature import MARKING_SEPARATION
-from .first_contact import FirstStatus, first_contact, middle_roll, spread
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from .foot import feet
 from .inputs import Design, FloatArray, Member
-from .mounting import mounting_of
-from .path import path_ends
+from .operating_rolls import Operation, first_contact_operation, given_operation
+from .posing import frames_at
 from .solve import Status
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-RUN_OUT, LEAST_CYCLE = 0.5, 3.0
-"""Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
-ROLLS, PASSES = 32, 2
-"""Rolls over a pitch at which the first contact is found, and how often their steps are made finer
-where its carrier changes; most of the time goes there. Linear between, the separation is right
-to some 2e-6 mm where flanks carry and 1e-4 mm where edges do."""
 HALVINGS, FINER = 20, 4
 """Steps to the edge of the mating flank; how much finer steps are made where a change is looked for."""
 GOLDEN, GOLDEN_STEPS = 0.5 * (np.sqrt(5.0) - 1.0), 12
@@ -102,14 +95,6 @@ class ContactPattern:
     gear: MemberPattern
 
 
-@dataclass(frozen=True, eq=False)
-class Operation:
-    """Gear roll plus N1/N2 times the pinion's, `phase` (n,), rad, at rising pinion rolls `roll` (n,)."""
-
-    roll: FloatArray
-    phase: FloatArray
-
-
 Approach: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 """Separation (mm) of points (..., 3), own frame, at pinion rolls that broadcast with them; infinite
 while the foot is not on the mating flank."""
@@ -135,11 +120,11 @@ def contact_pattern(
     Raises ValueError for a batch of designs, lengths that are not positive or too fine, poses of one
     member only, or where the first contact is not known."""
     _check(design, separation, resolution, tolerance)
-    operation = _given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
+    operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
     patterns = []
     for member in (0, 1):
         approach = approach_of(design, flank, member, operation)
-        rolls = _sampled_rolls(design, operation)
+        rolls = sampled_rolls(design, operation)
         if resolution is not None:
             cells = _cells_of_size(design.members[member], resolution)
         else:
@@ -161,83 +146,13 @@ def _check(design: Design, separation: float, resolution: float | None, toleranc
             raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
 
 
-def _given_operation(
-    design: Design, pinion_roll: ArrayLike | None, gear_roll: ArrayLike | None
-) -> Operation | None:
-    if pinion_roll is None and gear_roll is None:
-        return None
-    if pinion_roll is None or gear_roll is None:
-        raise ValueError("poses need the rolls of both members: give pinion_roll and gear_roll")
-    roll, other = np.asarray(pinion_roll, dtype=float), np.asarray(gear_roll, dtype=float)
-    if roll.ndim != 1 or roll.shape != other.shape or roll.size < 2:
-        raise ValueError(
-            f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"
-        )
-    if not np.isfinite(roll + other).all():
-        raise ValueError("rolls must be finite: leave out poses without an answer")
-    if roll[0] > roll[-1]:
-        roll, other = roll[::-1], other[::-1]
-    if not (np.diff(roll) > 0.0).all():
-        raise ValueError("pinion_roll must rise or fall from pose to pose")
-    return Operation(roll, other + _ratio(design) * roll)
-
-
-def _ratio(design: Design) -> float:
-    return float(design.pinion.teeth) / float(design.gear.teeth)
-
-
-def first_contact_operation(design: Design, flank: str) -> Operation:
-    """Operating rolls by the first contact of all teeth, over a tooth pair's path of contact and
-    half a pitch or the face's spread either way, three pitches at least. Raises ValueError where the first
-    contact is not known."""
-    pitch = 2.0 * np.pi / float(design.pinion.teeth)
-    ends = path_ends(design, flank)
-    start, stop = sorted(ends.pinion_roll.tolist())
-    if ends.status != Status.SOLVED:
-        start = stop = float(middle_roll(design, flank))
-    run_out = max(RUN_OUT, spread(design, flank)) * pitch
-    reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
-    start, stop = start - reach, stop + reach
-    known, phase = _resolved_phase(design, flank, start, pitch)
-    repeated = (known + pitch * np.arange(np.ceil((stop - start) / pitch))[:, None]).ravel()
-    roll = np.append(np.sort(repeated[repeated < stop]), stop)
-    return Operation(roll, np.interp(roll, known, phase, period=pitch))
-
-
-def _resolved_phase(design: Design, flank: str, start: float, pitch: float) -> tuple[FloatArray, FloatArray]:
-    """Rolls over a pitch, denser where the carrier of the first contact changes, and the phase there."""
-    added, step, rows = start + pitch * np.arange(ROLLS) / ROLLS, pitch / ROLLS, np.empty((6, 0))
-    for _ in range(PASSES + 1):
-        first = first_contact(design, flank, added)
-        phase = first.gear_roll + _ratio(design) * added
-        rows = np.hstack((rows, np.vstack((added, phase, first.pair, first.limit.T, first.status))))
-        rows = rows[:, np.argsort(rows[0])]
-        beyond = np.append(rows[0, 1:], rows[0, 0] + pitch) - rows[0]
-        following = np.roll(rows[2:5], -1, axis=1)
-        following[0, -1] -= 1.0  # a pitch later the same contact is that of the pair before
-        changes = (rows[2:5] != following).any(axis=0) & (beyond > 0.5 * step)
-        added = (rows[0, changes, None] + np.outer(beyond[changes], np.arange(1, FINER) / FINER)).ravel()
-        step = step / FINER
-        if not added.size:
-            break
-    unknown = rows[5, rows[5] != FirstStatus.SOLVED]
-    if unknown.size:
-        raise ValueError(
-            f"the first contact of the {flank} flanks is not known at {unknown.size} of {len(rows[0])} rolls "
-            f"({FirstStatus(int(unknown[0])).name}): give pinion_roll and gear_roll"
-        )
-    return rows[0], rows[1]
-
-
 def approach_of(design: Design, flank: str, member: int, operation: Operation) -> Approach:
     """Separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
-    layout, errors, other = layout_of(design), design.errors, 1 - member
-    position = mounting_of(design).distance + np.array([errors.pinion_axial, errors.gear_axial], dtype=float)
-    ratio = _ratio(design)
+    other = 1 - member
 
     def approach(points: FloatArray, roll: FloatArray) -> FloatArray:
-        rolls = roll, np.interp(roll, operation.roll, operation.phase) - ratio * roll
-        frame, (rotation, origin) = (member_frame(layout, j, rolls[j], position[j]) for j in (member, other))
+        frames = frames_at(design, roll, operation.gear_roll(design, roll))
+        frame, (rotation, origin) = frames[member], frames[other]
         seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
         found = feet(design.members[other], flank, seen)
         return np.where(found.status == Status.SOLVED, found.distance, np.inf)
@@ -245,7 +160,8 @@ def approach_of(design: Design, flank: str, member: int, operation: Operation) -
     return approach
 
 
-def _sampled_rolls(design: Design, operation: Operation) -> FloatArray:
+def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
+    """Pinion rolls (n,), rad, at which the separation is sampled over the cycle."""
     span = operation.roll[-1] - operation.roll[0]
     count = int(np.ceil(POSES_PER_PITCH * span * float(design.pinion.teeth) / (2.0 * np.pi))) + 1
     return np.linspace(operation.roll[0], operation.roll[-1], max(count, 3))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .assembly import layout_of, member_frame
 from .flank import flank_patch
@@ -33,6 +34,20 @@ class MeshingPair:
     normal: FloatArray
 
 
+def mid_faces(design: Design) -> FloatArray:
+    """Distances (2,) of the mid-faces from the common perpendicular along the axes of a single
+    design, axial errors included, mm."""
+    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
+    return np.asarray(mounting_of(design).distance + axial)
+
+
+def frames_at(design: Design, pinion_roll: ArrayLike, gear_roll: ArrayLike) -> tuple[Frame, Frame]:
+    """Frames of pinion and gear of a single design at rolls (rad), errors included."""
+    layout, position = layout_of(design), mid_faces(design)
+    first, second = (member_frame(layout, j, r, position[j]) for j, r in enumerate((pinion_roll, gear_roll)))
+    return first, second
+
+
 def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     """A single pair, errors included, in the middle of its path of contact: midway in pinion
     roll between entering and leaving the flanks (midway in l1 where the roll turns back).
@@ -44,17 +59,14 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     if not len(path.pinion_roll) or not np.isfinite(path.pinion_roll[1]):
         raise ValueError(f"the {flank} flanks have no path of contact on which the pair could be posed")
     roll = np.array([path.pinion_roll[1], path.gear_roll[1]])
-    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
-    layout, position = layout_of(design), mounting_of(design).distance + axial
-    first, second = (member_frame(layout, j, roll[j], position[j]) for j in (0, 1))
     places = (design.pinion, path.l1[1], path.u1[1]), (design.gear, path.l2[1], path.u2[1])
     own = [flank_patch(member, flank, l, u) for member, l, u in places]
     return MeshingPair(
         flank,
         roll,
-        position,
+        mid_faces(design),
         path.point[1],
-        (first, second),
+        frames_at(design, *roll),
         np.stack([patch.point for patch in own]),
         np.stack([patch.normal for patch in own]),
     )

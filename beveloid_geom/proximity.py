@@ -22,23 +22,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .assembly import layout_of, member_frame, normals_to_fixed, to_fixed
+from .assembly import normals_to_fixed, to_fixed
 from .closest import closest_on_mesh
 from .curvature import normal_rates
 from .flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from .foot import Feet, feet
 from .inputs import Design, FloatArray, Member
-from .mounting import mounting_of
 from .path import path_of_contact
+from .posing import Frame, frames_at
 from .sampling import Faces, FlankGrid, grid_faces, sample_flank
 from .solve import Status
 
-Frame: TypeAlias = tuple[FloatArray, FloatArray]
 CONTACT_PASSES = 60
 LONGEST_STEP = 0.5
 """Greatest step of the contact search, as a share of the flank's depth along l and of its width."""
@@ -121,11 +119,7 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
     if design.batch_shape:
         raise ValueError(f"meshes are those of one design, got a batch of the shape {design.batch_shape}")
-    errors, distance, layout = design.errors, mounting_of(design).distance, layout_of(design)
-    return (
-        member_frame(layout, 0, pinion_roll, distance[0] + errors.pinion_axial),
-        member_frame(layout, 1, gear_roll, distance[1] + errors.gear_axial),
-    )
+    return frames_at(design, pinion_roll, gear_roll)
 
 
 def _seen_from(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:

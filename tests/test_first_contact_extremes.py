@@ -17,7 +17,7 @@ from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.operation import operating_ratio
 from beveloid_geom.path import contact_ratio, path_of_contact
-from beveloid_geom.pattern import contact_pattern
+from beveloid_geom.pattern import PatternStatus, contact_pattern
 from beveloid_geom.surface import surface_of
 from beveloid_geom.touch import separation
 from tests.oracle.table1 import table1
@@ -72,6 +72,12 @@ def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
     nearest = np.hypot(side.l - path.l1[1], side.z - path.pinion_z[1]).argmin()
     assert side.least.ravel()[nearest] < 0.00635
     assert side.area_share > 0.05
+    # The cycle is as long as the face is wide: at its ends no marked point is still coming closer.
+    for marked in (pattern.pinion, pattern.gear):
+        assert not (marked.marked & (marked.status == PatternStatus.END_OF_ROLL)).any()
+    pitches = np.diff(pattern.roll_range).item() * 87 / (2.0 * np.pi)
+    ratio = float(contact_ratio(design, "left"))
+    assert pitches == pytest.approx(2.0 * spread(design, "left") + ratio, abs=1e-9)
 
 
 def deep(parabolas: tuple[float, float], case: int) -> Design:

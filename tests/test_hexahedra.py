@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cache
-from math import pi, radians
+from math import pi
 
 import numpy as np
 import pytest
@@ -28,24 +28,8 @@ from beveloid_geom.volume import (
     scaled_jacobian,
     shape_derivatives,
 )
-from tests.oracle.table1 import table1
+from tests.members import GEAR, MEMBERS, PINION
 
-PINION, GEAR = table1().members
-TOOL = PINION.tool
-SPUR = replace(PINION, cone_angle=0.0, helix_angle=0.0, profile_shift=0.0)
-MEMBERS = {
-    "pinion": PINION,
-    "gear": GEAR,
-    "spur": SPUR,
-    "12 teeth": replace(SPUR, teeth=12, profile_shift=0.4),
-    "200 teeth": replace(PINION, teeth=200),
-    "cone 20": replace(PINION, teeth=40, cone_angle=radians(20.0), helix_angle=0.1, face_width=20.0),
-    "small fillet": replace(PINION, tool=replace(TOOL, tip_radius=0.1)),
-    "sharp tool": replace(GEAR, tool=replace(TOOL, tip_radius=0.0)),
-    "narrow tip": replace(SPUR, teeth=15, profile_shift=0.62),
-    "narrow bottom": replace(PINION, tool=replace(TOOL, normal_pressure_angle=radians(25.0), tip_radius=0.3)),
-    "concave": replace(PINION, tool=replace(TOOL, parabola=0.002)),
-}
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 SOME = {name: MEMBERS[name] for name in ("pinion", "gear", "cone 20", "concave")}
 some_members = pytest.mark.parametrize("member", SOME.values(), ids=SOME)

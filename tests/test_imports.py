@@ -16,11 +16,11 @@ FLOORS = (
     *("posing", "five_equations", "design_limits", "design_file"),
     *("fillet", "undercut", "closing"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
-    *("foot", "curvature", "pattern"),
+    *("operating_rolls", "foot", "curvature", "pattern"),
     *("sampling", "closest", "proximity", "outline", "section", "solid", "tooth", "volume", "hexahedra"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
-    *("report", "report_operation", "cli_support", "cli_mesh", "cli_operation", "cli"),
+    *("report", "report_closing", "report_operation", "cli_support", "cli_mesh", "cli_operation", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage
 imports itself."""

@@ -10,14 +10,13 @@ import pytest
 from beveloid_geom.first_contact import first_contact
 from beveloid_geom.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member
+from beveloid_geom.operating_rolls import Operation, first_contact_operation
 from beveloid_geom.path import path_ends, path_of_contact
 from beveloid_geom.pattern import (
     ContactPattern,
-    Operation,
     PatternStatus,
     approach_of,
     contact_pattern,
-    first_contact_operation,
     least_separation,
 )
 from beveloid_geom.touch import separation, surface_of

@@ -15,25 +15,8 @@ from beveloid_geom.sampling import grid_of
 from beveloid_geom.section import OUTLINE, Section, section_of, section_size
 from beveloid_geom.solid import least_angle
 from beveloid_geom.volume import Indices
-from tests.oracle.table1 import table1
+from tests.members import MEMBERS, PINION, SPUR
 
-PINION, GEAR = table1().members
-TOOL = PINION.tool
-SPUR = replace(PINION, cone_angle=0.0, helix_angle=0.0, profile_shift=0.0)
-MEMBERS = {
-    "pinion": PINION,
-    "gear": GEAR,
-    "spur": SPUR,
-    "12 teeth": replace(SPUR, teeth=12, profile_shift=0.4),
-    "200 teeth": replace(SPUR, teeth=200),
-    "cone 20": replace(PINION, teeth=40, cone_angle=radians(20.0), helix_angle=0.1, face_width=20.0),
-    "small fillet": replace(PINION, tool=replace(TOOL, tip_radius=0.1)),
-    "sharp tool": replace(GEAR, tool=replace(TOOL, tip_radius=0.0)),
-    "narrow tip": replace(SPUR, teeth=15, profile_shift=0.62),
-    "no bottom": replace(PINION, tool=replace(TOOL, normal_pressure_angle=radians(25.0), tip_radius=0.3)),
-    "concave": replace(PINION, tool=replace(TOOL, parabola=0.002)),
-    "convex": replace(PINION, tool=replace(TOOL, parabola=-0.004)),
-}
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 CELLS = {"least": (1, 2, 1, 1), "coarse": (1, 4, 6, 4), "fine": (5, 14, 30, 12)}
 

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..flank import flank_point, tip_parameter, trace_parameter
-from ..hexahedra import MAX_NODES, cells_of, tooth_hexahedra
 from ..inputs import Design, FloatArray, Member
+from ..operating_rolls import first_contact_operation
 from ..outline import require_tolerance
-from ..pattern import POSES_PER_PITCH, approach_of, first_contact_operation, least_separation
+from ..pattern import approach_of, least_separation, sampled_rolls
 from ..posing import MeshingPair
 from ..sampling import FlankGrid, grid_faces, sample_flank
 from ..solid import gear_solid, turned
@@ -100,9 +100,7 @@ def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGri
     """Least separation (nl, nz), mm, of the flank over the mesh of one tooth pair, as
     `contact_pattern` finds it: below its thickness marking compound is left. NaN without a mate."""
     operation = first_contact_operation(design, pose.flank)
-    pitch = 2.0 * np.pi / float(design.pinion.teeth)
-    first, last = operation.roll[0], operation.roll[-1]
-    rolls = np.linspace(first, last, int(np.ceil(POSES_PER_PITCH * (last - first) / pitch)) + 1)
+    rolls = sampled_rolls(design, operation)
     approach = approach_of(design, pose.flank, member, operation)
     least, _, _ = least_separation(approach, grid.points.reshape(-1, 3), rolls)
     return np.where(np.isfinite(least), least, np.nan).reshape(grid.l.shape)
@@ -131,19 +129,6 @@ def flank_part(
     grid = sample_flank(design.members[member], flank, tolerance)
     fields = {} if pose is None else {name: FIELDS[name](design, pose, member, grid) for name in names}
     return flank_surface(grid, fields)
-
-
-def tooth_volume(
-    member: Member, teeth: int, element: str, tolerance: float, bore_radius: float | None = None
-) -> VolumeMesh:
-    """Hexahedra of neighbouring teeth as `tooth_hexahedra` makes them, refused before they take
-    time and memory. Raises ValueError as that does."""
-    cells = cells_of(member, tolerance)
-    least = teeth * cells.flank * cells.tip * cells.face  # those between the flanks only
-    if least > MAX_NODES:
-        text = f"tolerance {tolerance:g} mm is too fine: it takes more than {least:.2g} hexahedra"
-        raise ValueError(f"{text}, the limit is {MAX_NODES:.2g} nodes")
-    return tooth_hexahedra(member, teeth, element, tolerance, bore_radius, cells)
 
 
 def contact_case(

@@ -13,8 +13,9 @@ from beveloid_geom.curvature import contact_ellipse
 from beveloid_geom.flank import flank_patch, flank_point, trace_parameter
 from beveloid_geom.foot import feet
 from beveloid_geom.inputs import FloatArray
+from beveloid_geom.operating_rolls import first_contact_operation
 from beveloid_geom.path import path_of_contact
-from beveloid_geom.pattern import contact_pattern, first_contact_operation
+from beveloid_geom.pattern import contact_pattern
 from beveloid_geom.proximity import flank_mesh, mesh_contact, mesh_separation
 from beveloid_geom.touch import separation
 from tests.benchmarks.timing import best
