@@ -222,7 +222,7 @@ def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int)
     """Raises ValueError for a mesh of too many nodes."""
     nodes = teeth * _nodes_per_tooth(size, face, quadratic)
     if nodes > MAX_NODES:
-        text = f"it takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
+        text = f"the mesh takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
         raise ValueError(f"{text}: take a larger tolerance, fewer teeth or elements with 8 nodes")
 
 
