@@ -1,7 +1,7 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
 The house, from the ground up: `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
-`contact` -> `solve` -> `track` -> `path`; from there `fillet` -> `surface` -> `touch` ->
+`contact` -> `solve` -> `track` -> `follow` -> `path`; from there `fillet` -> `surface` -> `touch` ->
 `first_contact` -> `certificate`, `operation`, `pattern` say what touches first, `sampling` ->
 `proximity` do the same by meshes, and `outline` -> `section` -> `solid`, `hexahedra` -> `export`
 make solids and files. `design_file` reads inputs from TOML, `closing` says how well a design
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .operation import mesh_cycle as mesh_cycle, operating_ratio as operating_ratio
     from .path import (
         contact_ratio as contact_ratio,
+        path_blocks as path_blocks,
         path_ends as path_ends,
         path_of_contact as path_of_contact,
     )
@@ -74,6 +75,7 @@ _HOME = {
     "meshing_pair": "posing",
     "mounting_of": "mounting",
     "operating_ratio": "operation",
+    "path_blocks": "path",
     "path_ends": "path",
     "path_of_contact": "path",
     "path_of_contact_five_equations": "five_equations",

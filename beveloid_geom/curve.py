@@ -10,6 +10,7 @@ Values are arrays (quantities, cases, nodes), coefficients (quantities, cases, d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -20,6 +21,11 @@ NOISE, CUT = 2e-14, 3e-15
 """Relative to the quantities' scale: level to which the last coefficients must have fallen for a
 curve to count as resolved, and level below which trailing coefficients are not needed."""
 SMALL = 4000
+"""Operations below which polynomials come from a cosine."""
+HALVINGS, LEAST_STEP = 60, 1e-15
+"""Passes of an inversion at most, and the step that ends it."""
+HIGHEST = 100
+"""Degree of a fine fit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,24 +41,30 @@ class Basis:
 
 
 def basis_of(degree: int) -> Basis:
-    """The basis of an even degree, whose middle node is 0."""
-    nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
-    nodes[degree // 2] = 0.0
-    weights = np.ones(degree + 1)
-    weights[[0, -1]] = 0.5
-    fit = 2.0 / degree * weights[:, None] * chebyshev.chebvander(nodes, degree) * weights
+    """The basis of an even degree, whose middle node is 0.
+
+    The polynomials at the nodes are nodes again, cos(pi m / degree) with m an integer: taken from
+    there they are exact to rounding, which they are not by recursion."""
+    order = np.arange(degree + 1)
+    nodes = np.sin(0.5 * np.pi / degree * (2 * order - degree))
+    turn = np.outer(order[::-1], order) % (2 * degree)
+    weights = np.where(order % degree == 0, 0.5, 1.0)
+    fit = -2.0 / degree * np.outer(weights, weights) * nodes[np.minimum(turn, 2 * degree - turn)]
     return Basis(nodes, fit)
 
 
-HIGHEST = 100
-_SLOPE = np.zeros((HIGHEST + 1, HIGHEST + 1))
-_SLOPE[:, :-1] = chebyshev.chebder(np.eye(HIGHEST + 1), axis=0).T
+@lru_cache(maxsize=32)
+def _derivation(size: int) -> FloatArray:
+    """The matrix (size, size) by which coefficients become those of the derivative."""
+    matrix = np.zeros((size, size))
+    matrix[:, :-1] = chebyshev.chebder(np.eye(size), axis=0).T
+    matrix.flags.writeable = False
+    return matrix
 
 
 def with_derivative(coefficients: FloatArray) -> FloatArray:
     """The coefficients, and behind them those of the derivatives by the curve parameter."""
-    size = coefficients.shape[-1]
-    return np.concatenate((coefficients, coefficients @ _SLOPE[:size, :size]))
+    return np.concatenate((coefficients, coefficients @ _derivation(coefficients.shape[-1])))
 
 
 def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
@@ -64,6 +76,28 @@ def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
     roots = chebyshev.chebroots(coefficients[: needed + 1])
     real = roots.real[np.abs(roots.imag) < 1e-7]
     return np.sort(real[(real > low) & (real < high)])
+
+
+def inverted(coefficients: FloatArray, values: FloatArray, low: float, high: float) -> FloatArray:
+    """Parameters (positions) in [low, high] at which one polynomial (degree + 1), monotone there, has
+    these values: Newton, which halves the bracket where it would leave it."""
+    both = with_derivative(coefficients[None, None])
+    ends = evaluate(both[:1], np.array([low, high]))[0, 0]
+    rising = ends[1] > ends[0]
+    left, right = np.full(values.shape, low), np.full(values.shape, high)
+    x = 0.5 * (left + right)
+    for _ in range(HALVINGS):
+        value, rate = evaluate(both, x)[:, 0]
+        above = (value > values) == rising
+        left, right = np.where(above, left, x), np.where(above, x, right)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            following = x + (values - value) / rate
+        within = (following >= left) & (following <= right)
+        following = np.where(within, following, 0.5 * (left + right))
+        x, step = following, np.abs(following - x).max(initial=0.0)
+        if step <= LEAST_STEP:
+            break
+    return x
 
 
 def polynomials(parameter: FloatArray, degree: int) -> FloatArray:

@@ -13,6 +13,7 @@ touches first and the ratio at which the pair operates is another.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,22 +21,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .contact import Limit, Pairing, gap_tolerance, pairing_of
 from .curve import basis_of, evaluate
+from .ends import Ends, at_shares, find_ends, shares_at_l1
+from .follow import track_of
 from .inputs import Design, FloatArray
 from .solve import Status
-from .track import (
-    HEIGHT,
-    NORMAL,
-    PHASE,
-    POINT,
-    ROWS,
-    Ends,
-    Track,
-    at_shares,
-    exact_rows,
-    find_ends,
-    resolving_degree,
-    track_of,
-)
+from .track import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, resolving_degree
 
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""
@@ -87,7 +77,7 @@ class ContactPath:
     `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
     moves with the member, towards the heel; `pinion_r, gear_r` (mm) from the member's axis;
     `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the path
-    on the flanks (mid-l1 where the roll turns back; without such a path, the middle of the l1
+    on the flanks (midway where the roll turns back; without such a path, the middle of the l1
     asked for), rad; `status`: codes of `Status`. NaN where not solved."""
 
     flank: str
@@ -114,9 +104,10 @@ def path_of_contact(
     """Path of contact of a design.
 
     Without `l1`: `points` positions from the exact point where the path enters both flanks to
-    the exact point where it leaves them, evenly spaced in pinion roll (evenly in l1 where the
-    roll turns back along the path), both ends included. If there is no contact on the
-    flanks a single design gives empty arrays, a batch gives NaN rows.
+    the exact point where it leaves them, evenly spaced in pinion roll (where the roll turns back
+    along the path, evenly in l1, or along the curve if it is followed by its length), both ends
+    included. If there is no contact on the flanks a single design gives empty arrays, a batch gives
+    NaN rows.
 
     With `l1` (positions) or (*batch, positions), mm: the contacts at these pinion flank
     parameters, unclipped; those outside the limits have the status OFF_FLANK.
@@ -148,6 +139,36 @@ def path_of_contact(
     if given is None and not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
     return _result(flank, table, status, path_ends, shape)
+
+
+def path_blocks(
+    design: Design, flank: str = "right", points: int = 101, *, positions_per_block: int = 65536
+) -> Iterator[ContactPath]:
+    """The positions of `path_of_contact` of a single design, block by block and in order, so that
+    memory does not grow with their number. The `ends` of every block are those of the path.
+
+    Raises ValueError for a batch: give it in slices of its cases."""
+    if design.batch_shape:
+        raise ValueError("path_blocks takes single designs; call path_of_contact on slices of a batch")
+    if points < 2 or positions_per_block < 1:
+        raise ValueError(
+            f"points must be at least 2 and positions_per_block at least 1, got {points} and"
+            f" {positions_per_block}"
+        )
+    pairing = _solvable(design, flank)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        track = track_of(pairing)
+        ends = find_ends(pairing, track)
+        way = _way_of(pairing, track, ends)
+    limits = _path_ends(pairing, [ends], ())
+    found = points if limits.status == Status.SOLVED else 0
+    for start in range(0, max(found, 1), positions_per_block):
+        index = np.arange(start, min(start + positions_per_block, found))
+        share = np.where(index == points - 1, 1.0, index * (2.0 / (points - 1)) - 1.0)  # as np.linspace
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            table = way.rows(share)
+        status = np.broadcast_to(ends.status[:, None], table.shape[1:])
+        yield _result(flank, table, status, limits, ())
 
 
 def _solvable(design: Design, flank: str) -> Pairing:
@@ -211,21 +232,46 @@ def _result(
     return ContactPath(flank=flank, status=status, ends=ends, **rows, **vectors)
 
 
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A path from enter to leave: rows as polynomials of the share of the way in [-1, 1], or, where
+    `by_roll` is False, of the parameter of the track; PHASE less its value in the `middle`."""
+
+    coefficients: FloatArray
+    by_roll: bool
+    track: Track
+    ends: Ends
+    middle: FloatArray
+
+    def rows(self, share: FloatArray) -> FloatArray:
+        """Rows (HEIGHT, cases, positions) at shares of the way."""
+        values = _by_blocks(
+            self.coefficients, share if self.by_roll else at_shares(self.track, self.ends, share)
+        )
+        values[PHASE] -= self.middle
+        return values
+
+
+def _way_of(pairing: Pairing, track: Track, ends: Ends) -> _Way:
+    """The way along the path, expanded in roll where that resolves it."""
+    rows = track.coefficients[:HEIGHT]
+    values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
+    middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
+    degree = resolving_degree(pairing, by_roll[:, ends.status == Status.SOLVED])
+    if degree is None:
+        return _Way(rows, False, track, ends, middle)
+    return _Way(by_roll[..., : degree + 1], True, track, ends, middle)
+
+
 def _on_path(pairing: Pairing, track: Track, ends: Ends, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at positions evenly spaced from enter to leave."""
-    share, rows = np.linspace(-1.0, 1.0, points), track.coefficients[:HEIGHT]
+    share = np.linspace(-1.0, 1.0, points)
     if points < MANY:
-        values = evaluate(rows, at_shares(track, ends, np.append(share, 0.0)))
-        middle, values = values[PHASE, :, -1:].copy(), values[..., :-1]
+        values = evaluate(track.coefficients[:HEIGHT], at_shares(track, ends, np.append(share, 0.0)))
+        values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
+        values[PHASE] -= middle
     else:
-        values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
-        middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
-        degree = resolving_degree(pairing, by_roll[:, ends.status == Status.SOLVED])
-        if degree is None:
-            values = _by_blocks(rows, at_shares(track, ends, share))
-        else:
-            values = _by_blocks(by_roll[..., : degree + 1], share)
-    values[PHASE] -= middle
+        values = _way_of(pairing, track, ends).rows(share)
     return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
 
 
@@ -233,13 +279,16 @@ def _at_given(
     pairing: Pairing, track: Track, ends: Ends, l1: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at given l1: from the track, beyond its window solved one by one."""
-    x = (l1 - track.middle) / track.half
-    values, status = _by_blocks(track.coefficients, x), np.full(l1.shape, np.int8(Status.SOLVED))
-    beyond = ~((np.abs(x) <= 1.0) & (track.status == Status.SOLVED)[:, None]).all(axis=0)
-    found = np.flatnonzero(beyond)
+    x, several = shares_at_l1(track, ends, l1)
+    values = _by_blocks(track.coefficients, x)
+    status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))
+    beyond = ~((np.abs(x) <= 1.0) & (track.status == Status.SOLVED)[:, None] | several)
+    found = np.flatnonzero(beyond.any(axis=0))
     size = max(1, SAFE_PER_BLOCK // len(l1))
     for part in (found[start : start + size] for start in range(0, found.size, size)):
-        values[..., part], status[:, part] = exact_rows(pairing, l1[:, part])
+        rows, known = exact_rows(pairing, l1[:, part])
+        values[..., part] = np.where(beyond[:, part], rows, values[..., part])
+        status[:, part] = np.where(beyond[:, part], known, status[:, part])
     values[0] = l1
     off = values[HEIGHT:].min(axis=0) < -ROUNDING * gap_tolerance(pairing)
     status[off & (status == Status.SOLVED)] = Status.OFF_FLANK

@@ -50,7 +50,7 @@ def frames_at(design: Design, pinion_roll: ArrayLike, gear_roll: ArrayLike) -> t
 
 def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     """A single pair, errors included, in the middle of its path of contact: midway in pinion
-    roll between entering and leaving the flanks (midway in l1 where the roll turns back).
+    roll between entering and leaving the flanks (midway where the roll turns back).
 
     Raises ValueError where the path has no point on the flanks or could not be followed."""
     if design.batch_shape:

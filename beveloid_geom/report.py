@@ -138,6 +138,11 @@ def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -
         notes.append(f"{pieces}: this is the one that covers most roll, the contact ratio is its own")
     if 0.0 < path.ends.contact_ratio < 1.0:
         notes.append("the contact ratio is below 1: one tooth pair leaves before the next one enters")
+    steps = np.diff(path.pinion_roll)
+    if steps.size and steps.min() < 0.0 < steps.max():
+        notes.append("the roll turns back along the path: the flanks are tangent twice at some rolls")
+    if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
+        notes.append("the common normal crosses n_x = 0 on the path, which small errors move far there")
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
         notes.append(f"{missing} of {path.status.size} positions are not solved")

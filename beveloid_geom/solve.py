@@ -36,12 +36,13 @@ class Status(IntEnum):
     NO_COMMON_NORMAL = 1
     """The flanks share no normal at this l1, or none under which they can touch."""
     NOT_CONVERGED = 2
-    """Not found to rounding; of a path: lost on the flanks, where its common normal vanishes or
-    l1 turns back."""
+    """Not found to rounding; of a path: lost on the flanks, or not resolved there."""
     OFF_FLANK = 3
     """A contact of the flanks' extensions, outside root, tip, toe or heel of a member."""
     SEVERAL_CONTACTS = 4
     """More than one contact on the flanks for this l1."""
+    ENDLESS = 5
+    """Of a path: it closes on itself on the flanks, without meeting a limit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ REASONS = {
     Status.NOT_CONVERGED: "the path could not be followed",
     Status.OFF_FLANK: "the path misses the flanks",
     Status.SEVERAL_CONTACTS: "several contacts at one position",
+    Status.ENDLESS: "the path closes on itself",
 }
 
 

@@ -1,0 +1,233 @@
+"""All curves of contact of a pair in a window of flank parameters, found and walked along.
+
+`curves_of` samples F for both signs of n_x over a grid in (l1, l2) that covers both flanks and a little
+more. Every change of sign along a line of the grid is a point of a curve of contact, whatever
+else the curve does between. From one such point after the other the curve is walked both ways
+by its length (`unfolded`), predictor and corrector, until it leaves the window or closes; points
+met on the way need no walk of their own. What is left out is a curve that stays between the lines
+of the grid, 1/29 of a flank's depth apart.
+
+All cases are walked in step, so that a step costs little more for many than for one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contact import Pairing, axial_and_radius, guarded_gap, meet
+from .inputs import FloatArray
+from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
+
+LINES, BEYOND, FACES = 33, 0.05, 3.0
+"""Lines of the grid for each member; how far, in flank depths, it reaches beyond root and tip; and
+how far from mid-face, in face widths, a curve is walked."""
+HALVINGS, PASSES = (12, 50), 5
+"""Of a change of sign before Newton, where it fails to rounding, as near n_x = 0; passes of Newton."""
+FIRST_STEP, LONGEST, SHORTEST = 0.02, 0.08, 1e-7
+"""Steps along the curve, in units of z."""
+TURN, BEND, DRIFT = 0.995, 0.998, 0.3
+"""Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
+allowed distance of predicted from solved point, in steps."""
+MOST_STEPS, MOST_WALKS = 3000, 40
+SAME = 0.005
+"""Distance, in units of z, from the line through the points of a walked curve at which a point counts as
+lying on it; the steps turn so little that the line is five times nearer."""
+
+
+class Stop(IntEnum):
+    """Why a walk ended."""
+
+    WINDOW = 0
+    CLOSED = 1
+    LOST = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Walked:
+    """One curve of contact of one case: points z (points, 4) in order, and whether it is closed or
+    was lost before it left the window."""
+
+    case: int
+    points: FloatArray
+    closed: bool
+    lost: bool
+
+
+def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
+    """All curves of contact in the window, and for which cases a sampled normal was missing."""
+    units = units_of(pairing)
+    case, z, solved, missing = _points_on_curves(pairing, units)
+    untouched = solved.copy()
+    curves: list[Walked] = []
+    for _ in range(MOST_WALKS):
+        cases, first = np.unique(case[untouched], return_index=True)
+        if cases.size == 0:
+            break
+        start = np.flatnonzero(untouched)[first]
+        for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases):
+            curves.append(curve)
+            mine = np.flatnonzero(untouched & (case == curve.case))
+            untouched[mine[_distance(z[mine], curve.points) < SAME]] = False
+        untouched[start] = False
+    left = np.union1d(case[untouched], np.setdiff1d(case, case[solved]))
+    return [*curves, *(Walked(k, z[case == k], False, True) for k in left.tolist())], missing
+
+
+def _window(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
+    """Bounds (2, cases, 1) of l1 and l2, mm."""
+    slack = BEYOND * (pairing.highest - pairing.lowest)
+    shape = (2, *pairing.branch.shape)
+    return (
+        np.broadcast_to(pairing.lowest - slack, shape),
+        np.broadcast_to(pairing.highest + slack, shape),
+    )
+
+
+def _points_on_curves(
+    pairing: Pairing, units: FloatArray
+) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Points of curves on the lines of the grid: their cases, z (points, 4), and which are solved to
+    rounding; and for which cases some node of the grid has no common normal."""
+    low, high = _window(pairing)
+    nodes = low + np.linspace(0.0, 1.0, LINES) * (high - low)
+    cases = nodes.shape[1]
+    grid = np.empty((2, cases, LINES, LINES))
+    grid[0], grid[1] = nodes[0][:, :, None], nodes[1][:, None, :]
+    found = []
+    for sheet in (1.0, -1.0):
+        part = replace(pairing, branch=np.full(pairing.branch.shape, sheet))
+        met = meet(part, grid.reshape(2, cases, -1))
+        gap = guarded_gap(part, met).reshape(cases, LINES, LINES)
+        real = ~np.isnan(met.gap).reshape(cases, LINES, LINES)
+        for l1, l2 in ((1, 0), (0, 1)):
+            near, far = np.s_[:, : LINES - l1, : LINES - l2], np.s_[:, l1:, l2:]
+            hit = (np.signbit(gap[near]) != np.signbit(gap[far])) & (real[near] | real[far])
+            ends = np.stack((grid[:, *near][:, hit], grid[:, *far][:, hit]))
+            found.append((np.nonzero(hit)[0], np.full(ends.shape[-1], sheet), ends, gap[near][hit]))
+    case, branch, sides, side = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
+    part, units = replace(pairing.cases(case), branch=branch[:, None]), units[case]
+    z, solved = np.full((case.size, 1, 4), np.nan), np.zeros(case.size, dtype=bool)
+    for halvings in HALVINGS:
+        left = np.flatnonzero(~solved)
+        z[left], solved[left] = _solved_between(
+            part.cases(left), units[left], sides[..., left, None], side[left, None], halvings
+        )
+    inside = _within(part, z, units)
+    return case[inside], z[inside, 0], solved[inside], np.asarray(~real.all(axis=(1, 2)))
+
+
+def _solved_between(
+    part: Pairing, units: FloatArray, sides: FloatArray, side: FloatArray, halvings: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved; the
+    others are bisected only, NaN without a common normal."""
+    start = _bisected(part, sides, side, halvings).T[:, None] / units
+    tangent = direction_of(linearised(part, start, units)[1])
+    z, solved = onto_curve(part, start, tangent, units, PASSES)
+    return np.where(solved[..., None], z, start), solved[:, 0]
+
+
+def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -> FloatArray:
+    """Points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the
+    first has the sign of `gap`; NaN where neither side has a common normal."""
+    near, far = ends
+    for _ in range(halvings):
+        between = 0.5 * (near + far)
+        same = np.signbit(guarded_gap(part, meet(part, between))) == np.signbit(gap)
+        near, far = np.where(same, between, near), np.where(same, far, between)
+    y = np.full((4, gap.shape[0]), np.nan)
+    for l in (near, far):
+        met = meet(part, l)
+        y = np.where(np.isnan(y), np.array((*l, met.normal_x, met.across[0]))[..., 0], y)
+        y[:, np.isnan(y).any(axis=0)] = np.nan
+    return y
+
+
+def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> NDArray[np.bool_]:
+    """Whether points (cases, 1, 4) lie in the window."""
+    y = np.moveaxis(z * units, -1, 0)
+    height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
+    low, high = _window(pairing)
+    inside = (y[:2] >= low) & (y[:2] <= high) & (np.abs(height) <= 2.0 * FACES * pairing.half_width)
+    return np.asarray(np.all(inside, axis=0)[:, 0])
+
+
+def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
+    """Distances (points) of z (points, 4) from a line through points (corners, 4)."""
+    if len(line) < 2:
+        return np.asarray(np.linalg.norm(z - line[0], axis=-1))
+    side = np.diff(line, axis=0)
+    from_corner = z[:, None] - line[:-1]
+    share = np.einsum("pci,ci->pc", from_corner, side) / np.einsum("ci,ci->c", side, side)
+    foot = from_corner - np.clip(share, 0.0, 1.0)[..., None] * side
+    return np.asarray(np.linalg.norm(foot, axis=-1).min(axis=-1))
+
+
+def _walked_both_ways(
+    pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_]
+) -> list[Walked]:
+    """The curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
+    twice = np.tile(np.arange(len(names)), 2)
+    pairing, units, z = pairing.cases(twice), units[twice], start[twice]
+    tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
+    tangent[len(names) :] *= -1.0
+    lines, stops = _walk(pairing, units, z, tangent)
+    curves = []
+    for k, name in enumerate(names.tolist()):
+        ahead, back = lines[k], lines[k + len(names)]
+        closed = bool(stops[k] == Stop.CLOSED)
+        points = ahead if closed else np.concatenate((back[:0:-1], ahead))
+        lost = bool((stops[[k, k + len(names)]] == Stop.LOST).any())
+        curves.append(Walked(name, points, closed, lost))
+    return curves
+
+
+def _walk(
+    pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray
+) -> tuple[list[FloatArray], NDArray[np.int_]]:
+    """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
+    z, first, step = start.copy(), tangent, np.full(len(start), FIRST_STEP)
+    tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
+    stops = np.full(len(start), int(Stop.LOST))
+    active, steps = np.arange(len(start)), [start.copy()]
+    for _ in range(MOST_STEPS):
+        ahead, turned, cosine, good = _one_step(
+            pairing.cases(active), units[active], z[active], tangent[active], step[active]
+        )
+        moved = active[good]
+        z[moved], tangent[moved] = ahead[good], turned[good]
+        taken[moved] += 1
+        trace = np.full(z.shape, np.nan)
+        trace[moved] = z[moved]
+        steps.append(trace)
+        longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], LONGEST), step[active])
+        step[active] = np.where(good, longer, 0.5 * step[active])
+        outside, closed = np.zeros((2, len(active)), dtype=bool)
+        outside[good] = ~_within(pairing.cases(moved), z[moved, None], units[moved])
+        home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
+        home &= np.einsum("...i,...i", tangent[active], first[active]) > 0.5
+        closed = good & home & (taken[active] > 4)
+        stops[active[outside]], stops[active[closed]] = Stop.WINDOW, Stop.CLOSED
+        steps[-1][active[closed]] = start[active[closed]]
+        active = active[~(outside | closed | (step[active] < SHORTEST))]
+        if active.size == 0:
+            break
+    history = np.stack(steps)
+    return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], stops
+
+
+def _one_step(
+    part: Pairing, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Points and tangents a step further, cosines of the turn, and whether the steps are good."""
+    predicted = (z + step[:, None] * tangent)[:, None]
+    ahead, solved = onto_curve(part, predicted, tangent[:, None], units, PASSES)
+    turned = direction_of(linearised(part, ahead, units)[1])[:, 0]
+    cosine = np.einsum("...i,...i", turned, tangent)
+    drift = np.linalg.norm(ahead - predicted, axis=-1)[:, 0]
+    good = solved[:, 0] & (np.abs(cosine) > TURN) & (drift < DRIFT * step)
+    return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good
