@@ -50,6 +50,8 @@ from .mounting import Mounting, across_action, mounting_of
 from .rack import Numbers, Rack, rack_normal, rack_of, rack_point, rack_tangent
 
 COMPLEX_STEP = 1e-30
+PARALLEL = 1e-9
+"""Sine of the shaft angle up to which the axes count as parallel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +80,13 @@ class Pairing:
         rack = {name: v if name == "sigma" else v[..., index, :] for name, v in vars(self.rack).items()}
         layout = {name: value[index] for name, value in vars(self.layout).items()}
         return Pairing(rack=Rack(**rack), layout=Layout(**layout), **pick)
+
+    @property
+    def undefined(self) -> NDArray[np.bool_]:
+        """Whether a case (cases) has no flanks, no mounting, or parallel axes."""
+        known = (self.lowest + self.highest + self.position).sum(axis=0) + self.layout.offset
+        crossed = np.abs(self.layout.sin_angle) > PARALLEL
+        return np.asarray(~(np.isfinite(known) & crossed)[:, 0])
 
     @property
     def scale(self) -> FloatArray:

@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from .inputs import FloatArray
 
@@ -68,23 +69,33 @@ def with_derivative(coefficients: FloatArray) -> FloatArray:
 
 
 def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
-    """Real roots in (low, high) of one polynomial (degree + 1)."""
-    size = np.abs(coefficients).max()
-    if not size > 0.0:
+    """Real roots in (low, high) of one polynomial (degree + 1), in order.
+
+    Its sign is sampled at four points an extremum, and at the extrema between them, so that two roots
+    near each other are not missed."""
+    if not np.abs(coefficients).max() > 0.0:
         return np.empty(0)
-    needed = np.flatnonzero(np.abs(coefficients) > 1e-15 * size)[-1]
-    roots = chebyshev.chebroots(coefficients[: needed + 1])
-    real = roots.real[np.abs(roots.imag) < 1e-7]
-    return np.sort(real[(real > low) & (real < high)])
-
-
-def inverted(coefficients: FloatArray, values: FloatArray, low: float, high: float) -> FloatArray:
-    """Parameters (positions) in [low, high] at which one polynomial (degree + 1), monotone there, has
-    these values: Newton, which halves the bracket where it would leave it."""
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 4 * len(coefficients) + 1))
+    x = low + share * (high - low)
     both = with_derivative(coefficients[None, None])
-    ends = evaluate(both[:1], np.array([low, high]))[0, 0]
-    rising = ends[1] > ends[0]
-    left, right = np.full(values.shape, low), np.full(values.shape, high)
+    value, rate = evaluate(both, x)[:, 0]
+    turns = (rate[:-1] * rate[1:] < 0.0) & (value[:-1] * value[1:] > 0.0)
+    extrema = inverted(both[1, 0], np.zeros(int(turns.sum())), x[:-1][turns], x[1:][turns])
+    x = np.sort(np.concatenate((x, extrema)))
+    value = evaluate(both[:1], x)[0, 0]
+    change = np.flatnonzero(np.signbit(value[:-1]) != np.signbit(value[1:]))
+    roots = inverted(coefficients, np.zeros(change.size), x[change], x[change + 1])
+    return roots[(roots > low) & (roots < high)]
+
+
+def inverted(
+    coefficients: FloatArray, values: FloatArray, low: FloatArray | float, high: FloatArray | float
+) -> FloatArray:
+    """Parameters (positions) in [low, high] at which one polynomial (degree + 1), on different sides of
+    these values at low and high, has them: Newton, which halves the bracket where it would leave it."""
+    both = with_derivative(coefficients[None, None])
+    left, right = np.broadcast_to(low, values.shape), np.broadcast_to(high, values.shape)
+    rising = evaluate(both[:1], right)[0, 0] > evaluate(both[:1], left)[0, 0]
     x = 0.5 * (left + right)
     for _ in range(HALVINGS):
         value, rate = evaluate(both, x)[:, 0]
@@ -125,12 +136,18 @@ def evaluate(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
     return (coefficients.transpose(1, 0, 2) @ values.transpose(1, 0, 2)).transpose(1, 0, 2)
 
 
-def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:
-    """Degree (at least 1) that gives the curves to rounding, or None if they are not resolved.
+def resolved(coefficients: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+    """For which cases the polynomials give the curves to rounding.
 
-    `scale` (quantities) is the size to which the rounding of each quantity relates."""
-    size = (np.abs(coefficients) / scale[:, None, None]).max(axis=(0, 1), initial=0.0)
-    if not (size[-max(3, size.size // 8) :] <= NOISE).all():
+    `scale` (quantities), or (quantities, cases), is the size to which the rounding of each relates."""
+    size = np.abs(coefficients[..., -max(3, coefficients.shape[-1] // 8) :]).max(axis=-1)
+    return np.asarray((size <= NOISE * scale.reshape(len(scale), -1)).all(axis=0))
+
+
+def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:
+    """Degree (at least 1) that gives the curves of all cases to rounding, None if some are not resolved."""
+    if not resolved(coefficients, scale).all():
         return None
+    size = (np.abs(coefficients) / scale.reshape(len(scale), -1, 1)).max(axis=(0, 1), initial=0.0)
     needed = np.flatnonzero(size > CUT)
     return max(1, int(needed[-1])) if needed.size else 1

@@ -44,6 +44,13 @@ class Ends:
     pieces: NDArray[np.int_]
     status: NDArray[np.int8]
 
+    def cases(self, index: NDArray[np.int_]) -> Ends:
+        """The ends of the cases `index`."""
+        picked = {
+            name: value[:, index] if name == "l" else value[index] for name, value in vars(self).items()
+        }
+        return Ends(**picked)
+
 
 def longest_run(
     inside: NDArray[np.bool_],
@@ -87,7 +94,7 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
     x[backwards], limit[backwards] = x[backwards, ::-1], limit[backwards, ::-1]
     values[:, backwards] = values[:, backwards, ::-1]
     span, turning = _roll_span(track, x, values[2])
-    pieces = np.where(away, 0, pieces + track.elsewhere)
+    pieces = np.where(away, 0, pieces)
     return Ends(x, values[:2], values[2], limit, span, turning, pieces, status)
 
 

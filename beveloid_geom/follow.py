@@ -1,6 +1,6 @@
 """Tracks of paths that no single flank parameter describes, followed by their length.
 
-`track_of` gives the polynomials over l1 wherever they resolve the path. For the rest, paths that
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path. For the rest, paths that
 cross n_x = 0, on which l1 turns back, or that leave the window where no common normal is left, all
 curves of contact in the window are walked (`walk`), their parts near the flanks fitted by
 polynomials, and the part on the flanks that covers most roll is the path.
@@ -12,29 +12,64 @@ as smooth as the curve, and needs no integral.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from .contact import Pairing, axial_and_radius, limit_margins
+from .contact import Pairing, axial_and_radius, limit_margins, meet
 from .curve import basis_of
-from .ends import find_ends
+from .ends import Ends, find_ends
 from .inputs import FloatArray
 from .solve import Status
-from .track import LARGEST, WIDTH, Track, fitted, rows_of, track_over_l1
+from .track import (
+    FINE,
+    LARGEST,
+    NORMAL,
+    STEEP,
+    WIDTH,
+    Track,
+    by_length,
+    fitted,
+    rows_of,
+    track_over_l1,
+)
 from .unfolded import meet_on_curve, onto_curve, units_of
-from .walk import LONGEST, Walked, curves_of
+from .walk import LONGEST, Walked, curves_of, window_of
 
 GUIDE = 12
 """Highest degree of a guide."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
+LOOSENED = 16.0
+"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
+sharply against rounding, or a member has next to no base circle."""
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
+COARSE, REACH = 9, 3.0
+"""Samples of each flank by which the other sign of n_x is ruled out; half face widths within which
+none of them may lie."""
+NEARLY_PARALLEL = 0.1
+"""Sine of the shaft angle below which the window of common normals may fall between samples."""
 SPARE = 0.1
 """Depths, or face widths, by which a limit must be missed all along for a part to count as off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Cases solved alike: their numbers, constants, tracks and ends."""
+
+    cases: NDArray[np.int_]
+    pairing: Pairing
+    track: Track
+    ends: Ends
+
+    def of(self, cases: NDArray[np.int_]) -> Group:
+        """The group under the numbers `cases` of its cases in a greater lot."""
+        return replace(self, cases=cases[self.cases])
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,75 +82,134 @@ class _Part:
     endless: bool
 
 
-def track_of(pairing: Pairing) -> Track:
-    """The track of every case; of several paths on the flanks the one that covers most roll."""
+def paths_on_flanks(pairing: Pairing) -> list[Group]:
+    """The path of every case on its flanks; of several the one that covers most roll.
+
+    The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
+    zero, or nothing lies on the flanks and the other sign might, all curves are looked at."""
     track = track_over_l1(pairing)
-    lost = np.flatnonzero(track.status)  # SOLVED is 0
-    return track if lost.size == 0 else track.merged(_followed(pairing.cases(lost)), lost)
+    ends = find_ends(pairing, track)
+    n_x = np.abs(track.coefficients[NORMAL.start])
+    steep = ~(2.0 * n_x[:, 0] - n_x.sum(axis=-1) > STEEP)
+    lost = (track.status > 0) | steep
+    off = np.flatnonzero(~lost & (ends.status == Status.OFF_FLANK))
+    if off.size:
+        lost[off] = _other_path_possible(pairing.cases(off))
+    if not lost.any():
+        return [Group(np.arange(len(lost)), pairing, track, ends)]
+    groups, kept = [], np.flatnonzero(~lost)
+    if kept.size:
+        groups.append(Group(kept, pairing.cases(kept), track.cases(kept), ends.cases(kept)))
+    # Where all points are solved a higher degree may do.
+    unresolved = np.flatnonzero((track.status > 0) & ~steep & np.isfinite(n_x).all(axis=-1))
+    if unresolved.size:
+        finer = _finer(pairing.cases(unresolved)).of(unresolved)
+        groups += [finer] if finer.cases.size else []
+        lost[finer.cases] = False
+    left = np.flatnonzero(lost)
+    return groups + [group.of(left) for group in _followed(pairing.cases(left))] if left.size else groups
 
 
-def _followed(pairing: Pairing) -> Track:
-    """Tracks by length. OFF_FLANK and NO_COMMON_NORMAL are said for certain, as all curves are
+def _finer(pairing: Pairing) -> Group:
+    """The cases that a higher degree over l1 resolves, and that have a path on the flanks."""
+    track = track_over_l1(pairing, FINE)
+    ends = find_ends(pairing, track)
+    done = np.flatnonzero(ends.status == Status.SOLVED)
+    return Group(done, pairing.cases(done), track.cases(done), ends.cases(done))
+
+
+def _other_path_possible(pairing: Pairing) -> NDArray[np.bool_]:
+    """Whether the other sign of n_x would let contacts in the window of both flanks lie on the faces.
+
+    On nearly parallel axes the window of normals is too narrow for samples to say."""
+    low, high = window_of(pairing)
+    share = np.linspace(0.0, 1.0, COARSE)
+    l1, l2 = (low[j] + share * (high[j] - low[j]) for j in range(2))
+    l = np.stack(np.broadcast_arrays(l1[:, :, None], l2[:, None, :])).reshape(2, len(l1), -1)
+    z, _ = axial_and_radius(pairing, meet(replace(pairing, branch=-pairing.branch), l))
+    face = REACH * pairing.half_width
+    missed = ((z > face).all(axis=-1) | (z < -face).all(axis=-1)).any(axis=0)
+    parallel = np.abs(pairing.layout.sin_angle) < NEARLY_PARALLEL
+    return np.asarray(~missed | np.reshape(parallel, -1))
+
+
+def _followed(pairing: Pairing) -> list[Group]:
+    """Paths by length. OFF_FLANK and NO_COMMON_NORMAL are said for certain, as all curves are
     known; NOT_CONVERGED is a curve lost near the flanks or not resolved there."""
     curves, missing = curves_of(pairing)
-    cases = len(missing)
     status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
+    status[pairing.undefined] = Status.UNDEFINED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
     parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
     lost = [curve for curve in curves if curve.lost]
     status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
-    void = np.full((cases, 1), np.nan)
-    track = Track(np.full((WIDTH, cases, 1), np.nan), void, void, status, np.zeros(cases, dtype=int))
     parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
-    return track.merged(*_best_of(pairing, parts)) if parts else track
+    groups = _best_of(pairing, parts) if parts else []
+    done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
+    rest = np.setdiff1d(np.arange(len(status)), done)
+    if rest.size == 0:
+        return groups
+    part = pairing.cases(rest)
+    none = by_length(np.full((WIDTH, rest.size, 2), np.nan), status[rest])
+    return [*groups, Group(rest, part, none, find_ends(part, none))]
 
 
-def _best_of(pairing: Pairing, parts: list[_Part]) -> tuple[Track, NDArray[np.int_]]:
-    """One track for each case that has parts, and the cases."""
+def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
+    """One path for each case that has parts: that which covers most roll."""
     case = np.array([part.case for part in parts])
     pairing = pairing.cases(case)
-    fit = _fitted(pairing, parts)
-    ends = find_ends(pairing, fit)
-    owners, owner = np.unique(case, return_inverse=True)
-    span = np.where(ends.status == Status.SOLVED, ends.span, -1.0)
-    best = np.array([np.flatnonzero(owner == k)[span[owner == k].argmax()] for k in range(len(owners))])
-    elsewhere = np.bincount(owner, ends.pieces).astype(int) - ends.pieces[best]
-    status = fit.status[best]
-    status = np.where(ends.status[best] == Status.OFF_FLANK, np.int8(Status.OFF_FLANK), status)
-    doubtful = (ends.status != Status.SOLVED) & (ends.status != Status.OFF_FLANK)
-    status[owner[doubtful]] = Status.NOT_CONVERGED
-    return Track(fit.coefficients[:, best], fit.middle[best], fit.half[best], status, elsewhere), owners
+    fits = []
+    for found, track in _fitted(pairing, parts):
+        part = pairing.cases(found)
+        fits.append(Group(found, part, track, find_ends(part, track)))
+    span, pieces = np.full(len(parts), -1.0), np.zeros(len(parts), dtype=int)
+    doubtful = np.zeros(len(parts), dtype=bool)
+    for fit in fits:
+        state = fit.ends.status
+        span[fit.cases] = np.where(state == Status.SOLVED, fit.ends.span, -1.0)
+        pieces[fit.cases] = fit.ends.pieces
+        doubtful[fit.cases] = (state != Status.SOLVED) & (state != Status.OFF_FLANK)
+    total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
+    order = np.lexsort((-span, case))
+    best = order[np.unique(case[order], return_index=True)[1]]
+    groups = []
+    for fit in fits:
+        chosen = np.flatnonzero(np.isin(fit.cases, best))
+        if chosen.size == 0:
+            continue
+        owner = case[fit.cases[chosen]]
+        part, track = fit.pairing.cases(chosen), fit.track.cases(chosen)
+        track.status[unsure[owner]] = Status.NOT_CONVERGED
+        ends = find_ends(part, track)
+        ends = replace(ends, pieces=np.where(ends.status == Status.SOLVED, total[owner], 0))
+        groups.append(Group(owner, part, track, ends))
+    return groups
 
 
-def _fitted(pairing: Pairing, parts: list[_Part]) -> Track:
-    """A track for each part, one case each."""
+def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
+    """Tracks of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
     guides = np.zeros((len(parts), 4, GUIDE + 1))
     for k, part in enumerate(parts):
         degree = min(GUIDE, max(1, len(part.points) // 2))
         guides[k, :, : degree + 1] = chebyshev.chebfit(_share(part.points), part.points, degree).T
-    status, void = np.full(len(parts), np.int8(Status.NOT_CONVERGED)), np.full((len(parts), 1), np.nan)
-    none = np.zeros(len(parts), dtype=int)
-    track = Track(np.full((WIDTH, len(parts), 1), np.nan), void, void, status, none)
     pending = np.arange(len(parts))
-    for basis in BASES:
-        some = pairing.cases(pending)
-        z, good = _on_guides(
-            some, units[pending], guides[pending], [parts[k].points for k in pending], basis.nodes
-        )
+    for loosened, basis in product((1.0, LOOSENED), BASES):
+        some, lines = pairing.cases(pending), [parts[k].points for k in pending]
+        z, good = _on_guides(some, units[pending], guides[pending], lines, basis.nodes)
         y = np.moveaxis(z * units[pending], -1, 0)
         rows = rows_of(some, y[:2], meet_on_curve(some, y)[1])
-        coefficients, resolved = fitted(some, rows, basis)
+        coefficients, resolved = fitted(some, rows, basis, loosened)
         resolved &= good
-        done = pending[resolved]
-        found = Track(
-            coefficients[:, resolved], void[done], void[done], np.zeros(done.size, dtype=np.int8), none[done]
-        )
-        track, pending = track.merged(found, done), pending[~resolved]
+        if resolved.any():
+            solved = np.zeros(int(resolved.sum()), dtype=np.int8)
+            yield pending[resolved], by_length(coefficients[:, resolved], solved)
+        pending = pending[~resolved]
         if pending.size == 0:
-            break
-    return track
+            return
+    lost = np.full(pending.size, np.int8(Status.NOT_CONVERGED))
+    yield pending, by_length(np.full((WIDTH, pending.size, 2), np.nan), lost)
 
 
 def _share(points: FloatArray) -> FloatArray:

@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .contact import Limit, Pairing, gap_tolerance, pairing_of
-from .curve import basis_of, evaluate
-from .ends import Ends, at_shares, find_ends, shares_at_l1
-from .follow import track_of
+from .curve import basis_of, evaluate, resolved_degree
+from .ends import Ends, at_shares, shares_at_l1
+from .follow import Group, paths_on_flanks
 from .inputs import Design, FloatArray
 from .solve import Status
-from .track import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, resolving_degree
+from .track import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, rounding_scale
 
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""
@@ -119,26 +119,31 @@ def path_of_contact(
     pairing, shape = _solvable(design, flank), design.batch_shape
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
-    found: list[Ends] = []
-    parts: list[tuple[FloatArray, NDArray[np.int8]]] = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, cases, CASES_PER_BLOCK):
-            block = slice(start, start + CASES_PER_BLOCK)
-            part = pairing.cases(block) if cases > CASES_PER_BLOCK else pairing
-            track = track_of(part)
-            found.append(find_ends(part, track))
-            if given is None:
-                parts.append(_on_path(part, track, found[-1], points))
-            else:
-                parts.append(_at_given(part, track, found[-1], given[block]))
+        groups = _groups(pairing)
+        parts = [
+            _on_path(group, points) if given is None else _at_given(group, given[group.cases])
+            for group in groups
+        ]
+    path_ends = _path_ends(pairing, groups, shape)
     table, status = parts[0]
     if len(parts) > 1:
-        table = np.concatenate([rows for rows, _ in parts], axis=1)
-        status = np.concatenate([codes for _, codes in parts])
-    path_ends = _path_ends(pairing, found, shape)
+        table = np.empty((HEIGHT, cases, table.shape[-1]))
+        status = np.empty(table.shape[1:], dtype=np.int8)
+        for group, (rows, codes) in zip(groups, parts, strict=True):
+            table[:, group.cases], status[group.cases] = rows, codes
     if given is None and not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
     return _result(flank, table, status, path_ends, shape)
+
+
+def _groups(pairing: Pairing) -> list[Group]:
+    """The paths of all cases, a block of them at a time."""
+    cases = pairing.branch.shape[0]
+    if cases <= CASES_PER_BLOCK:
+        return paths_on_flanks(pairing)
+    blocks = np.split(np.arange(cases), range(CASES_PER_BLOCK, cases, CASES_PER_BLOCK))
+    return [group.of(block) for block in blocks for group in paths_on_flanks(pairing.cases(block))]
 
 
 def path_blocks(
@@ -157,17 +162,16 @@ def path_blocks(
         )
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        track = track_of(pairing)
-        ends = find_ends(pairing, track)
-        way = _way_of(pairing, track, ends)
-    limits = _path_ends(pairing, [ends], ())
+        (group,) = paths_on_flanks(pairing)
+        way = _way_of(group)
+    limits = _path_ends(pairing, [group], ())
     found = points if limits.status == Status.SOLVED else 0
     for start in range(0, max(found, 1), positions_per_block):
         index = np.arange(start, min(start + positions_per_block, found))
         share = np.where(index == points - 1, 1.0, index * (2.0 / (points - 1)) - 1.0)  # as np.linspace
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             table = way.rows(share)
-        status = np.broadcast_to(ends.status[:, None], table.shape[1:])
+        status = np.broadcast_to(group.ends.status[:, None], table.shape[1:])
         yield _result(flank, table, status, limits, ())
 
 
@@ -196,28 +200,28 @@ def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
 def path_ends(design: Design, flank: str = "right") -> PathEnds:
     """Ends of the path of contact and the contact ratio, without the positions between."""
     pairing = _solvable(design, flank)
-    found = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, pairing.branch.shape[0], CASES_PER_BLOCK):
-            part = pairing.cases(slice(start, start + CASES_PER_BLOCK))
-            found.append(find_ends(part, track_of(part)))
-    return _path_ends(pairing, found, design.batch_shape)
+        return _path_ends(pairing, _groups(pairing), design.batch_shape)
 
 
-def _path_ends(pairing: Pairing, found: list[Ends], shape: tuple[int, ...]) -> PathEnds:
-    status = np.concatenate([ends.status for ends in found])
-    l = np.concatenate([ends.l for ends in found], axis=1)
-    roll = np.concatenate([ends.roll for ends in found])
-    ratio = np.concatenate([ends.span for ends in found]) * pairing.teeth[0, :, 0] / (2.0 * np.pi)
+def _path_ends(pairing: Pairing, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:
+    cases = pairing.branch.shape[0]
+    l, roll, limit = np.empty((2, cases, 2)), np.empty((cases, 2)), np.empty((cases, 2), dtype=np.int8)
+    span, pieces = np.empty(cases), np.empty(cases, dtype=int)
+    status = np.empty(cases, dtype=np.int8)
+    for group in groups:
+        own, ends = group.cases, group.ends
+        l[:, own], roll[own], limit[own] = ends.l, ends.roll, ends.limit
+        span[own], pieces[own], status[own] = ends.span, ends.pieces, ends.status
+    ratio = span * pairing.teeth[0, :, 0] / (2.0 * np.pi)
     ratio = np.where((status == Status.OFF_FLANK) | (status == Status.NO_COMMON_NORMAL), 0.0, ratio)
-    ratio = np.where(np.isnan(pairing.scale + pairing.highest[0] + pairing.highest[1])[:, 0], np.nan, ratio)
     return PathEnds(
         l1=l[0].reshape(*shape, 2),
         l2=l[1].reshape(*shape, 2),
         pinion_roll=roll.reshape(*shape, 2),
-        limit=np.concatenate([ends.limit for ends in found]).reshape(*shape, 2),
+        limit=limit.reshape(*shape, 2),
         contact_ratio=ratio.reshape(shape),
-        pieces=np.concatenate([ends.pieces for ends in found]).reshape(shape),
+        pieces=pieces.reshape(shape),
         status=status.reshape(shape),
     )
 
@@ -252,33 +256,33 @@ class _Way:
         return values
 
 
-def _way_of(pairing: Pairing, track: Track, ends: Ends) -> _Way:
-    """The way along the path, expanded in roll where that resolves it."""
-    rows = track.coefficients[:HEIGHT]
+def _way_of(group: Group) -> _Way:
+    """The way along the paths, expanded in roll where that resolves them."""
+    track, ends, rows = group.track, group.ends, group.track.coefficients[:HEIGHT]
     values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
     middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
-    degree = resolving_degree(pairing, by_roll[:, ends.status == Status.SOLVED])
+    solved = ends.status == Status.SOLVED
+    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
     if degree is None:
         return _Way(rows, False, track, ends, middle)
     return _Way(by_roll[..., : degree + 1], True, track, ends, middle)
 
 
-def _on_path(pairing: Pairing, track: Track, ends: Ends, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
+def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at positions evenly spaced from enter to leave."""
-    share = np.linspace(-1.0, 1.0, points)
+    share, track, ends = np.linspace(-1.0, 1.0, points), group.track, group.ends
     if points < MANY:
         values = evaluate(track.coefficients[:HEIGHT], at_shares(track, ends, np.append(share, 0.0)))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
         values[PHASE] -= middle
     else:
-        values = _way_of(pairing, track, ends).rows(share)
+        values = _way_of(group).rows(share)
     return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
 
 
-def _at_given(
-    pairing: Pairing, track: Track, ends: Ends, l1: FloatArray
-) -> tuple[FloatArray, NDArray[np.int8]]:
+def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
     """Rows and status at given l1: from the track, beyond its window solved one by one."""
+    pairing, track, ends = group.pairing, group.track, group.ends
     x, several = shares_at_l1(track, ends, l1)
     values = _by_blocks(track.coefficients, x)
     status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))

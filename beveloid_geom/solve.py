@@ -43,6 +43,8 @@ class Status(IntEnum):
     """More than one contact on the flanks for this l1."""
     ENDLESS = 5
     """Of a path: it closes on itself on the flanks, without meeting a limit."""
+    UNDEFINED = 6
+    """The inputs leave nothing to solve: a member that its tool cannot cut, parallel axes, NaN."""
 
 
 @dataclass(frozen=True, eq=False)

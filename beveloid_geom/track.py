@@ -30,14 +30,10 @@ from .contact import (
     roll_angles,
     trace_parameters,
 )
-from .curve import (
-    HIGHEST,
-    Basis,
-    basis_of,
-    resolved_degree,
-)
+from .curve import HIGHEST, NOISE, Basis, basis_of, resolved, resolved_degree
 from .inputs import FloatArray
 from .solve import Status, solve_gear_parameter
+from .unfolded import meet_on_curve, onto_curve, units_of
 
 ROWS = {
     "l1": 0,
@@ -62,8 +58,11 @@ LARGEST = 400
 """Highest degree of a track."""
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
-STEEP = 128.0
-"""Gap tolerances (1e-10 mm on Table 1) up to which a position near n_x = 0 still counts as solved."""
+LOOSEST = 2e-10
+"""mm of rounding, relative to which a track may be loosened."""
+STEEP, NEAR, PASSES = 0.05, 1e-4, 5
+"""|n_x| below which a position is solved again with n_x as an unknown; how far, in units of z, that may
+move it; passes of Newton."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,27 +71,22 @@ class Track:
 
     `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x,
     but NaN where the path is followed by its length and x is no function of l1. `status` (cases):
-    SOLVED, or why there is no track. `elsewhere` (cases): pieces on the flanks of other paths of
-    the same case, which cover less roll."""
+    SOLVED, or why there is no track."""
 
     coefficients: FloatArray
     middle: FloatArray
     half: FloatArray
     status: NDArray[np.int8]
-    elsewhere: NDArray[np.int_]
 
-    def merged(self, other: Track, cases: NDArray[np.int_]) -> Track:
-        """This track with those of the `other` in place of its `cases`."""
-        sizes = self.coefficients.shape[-1], other.coefficients.shape[-1]
-        coefficients = np.zeros((WIDTH, len(self.status), max(sizes)))
-        coefficients[..., : sizes[0]] = self.coefficients
-        coefficients[:, cases] = 0.0
-        coefficients[:, cases, : sizes[1]] = other.coefficients
-        middle, half = self.middle.copy(), self.half.copy()
-        status, elsewhere = self.status.copy(), self.elsewhere.copy()
-        middle[cases], half[cases] = other.middle, other.half
-        status[cases], elsewhere[cases] = other.status, other.elsewhere
-        return Track(coefficients, middle, half, status, elsewhere)
+    def cases(self, index: NDArray[np.int_]) -> Track:
+        """The tracks of the cases `index`."""
+        return Track(self.coefficients[:, index], self.middle[index], self.half[index], self.status[index])
+
+
+def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> Track:
+    """Tracks whose parameter is no function of l1."""
+    void = np.full((len(status), 1), np.nan)
+    return Track(coefficients, void, void, status)
 
 
 def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
@@ -107,14 +101,36 @@ def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np
             break
         l[1] -= met.gap / roots.slope
         met = meet(pairing, l)
-    # n_x^2 is a difference of terms near 1: near n_x = 0 its rounding reaches F through B w.
+    # n_x^2 is a difference of terms near 1: for small n_x its rounding reaches F through B w.
     rounding = np.finfo(float).eps * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
-    good = np.abs(met.gap) <= np.minimum(8.0 * (tolerance + rounding), STEEP * tolerance)
-    status = np.where((roots.status == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), roots.status)
+    good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
     rows = rows_of(pairing, l, met)
-    if (status != Status.SOLVED).any():
+    weak = np.abs(met.normal_x) < STEEP
+    if weak.any():
+        _settle(pairing, rows, good, weak)
+    status = np.where((roots.status == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), roots.status)
+    undefined = pairing.undefined
+    if undefined.any():
+        status[undefined] = Status.UNDEFINED
+    if status.any():
         rows[:, status != Status.SOLVED] = np.nan
     return rows, status
+
+
+def _settle(pairing: Pairing, rows: FloatArray, good: NDArray[np.bool_], weak: NDArray[np.bool_]) -> None:
+    """Solve the `weak` positions again with n_x as an unknown, which l2 alone fixes but coarsely."""
+    cases = np.flatnonzero(weak.any(axis=-1))
+    part, weak = pairing.cases(cases), weak[cases]
+    units, y = units_of(part), np.moveaxis(rows[[0, 1, NORMAL.start]][:, cases], 0, -1)
+    across = meet(part, rows[:2, cases]).across[0]
+    start = np.concatenate((y, across[..., None]), axis=-1) / units
+    z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, PASSES)
+    y = np.moveaxis(z * units, -1, 0)
+    y[0] = rows[0, cases]
+    solved &= weak & (np.abs(z - start).max(axis=-1) < NEAR)
+    settled = rows_of(part, y[:2], meet_on_curve(part, y)[1])
+    rows[:, cases] = np.where(solved, settled, rows[:, cases])
+    good[cases] = np.where(weak, solved, good[cases])
 
 
 def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
@@ -130,44 +146,41 @@ def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
     return rows
 
 
-def resolving_degree(pairing: Pairing, coefficients: FloatArray) -> int | None:
-    """Degree that gives all rows to rounding, None if these coefficients do not."""
-    scale = np.ones(len(coefficients))
-    scale[LENGTHS] = scale[HEIGHT:] = pairing.scale.max()
-    return resolved_degree(coefficients, scale)
+def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
+    """Sizes (WIDTH, cases) to which the rounding of the rows relates.
+
+    `loosened` is for tracks whose rounding is more than that of the sizes of their terms: it lets lengths
+    be less exact by this factor, as long as that is below LOOSEST, and rolls by as much at the pitch
+    radius."""
+    size = pairing.scale[:, 0]
+    scale = np.ones((WIDTH, len(size)))
+    if loosened > 1.0:
+        size = np.maximum(size, np.minimum(loosened * size, LOOSEST / NOISE))
+        scale[[ROLL, ROLL + 1, PHASE]] = np.maximum(
+            1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
+        )
+        scale[NORMAL] = loosened
+    scale[LENGTHS] = scale[HEIGHT:] = size
+    return scale
 
 
-def fitted(pairing: Pairing, rows: FloatArray, basis: Basis) -> tuple[FloatArray, NDArray[np.bool_]]:
+def fitted(
+    pairing: Pairing, rows: FloatArray, basis: Basis, loosened: float = 1.0
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
-    coefficients = basis.coefficients(rows)
-    degree = resolving_degree(pairing, coefficients)
+    coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened)
+    degree = resolved_degree(coefficients, scale)
     if degree is not None:
         return coefficients[..., : degree + 1], np.ones(rows.shape[1], dtype=bool)
-    resolved = np.zeros(rows.shape[1], dtype=bool)
-    for case in np.flatnonzero(np.isfinite(rows).all(axis=(0, 2))):
-        one = slice(case, case + 1)
-        resolved[case] = resolving_degree(pairing.cases(one), coefficients[:, one]) is not None
-    return coefficients, resolved
+    return coefficients, resolved(coefficients, scale)
 
 
-def track_over_l1(pairing: Pairing) -> Track:
-    """The track over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
+def track_over_l1(pairing: Pairing, basis: Basis = COARSE) -> Track:
+    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
     low, high = pairing.lowest[0], pairing.highest[0]
     middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
-    track = _over_window(pairing, middle, half, COARSE)
-    if not track.status.any():
-        return track
-    # Where all points are solved, a higher degree may do.
-    solved = np.isfinite(track.coefficients).all(axis=(0, 2))
-    finer = np.flatnonzero((track.status != Status.SOLVED) & solved)
-    if finer.size == 0:
-        return track
-    return track.merged(_over_window(pairing.cases(finer), middle[finer], half[finer], FINE), finer)
-
-
-def _over_window(pairing: Pairing, middle: FloatArray, half: FloatArray, basis: Basis) -> Track:
     rows, found = exact_rows(pairing, middle + half * basis.nodes)
-    coefficients, resolved = fitted(pairing, rows, basis)
+    coefficients, good = fitted(pairing, rows, basis)
     status = found.max(axis=-1)
-    status[(status == Status.SOLVED) & ~resolved] = Status.NOT_CONVERGED
-    return Track(coefficients, middle, half, status, np.zeros(status.shape, dtype=int))
+    status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED
+    return Track(coefficients, middle, half, status)

@@ -77,8 +77,8 @@ def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
     return [*curves, *(Walked(k, z[case == k], False, True) for k in left.tolist())], missing
 
 
-def _window(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
-    """Bounds (2, cases, 1) of l1 and l2, mm."""
+def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
+    """Bounds (2, cases, 1) of the window in l1 and l2, mm."""
     slack = BEYOND * (pairing.highest - pairing.lowest)
     shape = (2, *pairing.branch.shape)
     return (
@@ -92,7 +92,7 @@ def _points_on_curves(
 ) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Points of curves on the lines of the grid: their cases, z (points, 4), and which are solved to
     rounding; and for which cases some node of the grid has no common normal."""
-    low, high = _window(pairing)
+    low, high = window_of(pairing)
     nodes = low + np.linspace(0.0, 1.0, LINES) * (high - low)
     cases = nodes.shape[1]
     grid = np.empty((2, cases, LINES, LINES))
@@ -151,7 +151,7 @@ def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> NDArray[np.bo
     """Whether points (cases, 1, 4) lie in the window."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
-    low, high = _window(pairing)
+    low, high = window_of(pairing)
     inside = (y[:2] >= low) & (y[:2] <= high) & (np.abs(height) <= 2.0 * FACES * pairing.half_width)
     return np.asarray(np.all(inside, axis=0)[:, 0])
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom.contact import Pairing, meet, pairing_of
-from beveloid_geom.ends import find_ends
-from beveloid_geom.follow import _followed, track_of
+from beveloid_geom.follow import _followed, paths_on_flanks
 from beveloid_geom.inputs import Design, Errors, FloatArray, Pair
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, contact_ratio, path_blocks, path_ends, path_of_contact
@@ -66,7 +65,8 @@ both = pytest.mark.parametrize("design", LOST.values(), ids=LOST)
 
 def tracked(design: Design) -> Track:
     with np.errstate(invalid="ignore", divide="ignore"):
-        return track_of(pairing_of(design, "right"))
+        (group,) = paths_on_flanks(pairing_of(design, "right"))
+    return group.track
 
 
 def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float:
@@ -135,10 +135,11 @@ def test_members_exchanged_give_the_same_path(design: Design) -> None:
 def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
     pairing = pairing_of(table1(a), flank)
     with np.errstate(invalid="ignore", divide="ignore"):
-        plain, followed = track_of(pairing), _followed(pairing)
-        assert np.isfinite(plain.half).all()
-        assert followed.status.tolist() == [Status.SOLVED]
-        one, other = find_ends(pairing, plain), find_ends(pairing, followed)
+        (plain,), (followed,) = paths_on_flanks(pairing), _followed(pairing)
+    assert np.isfinite(plain.track.half).all()
+    assert np.isnan(followed.track.half).all()
+    assert followed.ends.status.tolist() == [Status.SOLVED]
+    one, other = plain.ends, followed.ends
     np.testing.assert_allclose(one.l, other.l, atol=1e-11)
     np.testing.assert_allclose(one.roll, other.roll, atol=1e-13)
     np.testing.assert_allclose(one.span, other.span, atol=1e-12)

@@ -13,13 +13,13 @@ import pytest
 
 from beveloid_geom.assembly import layout_of
 from beveloid_geom.contact import Limit
+from beveloid_geom.ends import longest_run
 from beveloid_geom.flank import root_parameter, tip_parameter, undercut_margin
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair, Tool
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, contact_ratio, path_ends, path_of_contact
 from beveloid_geom.rack import parameter_at_height, section_point
 from beveloid_geom.solve import Status
-from beveloid_geom.ends import longest_run
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
 from tests.test_path import NUMBERS, five_equation_residual, margins
@@ -234,14 +234,13 @@ def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
     assert 0 < twice < 30
 
 
-def test_positions_too_near_the_pole_are_not_passed_off_as_solved() -> None:
-    """Closed at 14.84 deg, n_x falls to 0.002: rounding in l2 moves the contact too far there."""
+def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
+    """Closed at 14.84 deg, n_x falls to 0.002: the rounding of l2 alone would move the contact too far."""
     design = replace(table1((0.0001, 0.0001)), pair=Pair(218.9033, radians(14.84)))
     path = path_of_contact(design, l1=np.linspace(-5.0, 5.0, 401))
-    assert (path.status == Status.NOT_CONVERGED).any()
-    solved = path.status != Status.NOT_CONVERGED
-    assert five_equation_residual(design, path_of_contact(design, l1=path.l1[solved])) < 1e-9
-    assert np.isnan(path.point[~solved]).all()
+    assert np.isin(path.status, (Status.SOLVED, Status.OFF_FLANK)).all()
+    assert np.abs(path.normal[:, 0]).min() < 0.003
+    assert five_equation_residual(design, path) < 1e-9
 
 
 def test_newton_stays_in_its_bracket() -> None:
