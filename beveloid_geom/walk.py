@@ -1,8 +1,8 @@
 """All curves of contact of a pair in a window of flank parameters, found and walked along.
 
-`curves_of` samples F for both signs of n_x over a grid in (l1, l2) that covers both flanks and a little
-more. Every change of sign along a line of the grid is a point of a curve of contact, whatever
-else the curve does between. From one such point after the other the curve is walked both ways
+`curves_of` samples F for both signs of n_x along a grid of lines in (l1, l2) that covers both flanks and a
+little more. Every change of sign along a line is a point of a curve of contact, whatever else the
+curve does between. From one such point after the other the curve is walked both ways
 by its length (`unfolded`), predictor and corrector, until it leaves the window or closes; points
 met on the way need no walk of their own. What is left out is a curve that stays between the lines
 of the grid, 1/29 of a flank's depth apart.
@@ -20,22 +20,27 @@ from numpy.typing import NDArray
 
 from .contact import Pairing, axial_and_radius, guarded_gap, meet
 from .inputs import FloatArray
+from .rack import rack_normal
 from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
 
-LINES, BEYOND, FACES = 33, 0.05, 3.0
-"""Lines of the grid for each member; how far, in flank depths, it reaches beyond root and tip; and
-how far from mid-face, in face widths, a curve is walked."""
+LINES, SAMPLES, BEYOND = 33, 17, 0.05
+"""Lines of the grid for each member, samples on each piece of a line, and how far, in flank depths, the
+grid reaches beyond root and tip."""
+FACES, STEEPEST = 3.0, 0.3
+"""How far from mid-face, in face widths, a curve is walked; on nearly parallel axes, along which l1 and l2
+hardly change, further in the ratio of STEEPEST to the sine of the shaft angle, to meet a line of the grid."""
 HALVINGS, PASSES = (12, 50), 5
 """Of a change of sign before Newton, where it fails to rounding, as near n_x = 0; passes of Newton."""
 FIRST_STEP, LONGEST, SHORTEST = 0.02, 0.08, 1e-7
-"""Steps along the curve, in units of z."""
+"""Steps along the curve, in units of z; LONGEST is multiplied by the distance from mid-face in face widths
+where that is more than one."""
 TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
 MOST_STEPS, MOST_WALKS = 3000, 40
-SAME = 0.005
-"""Distance, in units of z, from the line through the points of a walked curve at which a point counts as
-lying on it; the steps turn so little that the line is five times nearer."""
+SAME = 0.06
+"""Distance, in steps, from the line through the points of a walked curve at which a point counts as lying
+on it; the steps turn so little that the line is five times nearer."""
 
 
 class Stop(IntEnum):
@@ -90,24 +95,20 @@ def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
 def _points_on_curves(
     pairing: Pairing, units: FloatArray
 ) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Points of curves on the lines of the grid: their cases, z (points, 4), and which are solved to
-    rounding; and for which cases some node of the grid has no common normal."""
-    low, high = window_of(pairing)
-    nodes = low + np.linspace(0.0, 1.0, LINES) * (high - low)
-    cases = nodes.shape[1]
-    grid = np.empty((2, cases, LINES, LINES))
-    grid[0], grid[1] = nodes[0][:, :, None], nodes[1][:, None, :]
-    found = []
-    for sheet in (1.0, -1.0):
-        part = replace(pairing, branch=np.full(pairing.branch.shape, sheet))
-        met = meet(part, grid.reshape(2, cases, -1))
-        gap = guarded_gap(part, met).reshape(cases, LINES, LINES)
-        real = ~np.isnan(met.gap).reshape(cases, LINES, LINES)
-        for l1, l2 in ((1, 0), (0, 1)):
-            near, far = np.s_[:, : LINES - l1, : LINES - l2], np.s_[:, l1:, l2:]
-            hit = (np.signbit(gap[near]) != np.signbit(gap[far])) & (real[near] | real[far])
-            ends = np.stack((grid[:, *near][:, hit], grid[:, *far][:, hit]))
-            found.append((np.nonzero(hit)[0], np.full(ends.shape[-1], sheet), ends, gap[near][hit]))
+    """Points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
+    are solved to rounding; and for which cases some sample has no common normal."""
+    found, missing = [], np.zeros(pairing.branch.shape[0], dtype=bool)
+    for member in range(2):
+        l = _lines(pairing, member)
+        for sheet in (1.0, -1.0):
+            part = replace(pairing, branch=np.full(pairing.branch.shape, sheet))
+            met = meet(part, l.reshape(2, len(missing), -1))
+            gap = guarded_gap(part, met).reshape(l.shape[1:])
+            real = ~np.isnan(met.gap).reshape(l.shape[1:])
+            hit = (np.signbit(gap[..., :-1]) != np.signbit(gap[..., 1:])) & (real[..., :-1] | real[..., 1:])
+            sides = np.stack((l[..., :-1][:, hit], l[..., 1:][:, hit]))
+            found.append((np.nonzero(hit)[0], np.full(sides.shape[-1], sheet), sides, gap[..., :-1][hit]))
+        missing |= ~real.all(axis=(1, 2, 3))
     case, branch, sides, side = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
     part, units = replace(pairing.cases(case), branch=branch[:, None]), units[case]
     z, solved = np.full((case.size, 1, 4), np.nan), np.zeros(case.size, dtype=bool)
@@ -116,8 +117,40 @@ def _points_on_curves(
         z[left], solved[left] = _solved_between(
             part.cases(left), units[left], sides[..., left, None], side[left, None], halvings
         )
-    inside = _within(part, z, units)
-    return case[inside], z[inside, 0], solved[inside], np.asarray(~real.all(axis=(1, 2)))
+    inside, _ = _within(part, z, units)
+    return case[inside], z[inside, 0], solved[inside], missing
+
+
+def _lines(pairing: Pairing, member: int) -> FloatArray:
+    """Samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines along which the l of `member` varies and
+    that of the other does not.
+
+    Each line is cut where n_x vanishes on it, and the samples crowd towards the cuts as their squares do:
+    F is smooth in n_x, and runs to its pole with the root of the distance from the cut in l."""
+    low, high = window_of(pairing)
+    fixed = low + np.linspace(0.0, 1.0, LINES) * (high - low)
+    v = rack_normal(pairing.rack, fixed)[2, 1 - member]
+    rack, layout = pairing.rack, pairing.layout
+    # v_j = R cos(tau + psi) with tan(tau) = 2 a l; n_x vanishes where v_j is one of the two `edges`.
+    normal, direction = rack.normal[2, member], rack.direction[2, member]
+    edges = (
+        -v * layout.cos_angle + sign * np.sqrt(1.0 - v * v) * np.abs(layout.sin_angle) for sign in (-1.0, 1.0)
+    )
+    turns = [np.arccos(edge / np.hypot(normal, direction)) for edge in edges]
+    psi, bend = (
+        np.arctan2(direction, normal),
+        2.0 * np.broadcast_to(rack.parabola, (2, *v.shape[:1], 1))[member],
+    )
+    cuts = [np.tan(sign * turn - psi) / bend for turn in turns for sign in (-1.0, 1.0)]
+    least, most = low[member], high[member]
+    cuts = [np.where(np.isnan(cut), least, np.clip(cut, least, most)) for cut in cuts]
+    ends = np.broadcast_arrays(least, *cuts, most)
+    breaks = np.sort(np.stack(ends, axis=-1), axis=-1)
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, SAMPLES))
+    varied = breaks[..., :-1, None] + share * np.diff(breaks, axis=-1)[..., None]
+    l = np.empty((2, *varied.shape))
+    l[member], l[1 - member] = varied, fixed[1 - member][..., None, None]
+    return l
 
 
 def _solved_between(
@@ -147,24 +180,28 @@ def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -
     return y
 
 
-def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> NDArray[np.bool_]:
-    """Whether points (cases, 1, 4) lie in the window."""
+def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Whether points (cases, 1, 4) lie in the window, and how far from mid-face, in face widths."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
+    faces = np.max(np.abs(height) / (2.0 * pairing.half_width), axis=0)
     low, high = window_of(pairing)
-    inside = (y[:2] >= low) & (y[:2] <= high) & (np.abs(height) <= 2.0 * FACES * pairing.half_width)
-    return np.asarray(np.all(inside, axis=0)[:, 0])
+    most = FACES * np.maximum(1.0, STEEPEST / np.abs(pairing.layout.sin_angle))
+    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0) & (faces <= most)
+    return np.asarray(inside[:, 0]), np.asarray(faces[:, 0])
 
 
 def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
-    """Distances (points) of z (points, 4) from a line through points (corners, 4)."""
+    """Distances (points) of z (points, 4) from a line through points (corners, 4), in sides of the line
+    where these are longer than LONGEST, else in LONGEST."""
     if len(line) < 2:
-        return np.asarray(np.linalg.norm(z - line[0], axis=-1))
+        return np.asarray(np.linalg.norm(z - line[0], axis=-1)) / LONGEST
     side = np.diff(line, axis=0)
     from_corner = z[:, None] - line[:-1]
     share = np.einsum("pci,ci->pc", from_corner, side) / np.einsum("ci,ci->c", side, side)
     foot = from_corner - np.clip(share, 0.0, 1.0)[..., None] * side
-    return np.asarray(np.linalg.norm(foot, axis=-1).min(axis=-1))
+    size = np.maximum(np.linalg.norm(side, axis=-1), LONGEST)
+    return np.asarray((np.linalg.norm(foot, axis=-1) / size).min(axis=-1))
 
 
 def _walked_both_ways(
@@ -190,7 +227,8 @@ def _walk(
     pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
     """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
-    z, first, step = start.copy(), tangent, np.full(len(start), FIRST_STEP)
+    z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units)
+    step = FIRST_STEP * np.maximum(1.0, faces)
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
     stops = np.full(len(start), int(Stop.LOST))
     active, steps = np.arange(len(start)), [start.copy()]
@@ -204,10 +242,12 @@ def _walk(
         trace = np.full(z.shape, np.nan)
         trace[moved] = z[moved]
         steps.append(trace)
-        longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], LONGEST), step[active])
-        step[active] = np.where(good, longer, 0.5 * step[active])
-        outside, closed = np.zeros((2, len(active)), dtype=bool)
-        outside[good] = ~_within(pairing.cases(moved), z[moved, None], units[moved])
+        outside = np.zeros(len(active), dtype=bool)
+        inside, faces[moved] = _within(pairing.cases(moved), z[moved, None], units[moved])
+        outside[good] = ~inside
+        most = LONGEST * np.maximum(1.0, faces[active])
+        longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], most), step[active])
+        step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
         home &= np.einsum("...i,...i", tangent[active], first[active]) > 0.5
         closed = good & home & (taken[active] > 4)
