@@ -32,13 +32,13 @@ from .touch import Pose, met_by, seen_by_other
 BOX_SIDES = 4
 LINES = len(Limit) + BOX_SIDES
 CORNERS = np.array([(i, j) for i in range(LINES) for j in range(i)]).T
-PASSES, LAST_STEP = 60, 1e-7
-"""Steps; mm below which a step is the last, as it leaves an error of its square."""
-PENALTY = 10.0
-"""1/mm: what the square of being outside a limit costs, beside the multiplier times it. A cost in
-proportion would stop every step along a curved edge."""
-FEASIBLE, NOISE = 1e-9, 1e-11
-"""mm outside a limit that still count as on it; mm of f that mean nothing."""
+PASSES, LAST_STEP = 60, 1e-8
+"""Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
+PENALTY = 150.0
+"""Over the tooth depth: what the square of being outside a limit costs, beside the multiplier times it.
+A cost in proportion would stop every step along a curved edge."""
+FEASIBLE, NOISE = 1e-10, 1e-12
+"""Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 BLOCK = 1024
 
 
@@ -52,6 +52,11 @@ class Task:
     pose: Pose
     roll: FloatArray
     start: FloatArray
+
+    @property
+    def depth(self) -> float:
+        """Depth of the pinion's teeth, mm: what small lengths are shares of."""
+        return self.own.tip - self.own.root
 
     def pick(self, index: NDArray[np.int_] | slice) -> Task:
         """The tasks `index`."""
@@ -72,11 +77,11 @@ class Local:
     curve: FloatArray
     meeting: FloatArray
 
-    def merit(self, weight: FloatArray) -> FloatArray:
+    def merit(self, weight: FloatArray, depth: float) -> FloatArray:
         """f less the margins times their multipliers (8, n), with a cost of being outside; infinite
         where the gear has no such point."""
         outside = np.minimum(self.margin, 0.0)
-        merit = self.f + (PENALTY * outside * outside - weight * self.margin).sum(axis=0)
+        merit = self.f + (PENALTY / depth * outside * outside - weight * self.margin).sum(axis=0)
         return np.where(np.isnan(merit), np.inf, merit)
 
     def pick(self, index: NDArray[np.int_]) -> Local:
@@ -178,7 +183,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
 
 
 def _quadratic_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
 ) -> tuple[FloatArray, NDArray[np.int_], FloatArray]:
     """Least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
     d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
@@ -192,14 +197,14 @@ def _quadratic_step(
     multiplier = np.zeros(margin.shape)
     if bound.size:
         slope, bend, rate = slope[:, bound], bend[..., bound], rate[..., bound]
-        step[:, bound], active[:, bound] = _bounded_step(slope, bend, rate, margin[:, bound])
+        step[:, bound], active[:, bound] = _bounded_step(slope, bend, rate, margin[:, bound], depth)
         pull = slope + (bend * step[:, bound]).sum(axis=1)
         multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])
     return step, active, multiplier
 
 
 def _bounded_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
 ) -> tuple[FloatArray, NDArray[np.int_]]:
     """The same where the least lies on a limit, by trying all edges and corners."""
     (a, b), (_, c) = bend
@@ -219,7 +224,7 @@ def _bounded_step(
         low = np.minimum(low, x * p + y * q + m)
     value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
     # Where the limits leave nothing inside the box, the corner least outside is next best.
-    value = np.where(low >= -FEASIBLE, value, 1e6 * (1.0 - low))
+    value = np.where(low >= -FEASIBLE * depth, value, 1e6 * (depth - low))
     best = np.where(np.isfinite(value), value, np.inf).argmin(axis=0)
     each = np.arange(best.size)
     single = np.stack((np.arange(LINES), np.full(LINES, -1)))
@@ -257,7 +262,7 @@ def least_approach(task: Task, place: FloatArray, box: FloatArray) -> Least:
 
 
 def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
-    n = place.shape[1]
+    n, depth = place.shape[1], task.depth
     place, here = place.copy(), local_at(task, *place)
     limit = np.full((2, n), -1, dtype=np.int8)
     weight, reach, converged = np.zeros((len(Limit), n)), np.ones(n), np.zeros(n, dtype=bool)
@@ -270,13 +275,13 @@ def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
         walls = np.broadcast_to(np.array(((1, 0), (0, 1), (-1, 0), (0, -1.0)))[..., None], (4, 2, going.size))
         bend = at.bend - (weight[:, None, None, going] * at.curve).sum(axis=0)
         step, active, multiplier = _quadratic_step(
-            at.slope, bend, np.concatenate((at.rate, walls)), np.concatenate((at.margin, side))
+            at.slope, bend, np.concatenate((at.rate, walls)), np.concatenate((at.margin, side)), depth
         )
         boxed = (active >= len(Limit)).any(axis=0)
-        small = (np.abs(step) <= LAST_STEP).all(axis=0) & ~boxed
+        small = (np.abs(step) <= LAST_STEP * depth).all(axis=0) & ~boxed
         there = local_at(task.pick(going), *(place[:, going] + step))
         pull = np.maximum(multiplier[: len(Limit)], 0.0)
-        better = there.merit(pull) <= at.merit(pull) + NOISE
+        better = there.merit(pull, depth) <= at.merit(pull, depth) + NOISE * depth
         moved = going[better]
         place[:, moved] += step[:, better]
         for name, value in vars(here).items():

@@ -70,14 +70,15 @@ def layout_by_case(layout: Layout, batch_shape: tuple[int, ...]) -> Layout:
     return Layout(*(np.broadcast_to(value, batch_shape).reshape(-1, 1) for value in vars(layout).values()))
 
 
-def common_normal(layout: Layout, axial: FloatArray) -> CommonNormal:
+def common_normal(layout: Layout, axial: FloatArray | tuple[FloatArray, FloatArray]) -> CommonNormal:
     """Common normal of two flanks whose outward unit normals have the axial components
-    `axial` (2, ...), pinion first.
+    `axial`, pinion first; the two may have shapes that broadcast.
 
     With n the pinion's normal, n.k1 = v1 and n.k2 = -v2 give n_y = -(v2 + v1 cos d)/sin d,
     written so that it stays exact for small d. `x_squared` is negative where no common
     normal exists."""
-    y = (layout.versed_angle * axial - (axial[0] + axial[1])) / layout.sin_angle
+    both = axial[0] + axial[1]
+    y = np.array([(layout.versed_angle * own - both) / layout.sin_angle for own in axial])
     return CommonNormal(1.0 - axial[0] * axial[0] - y[0] * y[0], y)
 
 

@@ -24,13 +24,13 @@ from .path import ContactPath
 from .solve import Status
 from .surface import cut_at
 
-TOLERANCE = 1e-6
-"""mm of overlap that a contact is allowed."""
-SADDLE = 1e-10
-"""1/mm: curvature of the approach that counts as negative."""
+TOLERANCE = 2e-7
+"""Modules of overlap that a contact is allowed: 1.2e-6 mm on Table 1."""
+SADDLE = 6e-10
+"""Over the module: curvature of the approach that counts as negative."""
 
-JOINT = 1e-9
-"""mm above the joint with the fillet, from where on a point is taken to be on the flank."""
+JOINT = 2e-10
+"""Modules above the joint with the fillet, from where on a point is taken to be on the flank."""
 
 
 class Verdict(IntEnum):
@@ -82,12 +82,13 @@ def certify(design: Design, path: ContactPath) -> Certificate:
     separation = np.where(solved, ahead * _moment(design, path.flank, roll, first), np.nan)
     curvature = np.where(solved, _curvature(design, path, roll), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0
-    saddle = curvature < -SADDLE
+    module = float(design.gear.tool.normal_module)
+    saddle = curvature < -SADDLE / module
     within = (tangent & same) | first.on_fillet.any(axis=-1)
     cases = (
         # Nothing is further off than the position itself, which touches.
-        (~solved | (separation > TOLERANCE), Verdict.NOT_SOLVED),
-        (separation >= -TOLERANCE, Verdict.FIRST_CONTACT),
+        (~solved | (separation > TOLERANCE * module), Verdict.NOT_SOLVED),
+        (separation >= -TOLERANCE * module, Verdict.FIRST_CONTACT),
         (saddle | within, Verdict.INTERFERENCE),
         (~tangent, Verdict.EDGE_CONTACT),
     )
@@ -125,7 +126,7 @@ def _curvature(design: Design, path: ContactPath, roll: FloatArray) -> FloatArra
     with np.errstate(invalid="ignore"):
         task = mesh.task(position, np.zeros_like(position))
         # The path is one of flanks: at the joint rounding must not make a fillet of it.
-        l1 = np.maximum(path.l1.reshape(-1), mesh.own.joint + JOINT)
+        l1 = np.maximum(path.l1.reshape(-1), mesh.own.joint + JOINT * mesh.module)
         (a, b), (_, c) = local_at(task, l1, path.pinion_z.reshape(-1)).bend
         lesser = 0.5 * (a + c) - np.hypot(0.5 * (a - c), b)
     return np.asarray(lesser.reshape(roll.shape))

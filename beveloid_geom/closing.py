@@ -41,7 +41,7 @@ from .flank import root_parameter, tip_radius, tip_thickness, undercut_margin
 from .inputs import Design, FloatArray, Member
 from .mounting import mounting_of
 from .rack import rack_of
-from .undercut import CURE, pointed_part, undercut_of, words_of
+from .undercut import CURE, cut_fault, pointed_part, undercut_of, words_of
 
 OFFSET_TOLERANCE = 0.1
 SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
@@ -53,6 +53,11 @@ THIN_TIP = 0.2
 SMALL_CLEARANCE = 0.1
 """Tip clearance in modules below which a mounting error or a deflection may use it up."""
 SAMPLES = 721
+PARALLEL = 1e-12
+"""Sine of a shaft angle below which axes count as parallel: rounding of the helix angles leaves no
+digits of it."""
+AMISS = 1e-6
+"""rad by which the shaft angle of a layout found from its pressure angle may miss that asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,18 +158,20 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
         bw[j] = np.arcsin(np.cos(alpha) * np.cos(gamma) * np.sin(beta) / (np.cos(aw) * np.cos(gw[j])))
         rw[j] = lever / (np.cos(aw) * np.cos(bw[j]))
         thickness[j] = member.teeth * _thickness(member, aw, gw[j], bw[j], rw[j])
-    # Axes by their components across the trace, along it and along N.
-    sine, cosine = np.sin(gw), np.cos(gw)
-    across, along = np.sin(bw) * cosine, np.cos(bw) * cosine
-    first = np.stack((-across[0], along[0], -sine[0]), axis=-1)
-    second = np.stack((across[1], along[1], sine[1]), axis=-1)
-    cos_d = np.einsum("...i,...i", first, second)
-    sin_d = np.linalg.norm(np.cross(first, second), axis=-1)
+    # Axes by their components across the trace, along it and along N: (-sin b cos g, cos b cos g,
+    # -sin g) and, other signs, the gear's. Their cross product by the sum of the helix angles, of
+    # which the offset is a multiple: so nearly parallel axes keep their digits.
+    sine, cosine, sum_sine = np.sin(gw), np.cos(gw), np.sin(bw[0] + bw[1])
+    (sin_1, sin_2), (cos_1, cos_2) = np.sin(bw) * cosine, np.cos(bw) * cosine
+    cos_d = cos_1 * cos_2 - sin_1 * sin_2 - sine[0] * sine[1]
+    square = (sine[0] * cos_2 + sine[1] * cos_1) ** 2 + (sine[0] * sin_2 - sine[1] * sin_1) ** 2
+    sin_d = np.sqrt(square + (cosine[0] * cosine[1] * sum_sine) ** 2)
     hand = np.where(design.pinion.helix_angle + np.asarray(design.gear.helix_angle) < 0.0, -1.0, 1.0)
     reach = rw[0] * cosine[1] + rw[1] * cosine[0]
     lean = rw[::-1] * (sine + sine[::-1] * cos_d) / cosine[::-1]
+    sin_d = np.where(sin_d > PARALLEL, sin_d, np.nan)
     return ClosedLayout(
-        offset=np.asarray(hand * reach * np.sin(bw[0] + bw[1]) / sin_d),
+        offset=np.asarray(hand * reach * sum_sine / sin_d),
         shaft_angle=np.arctan2(sin_d, cos_d),
         pressure_angle=aw,
         cone_angle=gw,
@@ -179,7 +186,8 @@ def _roots(function: Callable[[float], float], samples: FloatArray, values: Floa
     """Zeros of `function` between samples at which its values change sign."""
     from scipy.optimize import brentq  # slow to import
 
-    cells = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
+    known = np.isfinite(values[:-1]) & np.isfinite(values[1:])
+    cells = np.flatnonzero(known & (np.signbit(values[:-1]) != np.signbit(values[1:])))
     return [float(brentq(function, samples[i], samples[i + 1], xtol=1e-15, rtol=1e-15)) for i in cells]
 
 
@@ -187,7 +195,8 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     """The layout in which the members of a single `design` mesh without backlash, mid-faces at
     the pitch point: offset, shaft angle and mounting distances follow from the gears alone.
 
-    Raises ValueError for arrays, and where the members have backlash in every layout that closes."""
+    Raises ValueError for arrays, where the members have backlash in every layout that closes, and
+    where the axes of the one without meet or are parallel."""
     _only_single(design)
 
     def backlash(pressure_angle: float) -> float:
@@ -202,22 +211,30 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
     found = closed_layout(design, np.asarray(roots[0]))
     if not float(found.offset) > 0.0:
-        raise ValueError("no layout without backlash: the helix angles nearly cancel, the axes would meet")
+        cause = "the helix angles nearly cancel, the axes would meet or be parallel"
+        raise ValueError(f"no layout without backlash: {cause}")
     return found
 
 
-def closing_offset(design: Design) -> float:
-    """Offset (mm) that closes at the design's shaft angle. The two normals are known then, and
-    half the length of their sum is sin(a_w)."""
+def _pressure_angle_as_mounted(design: Design) -> float:
+    """Working pressure angle (rad) that the two common normals make at the design's shaft angle, if
+    their lines meet: half the length of their sum is its sine. NaN without common normals."""
     layout, branch = layout_of(design, with_errors=False), mounting_of(design).branch
     normals = []
-    for flank, sign in zip(("right", "left"), branch, strict=True):
-        axial = np.array([rack_of(member, flank).normal[2] for member in design.members])
-        normal = common_normal(layout, axial)
-        with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for flank, sign in zip(("right", "left"), branch, strict=True):
+            axial = np.array([rack_of(member, flank).normal[2] for member in design.members])
+            normal = common_normal(layout, axial)
             normals.append((sign * np.sqrt(normal.x_squared), normal.y[0], axial[0]))
-    half = 0.5 * np.linalg.norm(np.sum(normals, axis=0))
-    return float(closed_layout(design, np.arcsin(half)).offset)
+        return float(np.arcsin(0.5 * np.linalg.norm(np.sum(normals, axis=0))))
+
+
+def closing_offset(design: Design) -> float:
+    """Offset (mm) that closes at the design's shaft angle, NaN if there is none."""
+    with np.errstate(invalid="ignore"):
+        closed = closed_layout(design, np.asarray(_pressure_angle_as_mounted(design)))
+    meant = abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < AMISS
+    return float(closed.offset) if meant else math.nan
 
 
 def _closing_shaft_angle(design: Design) -> float:
@@ -243,7 +260,9 @@ def closing_of(design: Design) -> Closing:
     reasons = []
     if math.isnan(offset):
         given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"
-        reasons.append(f"the flanks have no common normal at a shaft angle of {given}: no offset closes it")
+        lost = math.isnan(_pressure_angle_as_mounted(design))
+        why = "the flanks have no common normal" if lost else "the lines of action do not meet"
+        reasons.append(f"{why} at a shaft angle of {given}: no offset closes it")
     if math.isnan(shaft_angle):
         reasons.append(f"no shaft angle closes it at an offset of {design.pair.offset:.6g} mm")
     return Closing(
@@ -328,6 +347,9 @@ def _undercut_remarks(name: str, member: Member) -> Iterator[Remark]:
 
 
 def _tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
+    if fault := cut_fault(member):
+        yield Remark("warning", f"the flanks of the {name} cannot be cut: {fault}")
+        return
     yield from _undercut_remarks(name, member)
     module, pointed = float(member.tool.normal_module), pointed_part(member)
     for end, z, part in (("heel", 0.5, "from {0:.4g} mm on"), ("toe", -0.5, "up to {1:.4g} mm")):

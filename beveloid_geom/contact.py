@@ -127,12 +127,42 @@ class Limit(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
+class Terms:
+    """What F takes from a member at its own flank parameter: normal `own` and rack point `start`
+    (3, ...) in the generating frame, S, the moment g, and A, B of eta = A + B w as `level`, `slope`."""
+
+    own: Numbers
+    start: Numbers
+    square: Numbers
+    moment: Numbers
+    level: Numbers
+    slope: Numbers
+
+    def of(self, member: int) -> Terms:
+        """Those of pinion (0) or gear (1) out of those of both."""
+        own, start, *rest = vars(self).values()
+        return Terms(own[:, member], start[:, member], *(value[member] for value in rest))
+
+
+@dataclass(frozen=True, eq=False)
+class Facing:
+    """F and what both members give to it.
+
+    `gap` is F, mm; NaN where no common normal exists. `reach` is n_x w (2, ...) and `pole` the sum
+    of B n_x w: both stay real there. `normal_y` (2, ...) is seen in each member's fixed frame."""
+
+    gap: Numbers
+    pole: Numbers
+    reach: Numbers
+    normal_x: Numbers
+    normal_y: Numbers
+
+
+@dataclass(frozen=True, eq=False)
 class Meeting:
     """Terms of F at given flank parameters; (2, cases, positions) except `gap` and `normal_x`.
 
-    `gap` is F, mm; NaN where no common normal exists. `slope` is B, `reach` n_x w: both stay
-    real there. `normal_y` is seen in each member's fixed frame; `own` and `start` (3, ...) are
-    normal and rack point in the generating frame."""
+    `along` is eta, `across` w; the others are those of `Terms` and `Facing`."""
 
     gap: Numbers
     along: Numbers
@@ -145,6 +175,11 @@ class Meeting:
     moment: Numbers
     own: Numbers
     start: Numbers
+
+    @property
+    def pole(self) -> Numbers:
+        """As in `Facing`."""
+        return np.asarray(self.slope[0] * self.reach[0] + self.slope[1] * self.reach[1])
 
 
 def _flanks(design: Design, flank: str) -> dict[str, Any]:
@@ -189,44 +224,96 @@ def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> 
     )
 
 
-def meet(pairing: Pairing, l: Numbers) -> Meeting:
-    """Evaluate F and its terms at flank parameters `l` (2, cases, positions), mm.
+def _rack_of_one(rack: Rack, member: int) -> Rack:
+    """The rack of pinion (0) or gear (1) out of those of both."""
+    return Rack(
+        apex=rack.apex[:, member],
+        direction=rack.direction[:, member],
+        normal=rack.normal[:, member],
+        trace=rack.trace[:, member],
+        parabola=np.asarray(rack.parabola)[member],
+        pitch_radius=np.asarray(rack.pitch_radius)[member],
+        sigma=rack.sigma,
+    )
 
-    Positions without a common normal come out as NaN; the caller silences NumPy's warning."""
-    rack, layout = pairing.rack, pairing.layout
+
+def terms_of(pairing: Pairing, l: Numbers) -> Terms:
+    """Terms of both members at flank parameters (2, cases, positions), mm."""
+    return _terms(pairing.rack, pairing.position, l)
+
+
+def terms_of_one(pairing: Pairing, l: Numbers, member: int) -> Terms:
+    """Terms of pinion (0) or gear (1) alone at its flank parameters (..., cases, positions), mm."""
+    return _terms(_rack_of_one(pairing.rack, member), pairing.position[member], l)
+
+
+def _terms(rack: Rack, position: FloatArray, l: Numbers) -> Terms:
     own, start, tangent = rack_normal(rack, l), rack_point(rack, l), rack_tangent(rack, l)
     nx, ny, v = own
     square = np.sqrt(1.0 - v * v)
-    moment = rack.pitch_radius * ny
-    normal = common_normal(layout, v)
-    x_squared = normal.x_squared
-    if np.iscomplexobj(x_squared):
-        x_squared = np.where(x_squared.real > 0.0, x_squared, np.nan)
-    normal_x = pairing.branch * np.sqrt(x_squared)
     # The generated line at u = 0: n.Q = S xi + v z0, w = S z0 - v xi; B is d eta / d w along it.
     ratio = square / nx
     xi = rack.pitch_radius / ratio + start[0] * ratio
     slope = ny * tangent[2] / (square * tangent[1])
-    z = start[2] + pairing.position
-    reach = across_action(layout, v, square, normal.y, moment)
-    across = reach / normal_x
-    along = square * xi + v * z + slope * (across + v * xi - square * z)
-    gap = along[0] + along[1] - layout.offset * normal_x
-    return Meeting(gap, along, across, slope, reach, normal_x, normal.y, square, moment, own, start)
+    z = start[2] + position
+    level = square * xi + v * z + slope * (v * xi - square * z)
+    return Terms(own, start, square, rack.pitch_radius * ny, level, slope)
 
 
-def guarded_gap(pairing: Pairing, met: Meeting) -> FloatArray:
+def meet(pairing: Pairing, l: Numbers) -> Meeting:
+    """Evaluate F and its terms at flank parameters `l` (2, cases, positions), mm.
+
+    Positions without a common normal come out as NaN; the caller silences NumPy's warning."""
+    terms = terms_of(pairing, l)
+    met = facing(pairing, terms.of(0), terms.of(1))
+    across = met.reach / met.normal_x
+    along = terms.level + terms.slope * across
+    return Meeting(
+        gap=met.gap,
+        along=along,
+        across=across,
+        slope=terms.slope,
+        reach=met.reach,
+        normal_x=met.normal_x,
+        normal_y=met.normal_y,
+        square=terms.square,
+        moment=terms.moment,
+        own=terms.own,
+        start=terms.start,
+    )
+
+
+def facing(pairing: Pairing, pinion: Terms, gear: Terms) -> Facing:
+    """F from what either member gives to it; their shapes broadcast."""
+    layout = pairing.layout
+    axial: Any = (pinion.own[2], gear.own[2])
+    square: Any = (pinion.square, gear.square)
+    moment: Any = (pinion.moment, gear.moment)
+    normal = common_normal(layout, axial)
+    x_squared = normal.x_squared
+    if np.iscomplexobj(x_squared):
+        x_squared = np.where(x_squared.real > 0.0, x_squared, np.nan)
+    normal_x = pairing.branch * np.sqrt(x_squared)
+    reach = across_action(layout, axial, square, normal.y, moment)
+    pole = pinion.slope * reach[0] + gear.slope * reach[1]
+    gap = pinion.level + gear.level + pole / normal_x - layout.offset * normal_x
+    return Facing(gap, pole, reach, normal_x, normal.y)
+
+
+def guarded_gap(pairing: Pairing, met: Facing | Meeting) -> FloatArray:
     """F (mm), and beyond the pole at n_x = 0, where F is not real, the infinity it runs to."""
-    pole = pairing.branch * (met.slope[0] * met.reach[0] + met.slope[1] * met.reach[1])
-    return np.where(np.isnan(met.gap), np.copysign(np.inf, pole), met.gap)
+    return np.where(np.isnan(met.gap), np.copysign(np.inf, pairing.branch * met.pole), met.gap)
+
+
+def gap_and_slope(pairing: Pairing, pinion: Terms, l2: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """F (mm) and its derivative by l2 (cases, positions), with the pinion's terms given."""
+    gap = facing(pairing, pinion, terms_of_one(pairing, l2 + COMPLEX_STEP * 1j, 1)).gap
+    return gap.real, gap.imag / COMPLEX_STEP
 
 
 def slope_by_gear(pairing: Pairing, l: FloatArray) -> tuple[FloatArray, FloatArray]:
     """F (mm) and its derivative by l2, both (cases, positions)."""
-    shifted = l.astype(complex)
-    shifted[1] += COMPLEX_STEP * 1j
-    gap = meet(pairing, shifted).gap
-    return gap.real, gap.imag / COMPLEX_STEP
+    return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
 
 
 def axial_and_radius(pairing: Pairing, met: Meeting) -> tuple[FloatArray, FloatArray]:

@@ -108,7 +108,7 @@ def inverted(
         x, step = following, np.abs(following - x).max(initial=0.0)
         if step <= LEAST_STEP:
             break
-    return x
+    return np.asarray(x)
 
 
 def polynomials(parameter: FloatArray, degree: int) -> FloatArray:

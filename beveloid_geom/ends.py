@@ -24,6 +24,8 @@ SCAN_VALUES = polynomials(SCAN, LARGEST)
 SHARES = np.linspace(0.0, 1.0, 17)
 PASSES, NEWTON_LAST = 30, 1e-8
 """Newton on the polynomials ends with a step below NEWTON_LAST, whose square is rounding."""
+ENDING = 1e-12
+"""Share of l1 by which a position asked for may miss the end of a path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,10 +188,12 @@ def shares_at_l1(track: Track, ends: Ends, l1: FloatArray) -> tuple[FloatArray, 
     for case in np.flatnonzero(np.isnan(track.half[:, 0]) & (ends.status == Status.SOLVED)):
         both, (low, high) = with_derivative(track.coefficients[:1, case, None]), np.sort(ends.x[case])
         cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
-        at_cuts = evaluate(both[:1], cuts)[0, 0]
+        at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
+        for end in at_cuts[[0, -1]]:  # rounding must not part an end from its path
+            given = np.where(np.abs(given - end) <= ENDING * np.abs(both[0]).sum(), end, given)
         for k, (start, stop) in enumerate(pairwise(cuts)):
             least, most = np.sort(at_cuts[k : k + 2])
-            here = (l1[case] >= least) & (l1[case] <= most)
+            here = (given >= least) & (given <= most)
             several[case, here] |= ~np.isnan(x[case, here])
-            x[case, here] = inverted(both[0, 0], l1[case, here], start, stop)
+            x[case, here] = inverted(both[0, 0], given[here], start, stop)
     return np.where(several, np.nan, x), several

@@ -39,9 +39,13 @@ class ToolRound:
 def tool_round(tool: Tool, flank: str) -> ToolRound:
     """The tip round of a single tool at one flank.
 
-    Raises ValueError where the rounds of both flanks overlap or the flank ends above the round."""
+    Raises ValueError where the rounds of both flanks overlap, the flank ends above the round or
+    its profile folds before it meets the round."""
     alpha, a, module = float(tool.normal_pressure_angle), float(tool.parabola), float(tool.normal_module)
     depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
+    folds = f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller"
+    if not 4.0 * abs(a) * (depth - radius) * np.sin(alpha) < np.cos(alpha) ** 2:
+        raise ValueError(folds)  # the joint stands less than a radius above the tip
     l = (radius * (1.0 - np.sin(alpha)) - depth) / np.cos(alpha)
     for _ in range(30):
         tau = np.arctan(2.0 * a * l)
@@ -53,8 +57,10 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
         if abs(step) < 1e-13 * module:
             break
     else:
-        raise ValueError(f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller")
+        raise ValueError(folds)
     angle = alpha - np.arctan(2.0 * a * l)
+    if not 0.0 < angle < 0.5 * np.pi:
+        raise ValueError(folds)
     sigma = flank_sign(flank)
     x, y = section_point(tool, flank, np.asarray(l)) + radius * np.array(
         [np.sin(angle), sigma * np.cos(angle)]

@@ -40,10 +40,10 @@ SPARE = 0.25
 """Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
 REACH = 2
 """Tooth pairs looked at on either side, beside those among which a face with a helix spreads."""
-TOGETHER = 2e-12
-"""mm within which tooth pairs count as touching together."""
-LOWER = 1e-7
-"""mm by which a scanned point must lie lower to put a result in doubt."""
+TOGETHER = 1.6e-14
+"""rad of the gear's roll within which tooth pairs count as touching together."""
+LOWER = 1e-8
+"""Share of the tooth depth by which a scanned point must lie lower to put a result in doubt."""
 POSITIONS = 256
 """Positions taken at a time."""
 
@@ -239,7 +239,7 @@ def _solved(
     task, position, pair = task.pick(starts.row), position[starts.row], pair[starts.row]
     least = least_approach(task, starts.place, starts.box)
     close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
-    places = np.concatenate((starts.row[None, close], np.rint(1e6 * least.place[:, close])))
+    places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
     more = beside_fillets(task.pick(close), least.place[:, close], fine)
     again = close[more.row]
@@ -258,14 +258,15 @@ def _chosen(
     bottom: NDArray[np.bool_],
 ) -> _Found:
     """The least of the local results of each position, and what is to be thought of it."""
-    on, n = least.outside <= FEASIBLE, mesh.roll.size
+    depth, n = mesh.own.tip - mesh.own.root, mesh.roll.size
+    on = least.outside <= FEASIBLE * depth
     f = np.where(on & least.converged, least.f, np.inf)
     lowest, lost = np.full(n, np.inf), np.full(n, np.inf)
     np.minimum.at(lowest, position, f)
     np.minimum.at(lost, position, np.where(on & ~least.converged, least.f, np.inf))
     # Of tooth pairs that touch together rounding must not choose, but tangencies come before edges,
     # then the pair that came into mesh last.
-    behind = ~(f <= lowest[position] + TOGETHER)
+    behind = ~(f <= lowest[position] + TOGETHER * mesh.lever)
     order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, position))
     found, first = np.unique(position[order], return_index=True)
     index = np.full(n, -1)  # the last column, which stands for nothing found
@@ -273,7 +274,7 @@ def _chosen(
     index = index[positions]
     f = np.append(f, np.inf)[index]
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
-    doubt = np.minimum(lost, scanned)[positions] < f - LOWER
+    doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
     cases = (
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),

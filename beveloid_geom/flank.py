@@ -24,7 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .inputs import FloatArray, Member
 from .rack import Rack, parameter_at_height, rack_normal, rack_of, rack_point, rack_tangent, reference_radius
@@ -164,18 +164,40 @@ def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
 
 
 def root_parameter(member: Member) -> FloatArray:
-    """Flank parameter `l` (mm, negative) at which the active profile starts."""
-    tool = member.tool
-    joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
-    start = np.where(joint > tool.addendum - ROUND_SNAP, tool.addendum, joint)
-    return parameter_at_height(tool, -start * tool.normal_module)
+    """Flank parameter `l` (mm, negative) at which the active profile starts; NaN where the tool
+    cannot cut the active flank (see `active_range`)."""
+    return active_range(member)[0]
 
 
 def highest_parameter(member: Member) -> FloatArray:
     """Bound of `l` (mm) on the whole active flank: nowhere on the tip cone does a point stand
-    higher in the tilted rack than cos(gamma) addenda."""
+    higher in the tilted rack than cos(gamma) addenda. NaN as in `root_parameter`."""
+    return active_range(member)[1]
+
+
+def active_range(member: Member) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest flank parameter `l` (mm) of the active flanks.
+
+    NaN, both, where the tool cannot cut all of the flank between: where the profile of the rack
+    folds, or its generating normal has no radial component out of the tooth on one of the flanks.
+    Eq. 6 gives a surface beyond such a place too, but none that the tool leaves."""
     tool = member.tool
-    return parameter_at_height(tool, tool.addendum * tool.normal_module * np.cos(member.cone_angle))
+    joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
+    start = np.where(joint > tool.addendum - ROUND_SNAP, tool.addendum, joint)
+    with np.errstate(invalid="ignore", over="ignore"):
+        low = parameter_at_height(tool, -start * tool.normal_module)
+        high = parameter_at_height(tool, tool.addendum * tool.normal_module * np.cos(member.cone_angle))
+        cut = _leans_outwards(member, low) & _leans_outwards(member, high)  # linear in l between
+    return np.where(cut, low, np.nan), np.where(cut, high, np.nan)
+
+
+def _leans_outwards(member: Member, l: FloatArray) -> NDArray[np.bool_]:
+    """Whether the rack's normals on both flanks lean out of the tooth at `l`, before the fold:
+    tan(alpha - tau) > sin|beta| tan|gamma| with tan(tau) = 2 a l."""
+    tool, bend = member.tool, 2.0 * member.tool.parabola * l
+    sin, cos = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)
+    across = np.abs(np.sin(member.helix_angle) * np.tan(member.cone_angle))
+    return np.asarray(sin - bend * cos > (cos + bend * sin) * across)
 
 
 def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
@@ -214,8 +236,9 @@ def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike)
     The middle is where the rack's section at mid-face has y_n = 0; with a helix it turns
     along the face, equally for both flanks, so only the sum of both flanks' angles at equal
     radius and z is a tooth thickness."""
-    point = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-    return rack_of(member, flank).sigma * np.arctan2(point[..., 1], point[..., 0])
+    rack, u = rack_of(member, flank), trace_parameter(member, flank, l, z)
+    x, y, _, phi = _generated(rack, np.asarray(l, dtype=float), u)
+    return np.asarray(rack.sigma * (phi + np.arctan2(y, x)))  # whole turns of a long helix kept
 
 
 def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:

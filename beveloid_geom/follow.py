@@ -20,14 +20,17 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from .assembly import common_normal
 from .contact import Pairing, axial_and_radius, limit_margins, meet
-from .curve import basis_of
+from .curve import Basis, basis_of
 from .ends import Ends, find_ends
 from .inputs import FloatArray
+from .rack import rack_normal
 from .solve import Status
 from .track import (
     FINE,
     LARGEST,
+    MEDIUM,
     NORMAL,
     STEEP,
     WIDTH,
@@ -52,6 +55,8 @@ OUTSIDE = 0.5
 COARSE, REACH = 9, 3.0
 """Samples of each flank by which the other sign of n_x is ruled out; half face widths within which
 none of them may lie."""
+VANISHING = 1e-13
+"""n_x^2 that may be but rounding."""
 NEARLY_PARALLEL = 0.1
 """Sine of the shaft angle below which the window of common normals may fall between samples."""
 SPARE = 0.1
@@ -89,30 +94,31 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     zero, or nothing lies on the flanks and the other sign might, all curves are looked at."""
     track = track_over_l1(pairing)
     ends = find_ends(pairing, track)
-    n_x = np.abs(track.coefficients[NORMAL.start])
-    steep = ~(2.0 * n_x[:, 0] - n_x.sum(axis=-1) > STEEP)
-    lost = (track.status > 0) | steep
-    off = np.flatnonzero(~lost & (ends.status == Status.OFF_FLANK))
-    if off.size:
-        lost[off] = _other_path_possible(pairing.cases(off))
+    n_x = track.coefficients[NORMAL.start]
+    steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
+    lost = (ends.status != Status.SOLVED) | steep
     if not lost.any():
         return [Group(np.arange(len(lost)), pairing, track, ends)]
+    off = np.flatnonzero(~steep & (ends.status == Status.OFF_FLANK))
+    lost[off] = _other_path_possible(pairing.cases(off))
     groups, kept = [], np.flatnonzero(~lost)
     if kept.size:
         groups.append(Group(kept, pairing.cases(kept), track.cases(kept), ends.cases(kept)))
     # Where all points are solved a higher degree may do.
-    unresolved = np.flatnonzero((track.status > 0) & ~steep & np.isfinite(n_x).all(axis=-1))
-    if unresolved.size:
-        finer = _finer(pairing.cases(unresolved)).of(unresolved)
-        groups += [finer] if finer.cases.size else []
-        lost[finer.cases] = False
+    unresolved = (track.status > 0) & ~steep & np.isfinite(n_x).all(axis=-1)
+    for basis in (MEDIUM, FINE):
+        tried = np.flatnonzero(unresolved & lost)
+        if tried.size:
+            finer = _finer(pairing.cases(tried), basis).of(tried)
+            groups += [finer] if finer.cases.size else []
+            lost[finer.cases] = False
     left = np.flatnonzero(lost)
     return groups + [group.of(left) for group in _followed(pairing.cases(left))] if left.size else groups
 
 
-def _finer(pairing: Pairing) -> Group:
+def _finer(pairing: Pairing, basis: Basis) -> Group:
     """The cases that a higher degree over l1 resolves, and that have a path on the flanks."""
-    track = track_over_l1(pairing, FINE)
+    track = track_over_l1(pairing, basis)
     ends = find_ends(pairing, track)
     done = np.flatnonzero(ends.status == Status.SOLVED)
     return Group(done, pairing.cases(done), track.cases(done), ends.cases(done))
@@ -125,7 +131,7 @@ def _other_path_possible(pairing: Pairing) -> NDArray[np.bool_]:
     low, high = window_of(pairing)
     share = np.linspace(0.0, 1.0, COARSE)
     l1, l2 = (low[j] + share * (high[j] - low[j]) for j in range(2))
-    l = np.stack(np.broadcast_arrays(l1[:, :, None], l2[:, None, :])).reshape(2, len(l1), -1)
+    l = np.stack(np.broadcast_arrays(l1[:, :, None], l2[:, None, :])).reshape(2, len(l1), COARSE**2)
     z, _ = axial_and_radius(pairing, meet(replace(pairing, branch=-pairing.branch), l))
     face = REACH * pairing.half_width
     missed = ((z > face).all(axis=-1) | (z < -face).all(axis=-1)).any(axis=0)
@@ -139,6 +145,7 @@ def _followed(pairing: Pairing) -> list[Group]:
     curves, missing = curves_of(pairing)
     status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
     status[pairing.undefined] = Status.UNDEFINED
+    status[_vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
     parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
@@ -153,6 +160,14 @@ def _followed(pairing: Pairing) -> list[Group]:
     part = pairing.cases(rest)
     none = by_length(np.full((WIDTH, rest.size, 2), np.nan), status[rest])
     return [*groups, Group(rest, part, none, find_ends(part, none))]
+
+
+def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
+    """Whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
+    low, high = window_of(pairing)
+    l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
+    x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
+    return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
 def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:

@@ -29,11 +29,11 @@ from .rack import Rack, rack_normal, rack_of, rack_point
 from .solve import Status
 
 NEWTON_LIMIT = 30
-LAST_STEP = 1e-7
-"""mm along l, and rad times pitch radius, below which a Newton step is the last: it leaves an
+LAST_STEP = 2e-8
+"""Modules along l, and rad times pitch radius, below which a Newton step is the last: it leaves an
 error of its square over the radius of curvature."""
-EDGE = 1e-9
-"""mm that a foot may lie beyond a limit of the flank and still count as on it."""
+EDGE = 2e-10
+"""Modules that a foot may lie beyond a limit of the flank and still count as on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def feet(
 
     The foot is taken on the flank as its parameters extend it; `status` says whether it lies within
     root, tip, toe and heel."""
-    rack = rack_of(member, flank)
+    rack, last = rack_of(member, flank), LAST_STEP * np.asarray(member.tool.normal_module)
     x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         l, phi = _unmodified_foot(rack, x, y, z) if start is None else _given_foot(rack, *start)
@@ -75,7 +75,7 @@ def feet(
         for _ in range(NEWTON_LIMIT):
             step_l, step_phi, regular = _newton_step(rack, (x, y, z), l, phi)
             l, phi = l + step_l, phi + step_phi
-            done = (np.abs(step_l) <= LAST_STEP) & (np.abs(step_phi) * rack.pitch_radius <= LAST_STEP)
+            done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
             if np.all(done | ~np.isfinite(l)):
                 break
         return _feet(member, rack, (x, y, z), np.where(done & regular, l, np.nan), phi)
@@ -157,6 +157,7 @@ def _feet(
     # A parabola folds back far out, to where radii mean nothing: no tip lies beyond `highest`.
     inside = (l - root_parameter(member), highest_parameter(member) - l, reach, half + z, half - z)
     margin = np.stack(np.broadcast_arrays(*inside)).min(axis=0)
-    off = np.where(margin < -EDGE, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
+    beyond = margin < -EDGE * np.asarray(member.tool.normal_module)
+    off = np.where(beyond, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
     status = np.where(np.isnan(l), np.int8(Status.NOT_CONVERGED), off).astype(np.int8)
     return Feet(l, u, z, distance, normal, margin, status)

@@ -68,12 +68,22 @@ def across_action(
     (`square`). w_j is the coordinate in that plane along (k_j - v_j n_j) / S_j, from the foot
     of the common perpendicular. (R x n).k1 = g1 and ((R - E i) x n).k2 = -g2 together give
 
-        n_x w_1 = -[S_1 (g_2 - E n_y2) + g_1 (cos d + v_1 v_2) / S_1] / sin d,
+        n_x w_1 = -[S_1 (g_2 - E n_y2) + g_1 K / S_1] / sin d,   K = cos d + v_1 v_2.
 
-    and the same with 1 and 2 exchanged. The product stays regular where n_x vanishes."""
-    seen = moment - layout.offset * normal_y
+    The same with 1 and 2 exchanged gives w_2. Rounding enters either by E / (n_x sin d), which
+    near n_x = 0 or d = 0 would part the points of the two members; w_2 is therefore taken from
+    w_1, as the point of the pinion seen from the gear:
+
+        n_x w_2 = [K n_x w_1 / S_1 - n_x^2 (E v_2 + g_1 sin d / S_1^2)] / S_2.
+
+    The products stay regular where n_x vanishes."""
+    seen = moment[1] - layout.offset * normal_y[1]
     shared = layout.cos_angle + axial[0] * axial[1]
-    return np.asarray(-(square * seen[::-1] + moment * shared / square) / layout.sin_angle)
+    x_squared = 1.0 - axial[0] * axial[0] - normal_y[0] * normal_y[0]
+    own, arm = square[0], moment[0] / square[0]
+    first = -(own * seen + arm * shared) / layout.sin_angle
+    side = layout.offset * axial[1] + arm / own * layout.sin_angle
+    return np.array((first, (shared / own * first - x_squared * side) / square[1]))
 
 
 def _action(layout: Layout, members: Member, flank: str, sign: float, distance: FloatArray) -> _Action:
@@ -143,7 +153,7 @@ def _mounting(design: Design) -> Mounting:
     design = design.with_parabola(0.0, 0.0)
     members, shape = design.stacked_members(), design.batch_shape
     layout = layout_by_case(layout_of(design), shape)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         point, gap, branch = _pitch_point(layout, members)
         x, y, z = np.moveaxis(point, -1, 0)
         sin, cos = layout.sin_angle, layout.cos_angle

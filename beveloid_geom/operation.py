@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss, legvander
+from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
 from .first_contact import TOGETHER, first_contact, mesh_of, middle_roll
@@ -39,6 +39,8 @@ SHORT_PIECE = 1e-7
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 NODES, BETWEEN = 20, 96
 """Gauss-Legendre points of a piece, and points at which their polynomial is integrated."""
+EXTREMUM_PASSES = 4
+"""Newton steps from the greatest and the least of 4 NODES points of a piece to its extremes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,14 +185,30 @@ def _pieces(changed: _Intervals, start: FloatArray, pitch: float) -> _Intervals:
     return _Intervals(case[:-1][joined], roll[:-1][joined], roll[1:][joined])
 
 
-def _interpolation(points: FloatArray) -> FloatArray:
-    """Matrix (points, NODES) from values at the Gauss-Legendre points of a piece to those at points
-    in [-1, 1]."""
+def _series(values: FloatArray) -> FloatArray:
+    """Legendre coefficients (pieces, NODES) from values at the Gauss-Legendre points of the pieces."""
     nodes, weights = leggauss(NODES)
     degree = np.arange(NODES)
-    return np.asarray(
-        legvander(points, NODES - 1) * (degree + 0.5) @ (legvander(nodes, NODES - 1).T * weights)
-    )
+    return np.asarray(values @ ((weights[:, None] * legvander(nodes, NODES - 1)) * (degree + 0.5)))
+
+
+def _extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Greatest and least value (pieces) of Legendre series (pieces, NODES) on [-1, 1]."""
+    even = np.linspace(-1.0, 1.0, 4 * NODES + 1)
+    dense = series @ legvander(even, NODES - 1).T
+    slope, bend = legder(series, axis=1), legder(series, 2, axis=1)
+    found = []
+    for best, pick in ((dense.argmax(axis=1), np.maximum), (dense.argmin(axis=1), np.minimum)):
+        place = even[best]
+        low, high = np.maximum(place - 0.5 / NODES, -1.0), np.minimum(place + 0.5 / NODES, 1.0)
+        for _ in range(EXTREMUM_PASSES):
+            first = (legvander(place, NODES - 2) * slope).sum(axis=1)
+            second = (legvander(place, NODES - 3) * bend).sum(axis=1)
+            move = np.divide(first, second, out=np.zeros_like(first), where=second != 0.0)
+            place = np.clip(place - move, low, high)
+        refined = (legvander(place, NODES - 1) * series).sum(axis=1)
+        found.append(pick(refined, dense[np.arange(best.size), best]))
+    return found[0], found[1]
 
 
 def _cycle(
@@ -204,17 +222,18 @@ def _cycle(
     """Fourier coefficients and extremes from the pieces, by cases."""
     shape, cases = start.shape, start.size
     points, weights = leggauss(BETWEEN)
-    values = curve.error @ _interpolation(points).T
+    series = _series(curve.error)
+    values = series @ legvander(points, NODES - 1).T
     length = (pieces.high - pieces.low) / pitch
     phase = (pieces.parts(0.5 + 0.5 * points) - start.reshape(-1)[pieces.case, None]) / pitch
     turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * phase)
     parts = 0.5 * length * ((turns * values) @ weights)
     coefficients = np.zeros((cases, harmonics + 1), dtype=complex)
     np.add.at(coefficients, pieces.case, parts.T)
-    dense = curve.error @ _interpolation(np.linspace(-1.0, 1.0, 4 * NODES + 1)).T
+    greatest, least = _extremes(series)
     high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
-    np.maximum.at(high, pieces.case, dense.max(axis=1))
-    np.minimum.at(low, pieces.case, dense.min(axis=1))
+    np.maximum.at(high, pieces.case, greatest)
+    np.minimum.at(low, pieces.case, least)
     np.add.at(edges, pieces.case, np.where(curve.edge[:, NODES // 2], length, 0.0))
     changes, hand_over = _by_case(pieces, curve.pair[:, NODES // 2], cases)
     rows = (coefficients[:, 0].real, high - low, edges)
@@ -282,7 +301,7 @@ def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> Float
 
     def touching(first: _Curve, alone: _Curve) -> Numbers:
         # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
-        spare = np.where(alone.edge & ~first.edge, -TOGETHER, TOGETHER)
+        spare = mesh.lever * np.where(alone.edge & ~first.edge, -TOGETHER, TOGETHER)
         return np.asarray(lever * (alone.error - first.error) <= thickness + spare).astype(int)
 
     def touches(cases: Numbers, rolls: FloatArray) -> Numbers:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .fillet import bottom_point, fillet_point, tool_round
-from .flank import flank_point, tip_parameter, tip_radius, trace_parameter
+from .flank import half_thickness_angle, tip_parameter, tip_radius
 from .inputs import FloatArray, Member, flank_sign
 from .sampling import (
     MAX_POINTS,
@@ -116,10 +116,10 @@ def bottom_sheet(member: Member, flank: str) -> Sheet:
 
 
 def tip_angle(member: Member, flank: str, z: ArrayLike) -> FloatArray:
-    """Angle (rad) about the gear axis of the flank's tip edge in the plane `z`."""
-    l = tip_parameter(member, flank, z)
-    point = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-    return np.asarray(np.arctan2(point[..., 1], point[..., 0]))
+    """Angle (rad) about the gear axis of the flank's tip edge in the plane `z`, whole turns of a long
+    helix counted."""
+    angle = half_thickness_angle(member, flank, tip_parameter(member, flank, z), z)
+    return np.asarray(flank_sign(flank) * angle)
 
 
 def tip_sheet(member: Member) -> Sheet:

@@ -42,8 +42,9 @@ class PathEnds:
 
     `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
     `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
-    `pieces` (in how many the path lies on the flanks; that which covers most roll is taken) and
-    `status` (codes of `Status`) have the batch shape."""
+    `pieces` (in how many the path lies on the flanks; that which covers most roll is taken; where l1
+    resolves the path, one with the other sign of n_x is not looked for) and `status` (codes of `Status`)
+    have the batch shape."""
 
     l1: FloatArray
     l2: FloatArray

@@ -38,7 +38,8 @@ POSES_PER_PITCH = 10
 HALVINGS, FINER = 20, 4
 """Steps to the edge of the mating flank; how much finer steps are made where a change is looked for."""
 GOLDEN, GOLDEN_STEPS = 0.5 * (np.sqrt(5.0) - 1.0), 12
-"""Golden section of the last step between samples: to 2e-5 rad, for kinks of the operation."""
+"""Golden section of the last step between samples: to 2e-5 rad, for kinks of the operation; where there
+are none the vertex of a parabola is the standstill to rounding."""
 BLOCK = 8192
 """Points taken at a time, so that the arrays stay in the cache."""
 TRIAL = (13, 13)
@@ -47,6 +48,8 @@ CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
 flank's root that the mating tip does not reach."""
 MAX_POINTS = 1_000_000
+ROUNDING = 1e-12
+"""Relative: what counts as whole."""
 NEAR = 4.0
 """Multiples of the separation up to which the least separation is resolved to a tolerance."""
 
@@ -163,7 +166,7 @@ def approach_of(design: Design, flank: str, member: int, operation: Operation) -
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
     """Pinion rolls (n,), rad, at which the separation is sampled over the cycle."""
     span = operation.roll[-1] - operation.roll[0]
-    count = int(np.ceil(POSES_PER_PITCH * span * float(design.pinion.teeth) / (2.0 * np.pi))) + 1
+    count = _whole(POSES_PER_PITCH * span * float(design.pinion.teeth) / (2.0 * np.pi)) + 1
     return np.linspace(operation.roll[0], operation.roll[-1], max(count, 3))
 
 
@@ -182,12 +185,17 @@ def _grid(member: Member, flank: str, cells: tuple[int, int]) -> tuple[FloatArra
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
     depth = 2.0 * float(member.tool.addendum * np.asarray(member.tool.normal_module))
-    cells = int(np.ceil(depth / resolution)), int(np.ceil(float(member.face_width) / resolution))
+    cells = _whole(depth / resolution), _whole(float(member.face_width) / resolution)
     if (cells[0] + 1) * (cells[1] + 1) > MAX_POINTS:
         raise ValueError(
             f"resolution {resolution:g} mm is too fine: it takes more than {MAX_POINTS:,} points"
         )
     return cells
+
+
+def _whole(number: float) -> int:
+    """The number rounded up; rounding of a whole one must not make it one more."""
+    return int(np.ceil(number - ROUNDING * number))
 
 
 def _cells_within(
@@ -303,7 +311,13 @@ def _refined(
         gap = approach(points, added)
         inner = np.where(falls, (inner[1], added), (added, inner[0]))
         gaps = np.where(falls, (gaps[1], gap), (gap, gaps[0]))
-    return _least_of(np.vstack((value, gaps)), np.vstack((centre, inner)))
+    value, centre = _least_of(np.vstack((value, gaps)), np.vstack((centre, inner)))
+    step = right - left
+    before, after = (approach(points, np.clip(centre + way * step, low, high)) for way in (-1.0, 1.0))
+    with np.errstate(invalid="ignore", divide="ignore"):  # flat, or beyond an edge of the mating flank
+        away = 0.5 * step * (before - after) / (before - 2.0 * value + after)
+    vertex = np.clip(centre + np.where(np.abs(away) <= step, away, 0.0), low, high)
+    return _least_of(np.stack((value, approach(points, vertex))), np.stack((centre, vertex)))
 
 
 def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -16,6 +16,8 @@ n2 at its foot on the gear,
 
 where A_2' maps a step to the change of n2 on the gear's parallel surface through the point. With
 n2 = -n1, as holds where D stands still, n2.d2R1 is dn1.dR1; so the steps converge quadratically.
+They lead downhill only, off saddles, and what they end at must be a minimum beyond rounding: as the
+smaller relative curvature vanishes none is given.
 """
 
 from __future__ import annotations
@@ -39,9 +41,17 @@ from .solve import Status
 
 CONTACT_PASSES = 60
 LONGEST_STEP = 0.5
-"""Greatest step of the contact search, as a share of the flank's depth along l and of its width."""
-LAST_STEP = 1e-5
-"""mm: a step of the contact search below it is the last, as it leaves an error of its square."""
+"""Greatest step of the contact search, as a share of the flank's depth along l and of its width, which
+counts as the depth at least."""
+LAST_STEP, NOISE, CERTAIN = 1e-6, 1e-12, 1e-8
+"""Shares of the flank's depth: a step of the contact search below which it is the last, as ordinarily
+it leaves an error of its square; separation that is rounding; doubt about the place of a polished
+contact above which there is none."""
+SLOPE_NOISE = 16.0 * np.finfo(float).eps
+"""Slope of the separation that is rounding."""
+ALIKE = 4.0
+"""Tolerances by which a grid point's separation may be above the least and the contact still be beside
+it: either mesh may be off by one, and so may the separation between grid points, once for each."""
 ON_RIM = 1e-9
 """Barycentric coordinate below which a closest point counts as on an edge of its triangle."""
 
@@ -50,11 +60,13 @@ ON_RIM = 1e-9
 class FlankMesh:
     """A sampled flank: its grid and the triangles (m, 3) of the grid's points in row-major order.
 
-    `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh."""
+    `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh; `border` (points,):
+    whether a point is."""
 
     grid: FlankGrid
     faces: Faces
     rim: NDArray[np.bool_]
+    border: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +91,16 @@ class MeshSeparation:
 class MeshContact:
     """The point of least separation at a pose. `point` (3,) in S_f, mm, midway between the flanks;
     `separation`, mm; flank parameters `l` and axial coordinates `z` (2,), mm, pinion first;
-    `status` as in `MeshSeparation`; NOT_CONVERGED also where a standstill of the separation is
-    not a minimum. NaN where not SOLVED."""
+    `doubt`, mm: how far from there the least separation may lie. By facets that is estimated,
+    as far as other grid points are as near within their error: millimetres, or the whole flank;
+    polished it is what rounding leaves. `status` as in `MeshSeparation`; NOT_CONVERGED also where the
+    separation is no minimum or rounding hides whether it is. NaN where not SOLVED."""
 
     point: FloatArray
     separation: float
     l: FloatArray
     z: FloatArray
+    doubt: float
     status: Status
 
 
@@ -113,7 +128,8 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
     edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
     code = edges[..., 0] * grid.l.size + edges[..., 1]
     _, back, count = np.unique(code, return_inverse=True, return_counts=True)
-    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape))
+    border = np.pad(np.zeros(np.subtract(grid.l.shape, 2), dtype=bool), 1, constant_values=True)
+    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape), border.reshape(-1))
 
 
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
@@ -173,7 +189,10 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
     aside = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
     z = np.broadcast_to(grid.z, grid.l.shape)
     l, z = (np.einsum("nk,nk->n", weights, v.reshape(-1)[faces[index]]) for v in (grid.l, z))
-    off = ((weights < ON_RIM) & mesh.rim[index]).any(axis=1) & (aside > tolerance)
+    # A triangle may have but a corner on the rim.
+    corner = (weights > 1.0 - 2.0 * ON_RIM) & mesh.border[faces[index]]
+    edge = (weights < ON_RIM) & mesh.rim[index]
+    off = (corner | edge).any(axis=1) & (aside > tolerance)
     distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
     return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
 
@@ -212,7 +231,7 @@ def mesh_contact(
 
 def _no_contact(status: Status) -> MeshContact:
     pair = np.full(2, np.nan)
-    return MeshContact(np.full(3, np.nan), float("nan"), pair, pair, status)
+    return MeshContact(np.full(3, np.nan), float("nan"), pair, pair, float("nan"), status)
 
 
 def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
@@ -227,41 +246,84 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
     u = trace_parameter(design.members[other], flank, l[1], z[1])
     foot = to_fixed(_frames(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
-    pinion_first = [member, other]
-    return MeshContact(
-        0.5 * (side.points[at] + foot), float(least[member]), l[pinion_first], z[pinion_first], Status.SOLVED
-    )
+    pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
+    near = [_near_least(each, least[member] + ALIKE * tolerance) for each in sides]
+    doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
+    return MeshContact(point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED)
+
+
+def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
+    """Grid points (n, 3) of the cells about those points whose separation is within the bound, S_f."""
+    near = np.pad(side.separation <= bound, 1)  # no NaN is
+    rows, columns = near.shape
+    beside = [near[i : rows - 2 + i, j : columns - 2 + j] for i in range(3) for j in range(3)]
+    return np.asarray(side.points[np.any(beside, axis=0)])
 
 
 def _polished_contact(
     design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
 ) -> MeshContact:
-    """The standstill of the exact separation, by Newton from a mesh's contact."""
-    pinion = design.pinion
-    l, u = rough.l[0], trace_parameter(pinion, flank, rough.l[0], rough.z[0])
-    longest = LONGEST_STEP * np.array((highest_parameter(pinion) - root_parameter(pinion), pinion.face_width))
+    """The least of the exact separation, downhill from a mesh's contact: steps are Newton's where the
+    separation is convex, and never lead to a greater one."""
+    pinion, reach = design.pinion, 1.0
+    depth = float(highest_parameter(pinion) - root_parameter(pinion))
+    longest = LONGEST_STEP * np.array((depth, max(depth, pinion.face_width)))
+    place = np.array((rough.l[0], trace_parameter(pinion, flank, rough.l[0], rough.z[0])))
+    here = _separation_at(design, flank, frames, place)
     for _ in range(CONTACT_PASSES):
-        foot, point, step, convex = _contact_step(design, flank, frames, l, u)
-        step = step / max(1.0, float(np.max(np.abs(step) / longest)))
-        l, u = l + step[0], u + step[1]
-        if not np.abs(step).max() > LAST_STEP:  # or NaN
-            break
-    if not (np.abs(step).max() <= LAST_STEP and convex):
-        return _no_contact(Status.NOT_CONVERGED)
-    foot, point, *_ = _contact_step(design, flank, frames, l, u)
-    own = feet(pinion, flank, _seen_from(frames, 0, point), (l, u))
-    if own.status != Status.SOLVED or foot.status != Status.SOLVED:
+        step = here.step(longest, reach)
+        there = _separation_at(design, flank, frames, place + step)
+        if there.foot.distance <= here.foot.distance + NOISE * depth:
+            place, here, reach = place + step, there, min(1.0, 2.0 * reach)
+            if np.abs(step).max() <= LAST_STEP * depth:
+                break
+        else:  # or NaN
+            reach *= 0.25
+    own = feet(pinion, flank, _seen_from(frames, 0, here.point), tuple(place))
+    doubt = float(here.doubt(longest))
+    if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)
-    middle = point - 0.5 * foot.distance * normals_to_fixed(frames[1], foot.normal)
-    pair = (np.array((l, foot.l)), np.array((own.z, foot.z)))
-    return MeshContact(middle, float(foot.distance), *pair, Status.SOLVED)
+    if not (doubt <= CERTAIN * depth and own.status == here.foot.status == Status.SOLVED):
+        return _no_contact(Status.NOT_CONVERGED)
+    middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
+    pair = (np.array((place[0], here.foot.l)), np.array((own.z, here.foot.z)))
+    return MeshContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
 
 
-def _contact_step(
-    design: Design, flank: str, frames: tuple[Frame, Frame], l: FloatArray, u: FloatArray
-) -> tuple[Feet, FloatArray, FloatArray, bool]:
-    """Foot on the gear of the pinion's flank point (l, u), the point (3,) in S_f, the Newton step
-    (2,) of l and u, mm, and whether the separation is convex there."""
+@dataclass(frozen=True, eq=False)
+class _Local:
+    """The exact separation at a point (3,) of the pinion's flank, S_f, mm: its `foot` on the gear, `slope`
+    (2,) and `bend` (2, 2) by the flank parameters (l, u), and the `metric` (2, 2) of these."""
+
+    point: FloatArray
+    foot: Feet
+    slope: FloatArray
+    bend: FloatArray
+    metric: FloatArray
+
+    def step(self, longest: FloatArray, reach: float) -> FloatArray:
+        """Step (2,) downhill: Newton's along each direction of curvature that is positive, as long for a
+        negative one, and no longer than the `reach` share of `longest` (2,), mm."""
+        if not np.isfinite(self.bend).all():
+            return np.full(2, np.nan)
+        curvature, directions = np.linalg.eigh(self.bend * np.outer(longest, longest))
+        share = -(directions.T @ (self.slope * longest)) / np.maximum(np.abs(curvature), 1e-300)
+        return np.asarray(longest * (directions @ np.clip(share, -reach, reach)))
+
+    def doubt(self, longest: FloatArray) -> float:
+        """How far (mm) the least separation may be from here: the Newton step that is left, and the slope's
+        rounding over the least curvature. Infinite where the separation is not convex."""
+        if not np.isfinite(self.bend).all():
+            return float("inf")
+        root = np.linalg.inv(np.linalg.cholesky(self.metric))
+        curvature = np.linalg.eigvalsh(root @ self.bend @ root.T)[0]
+        left = np.abs(self.step(longest, 1.0)).max()
+        return float(max(left, SLOPE_NOISE / curvature)) if curvature > 0.0 else float("inf")
+
+
+def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], place: FloatArray) -> _Local:
+    """The separation from the gear's flank at the place (l, u) of the pinion's."""
+    l, u = place
     own = flank_patch(design.pinion, flank, l, u)
     point = to_fixed(frames[0], own.point)
     foot = feet(design.gear, flank, _seen_from(frames, 1, point))
@@ -279,9 +341,7 @@ def _contact_step(
     parallel = other_steps + foot.distance * other_turns
     across = np.linalg.solve(parallel.T @ parallel, parallel.T @ steps)
     bend = steps.T @ (other_turns @ across + turns)
-    bend = 0.5 * (bend + bend.T)
-    convex = bool(bend[0, 0] > 0.0 and np.linalg.det(bend) > 0.0)
-    return foot, point, np.asarray(-np.linalg.solve(bend, slope)), convex
+    return _Local(point, foot, slope, 0.5 * (bend + bend.T), steps.T @ steps)
 
 
 def convergence(

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .certificate import Certificate, Verdict, certify
-from .closing import OFFSET_TOLERANCE, closing_offset
+from .closing import INTERFERENCE_TOLERANCE, OFFSET_TOLERANCE, closing_offset
 from .contact import Limit
 from .fillet import tool_round
 from .first_contact import FirstStatus
@@ -131,7 +131,7 @@ def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -
         closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
         notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
     backlash = float(mounting_of(design).normal_backlash)
-    if backlash < 0.0:
+    if backlash < -INTERFERENCE_TOLERANCE:
         notes.append(f"the normal backlash is {backlash:.4f} mm: the other flanks interfere")
     if path.ends.pieces > 1:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"

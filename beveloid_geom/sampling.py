@@ -34,6 +34,7 @@ from .curve import polynomials
 from .flank import generated, root_parameter, tip_parameter
 from .inputs import FloatArray, Member
 from .rack import rack_normal, rack_of, rack_point
+from .undercut import require_cut
 
 Faces: TypeAlias = NDArray[np.int64]
 Place: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -127,7 +128,8 @@ def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet
     """A flank of a single member as a surface over (l, z), own frame, from `start` (l, mm) or
     else from the start of its active profile to the tip cone.
 
-    Raises ValueError if the flank does not reach its tip cone."""
+    Raises ValueError if the tool cannot cut the flank or the flank does not reach its tip cone."""
+    require_cut(member)
     rack = rack_of(member, flank)
     half = 0.5 * float(member.face_width)
     root = root_parameter(member) if start is None else np.asarray(start)
@@ -139,8 +141,6 @@ def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet
 
     sheet = Sheet(place, lambda z: root + 0.0 * z, lambda z: tip_parameter(member, flank, z), half)
     series = series_of(sheet)
-    if series is None and not np.isfinite(root):
-        raise ValueError(f"the tool's parabola folds back below the {flank} flank: make it smaller")
     if series is None and not np.all(np.isfinite(sheet.upper(half * BETWEEN))):
         raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
     return replace(sheet, series=series)

@@ -194,7 +194,7 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
         meeting = local_at(task, *edge).meeting
         gap = edge[0] - task.own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
         away = np.abs(edge[0] - place[0])
-        for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6, 0.0), strict=True):
+        for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
             row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
             moved = inside * inwards * grid.cell[0]
             moved_place = edge[:, row] + np.array(((moved,), (0.0,)))

@@ -40,6 +40,8 @@ OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "ri
 SIDES = ("first side", "last side")
 """Where the tooth is cut from its neighbours, in the middle of the tooth spaces."""
 ITERATIONS = 100
+MOST_PITCH = 1.001 * np.pi
+"""rad. A single tooth's section lies all round the axis, and the lattice would meet itself."""
 SETTLED = 5e-4
 """Pitches by which nodes may still move."""
 
@@ -82,8 +84,8 @@ def section_of(
     Rows of the body are about `aspect` times as high as wide at most, and each is at most
     `growth` times as high as the next one outside. The tooth has as many columns as the tip cells.
 
-    Raises ValueError for curves that do not fit, for a bore that is too large and for an outline
-    that cannot be filled (an undercut tooth's crosses itself)."""
+    Raises ValueError for curves that do not fit, for a bore that is too large, for the outline of a
+    single tooth and for one that cannot be filled (an undercut tooth's crosses itself)."""
     flat = _flat(outline)
     half = _corner(flat)
     lattice = _lattice_of(flat, half, bore_radius, (aspect, growth))
@@ -174,6 +176,13 @@ def _shares(root: float, bore: float, first: float, across: float, limits: tuple
     return np.asarray(depths / depths[-1])
 
 
+def _swept(flat: dict[str, Plane]) -> FloatArray:
+    """Angles (rad) about the axis from the outline's first to its last point, by station: one pitch. They
+    are added up, as a pitch may be half a turn or a whole one."""
+    outline = np.concatenate([flat[name] for name in OUTLINE])
+    return np.asarray(np.angle(outline[1:] * outline[:-1].conj()).sum(axis=0))
+
+
 def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
     """Lattice coordinate at lengths from an inner corner: their power 3/2, linear beyond `scale`."""
     return np.asarray(lengths * np.sqrt(lengths / (lengths + scale)))
@@ -181,18 +190,21 @@ def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
 
 def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[float, float]) -> _Lattice:
     """The lattice's shape; the rows of the body suit the outline at the middle station."""
-    first, last = flat["left bottom"][0], flat["right bottom"][-1]
+    first = flat["left bottom"][0]
     root = float(np.abs(first).min())
     if not 0.0 < bore < root:
         raise ValueError(f"bore_radius must be between 0 and the root radius {root:.6g} mm, got {bore:g}")
-    at = len(first) // 2
+    at, pitch = len(first) // 2, _swept(flat)
+    if not (0.0 < pitch.min() and pitch.max() < MOST_PITCH):
+        turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
+        raise ValueError(f"an outline must go round the axis by 180 deg at most, got {turn}: one tooth only?")
     wing, tall = (
         len(flat["left bottom"]) - 1 + half,
         len(flat["left flank"]) + len(flat["left fillet"]) - 2 - half,
     )
     left, right = wing, wing + len(flat["tip"]) - 1
     width = 0.5 * sum(_profile(flat, side, half, at)[0][-1] for side in ("left", "right")) / wing
-    across = float(np.angle(last[at] / first[at])) / (right + wing)
+    across = float(pitch[at]) / (right + wing)
     shares = _shares(root, bore, width, across, limits)
     body = len(shares) - 1
     mask = np.zeros((body + tall + 1, right + wing + 1), dtype=bool)
@@ -211,7 +223,7 @@ def _profile(flat: dict[str, Plane], side: str, half: int, at: int) -> tuple[Flo
 
 
 def _coordinates(
-    flat: dict[str, Plane], half: int, at: int, lattice: _Lattice
+    flat: dict[str, Plane], half: int, at: int, lattice: _Lattice, pitch: float
 ) -> tuple[FloatArray, FloatArray]:
     """Lattice coordinates xi and eta (rows, columns) that suit the outline at one station."""
     wings, walls = [], []
@@ -223,10 +235,10 @@ def _coordinates(
     rim = float(np.abs(flat["left fillet"][half, at] - flat["right fillet"][-1 - half, at]))
     tip = _lengths(flat["tip"][:, at])
     top = np.concatenate((-wings[0][::-1], rim * tip[1:-1] / tip[-1], rim + wings[1]))
-    ends = flat["left bottom"][0, at], flat["right bottom"][-1, at]
+    start = np.abs(flat["left bottom"][0, at])
     bore = lattice.bore
-    depths = -lattice.shares[::-1] * (np.abs(ends[0]) - bore)
-    reach = 0.5 * np.abs(ends[1] - ends[0])
+    depths = -lattice.shares[::-1] * (start - bore)
+    reach = start * np.sin(0.5 * min(pitch, np.pi))
     blend = np.concatenate((np.exp(depths / reach), np.ones(len(walls[0]))))[:, None]
     xi = blend * top + (1.0 - blend) * np.linspace(top[0], top[-1], len(top))
     across = np.clip(top / rim, 0.0, 1.0)
@@ -282,19 +294,19 @@ def _fill(x: Plane, z: FloatArray, flat: dict[str, Plane], half: int, lattice: _
     """Place the nodes inside and on the bore, where columns end at right angles.
 
     The solutions with the coefficients of toe, middle and heel are blended by a parabola."""
-    references = np.unique((0, len(z) // 2, len(z) - 1))
+    references, pitch = np.unique((0, len(z) // 2, len(z) - 1)), _swept(flat)
     found = []
     for at in references:
-        xi, eta = _coordinates(flat, half, at, lattice)
+        xi, eta = _coordinates(flat, half, at, lattice, float(pitch[at]))
         nodes, weights = _operators(lattice, (xi, eta))
-        found.append(_winslow(x[:, at].copy(), xi[0], lattice, (nodes, weights)))
+        found.append(_winslow(x[:, at].copy(), xi[0], lattice, (nodes, weights), float(pitch[at])))
     blend = np.ones((len(references), len(z)))
     for k, at in enumerate(references):
         for other in references[references != at]:
             blend[k] *= (z - z[other]) / (z[at] - z[other])
     ends = lattice.index[0]
     shares = sum(part * line[:, None] for (_, line), part in zip(found, blend, strict=True))
-    x[ends] = x[ends[0]] * np.exp(1.0j * shares * np.angle(x[ends[-1]] / x[ends[0]]))
+    x[ends] = x[ends[0]] * np.exp(1.0j * shares * pitch)
     x[nodes[4]] = sum(
         part * _solved(x, nodes, values) for (values, _), part in zip(found, blend, strict=True)
     )
@@ -315,19 +327,22 @@ def _solved(x: Plane, nodes: Indices, values: FloatArray) -> Plane:
 
 
 def _winslow(
-    x: Plane, spacing: FloatArray, lattice: _Lattice, operators: tuple[Indices, FloatArray]
+    x: Plane,
+    spacing: FloatArray,
+    lattice: _Lattice,
+    operators: tuple[Indices, FloatArray],
+    pitch: float,
 ) -> tuple[FloatArray, FloatArray]:
     """The equations (9, n) of the inner nodes at one station, and the shares of the pitch at
     which columns reach the bore."""
     nodes, weights = operators
     ends, above = lattice.index[:2]
     shares = (spacing - spacing[0]) / (spacing[-1] - spacing[0])
-    pitch = np.angle(x[ends[-1]] / x[ends[0]])
     values = weights[2] + weights[4]
     for _ in range(ITERATIONS):
         x[ends] = x[ends[0]] * np.exp(1.0j * shares * pitch)
         before, x[nodes[4]] = x[nodes[4]], _solved(x[:, None], nodes, values)[:, 0]
-        shares = np.append(np.angle(x[above[:-1]] / x[ends[0]]) / pitch, 1.0)
+        shares = np.append(np.unwrap(np.angle(x[above[:-1]] / x[ends[0]])) / pitch, 1.0)
         shares[0] = 0.0
         if np.abs(x[nodes[4]] - before).max() < SETTLED * abs(pitch * x[ends[0]]):
             break

@@ -35,6 +35,8 @@ SHOWN = 1e-5
 """Of the limits: messages show six digits of them, and what they show is allowed."""
 LEAST_ANGLE = math.radians(1.2)
 """Angle in the triangles of the end faces below which the tooth takes more columns."""
+LEAST_TEETH = 2
+"""The section of a single tooth lies all round the axis: it has no neighbour to be cut from."""
 ATTEMPTS = 6
 
 
@@ -92,9 +94,12 @@ def tooth_surface(
     """Surface of one tooth of a single member with its part of the body, own frame; `tolerance`
     (mm) is the greatest distance of its triangles from the surfaces the tool cuts.
 
-    Raises ValueError for a pointed or undercut tooth, a tool whose rounds overlap, a bore out of
-    its limits, and where `teeth` of them take too many points."""
+    Raises ValueError for a gear of one tooth, a pointed or undercut tooth, a tool whose rounds overlap,
+    a bore out of its limits, and where `teeth` of them take too many points."""
     require_tolerance(tolerance)
+    if member.teeth < LEAST_TEETH:
+        text = f"teeth must be at least {LEAST_TEETH} for a solid, got {member.teeth:g}"
+        raise ValueError(f"{text}: the section of a single tooth lies all round the axis")
     sheets, pitch = cut_sheets(member), 2.0 * math.pi / float(member.teeth)
     bore = bore_of(member, bore_radius)
     grids = _around(outline_grids(sheets, tolerance, teeth, pitch * bore))
@@ -191,7 +196,7 @@ def _inner_walls(
 def _turns(section: Section, station: int) -> FloatArray:
     """Angles (rad) on the bore from the first side, at a station."""
     ring = section.points[section.boundary["bore"], station] @ (1.0, 1.0j, 0.0)
-    return np.asarray(np.angle(ring / ring[0]))
+    return np.asarray(np.unwrap(np.angle(ring / ring[0])))
 
 
 def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: FloatArray) -> Piece:

@@ -15,7 +15,18 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact import Pairing, axial_and_radius, gap_tolerance, guarded_gap, limit_margins, meet, slope_by_gear
+from .contact import (
+    Pairing,
+    Terms,
+    axial_and_radius,
+    facing,
+    gap_and_slope,
+    gap_tolerance,
+    guarded_gap,
+    limit_margins,
+    meet,
+    terms_of_one,
+)
 from .inputs import FloatArray
 
 NEAR = np.linspace(-0.1, 1.1, 7)
@@ -65,31 +76,29 @@ class Roots:
 
 
 def _sampled(
-    pairing: Pairing, l1: FloatArray, share: FloatArray
+    pairing: Pairing, pinion: Terms, share: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Sample points in l2, F at them, and which of them have a common normal; samples last."""
-    low, high = pairing.lowest[1][..., None], pairing.highest[1][..., None]
-    l2 = np.broadcast_to(low + share * (high - low), (*l1.shape, share.size))
-    l = np.stack((np.broadcast_to(l1[..., None], l2.shape), l2))
-    met = meet(pairing, l.reshape(*l.shape[:-2], -1))
-    values = guarded_gap(pairing, met).reshape(l2.shape)
-    return l2, values, ~np.isnan(met.gap).reshape(l2.shape)
+    """Sample points in l2, F at them, and which of them have a common normal; samples first."""
+    low, high = pairing.lowest[1], pairing.highest[1]
+    l2 = low + share[:, None, None] * (high - low)
+    met = facing(pairing, pinion, terms_of_one(pairing, l2, 1))
+    return np.broadcast_to(l2, met.gap.shape), guarded_gap(pairing, met), ~np.isnan(met.gap)
 
 
 def _with_extremum(
-    pairing: Pairing, l1: FloatArray, l2: FloatArray, values: FloatArray, real: NDArray[np.bool_]
+    pairing: Pairing, pinion: Terms, l2: FloatArray, values: FloatArray, real: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """The samples with a few more, near that extremum of F which comes closest to zero without
     crossing it: two roots may hide between the samples around it."""
     for turn in range(EXTREMA):
-        left, middle, right = values[..., :-2], values[..., 1:-1], values[..., 2:]
+        left, middle, right = values[:-2], values[1:-1], values[2:]
         towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)
-        towards &= (middle * right > 0.0) & real[..., 1:-1]
+        towards &= (middle * right > 0.0) & real[1:-1]
         if not towards.any():
             break
-        best = np.where(towards, np.abs(middle), np.inf).argmin(axis=-1)[..., None] + 1
-        x0, x1, x2 = (np.take_along_axis(l2, best + k, axis=-1) for k in (-1, 0, 1))
-        f0, f1, f2 = (np.take_along_axis(values, best + k, axis=-1) for k in (-1, 0, 1))
+        best = np.where(towards, np.abs(middle), np.inf).argmin(axis=0)[None] + 1
+        x0, x1, x2 = (np.take_along_axis(l2, best + k, axis=0)[0] for k in (-1, 0, 1))
+        f0, f1, f2 = (np.take_along_axis(values, best + k, axis=0)[0] for k in (-1, 0, 1))
         rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
         vertex = 0.5 * (x0 + x1) - 0.5 * rise * (x2 - x0) / (fall - rise)
         # Beside a pole the parabola says nothing: halve, first towards the pole.
@@ -97,22 +106,19 @@ def _with_extremum(
         halfway = 0.5 * (x1 + np.where(np.isinf(f2) == (turn % 2 == 0), x2, x0))
         usable = (vertex > x0) & (vertex < x2) & (vertex != x1) & ~pole
         vertex = np.where(usable, vertex, halfway)
-        met = meet(pairing, np.stack((l1, vertex[..., 0])))
-        order = np.argsort(np.concatenate((l2, vertex), axis=-1), axis=-1, kind="stable")
+        met = facing(pairing, pinion, terms_of_one(pairing, vertex, 1))
+        new = (vertex, guarded_gap(pairing, met), ~np.isnan(met.gap))
+        order = np.argsort(np.concatenate((l2, vertex[None])), axis=0, kind="stable")
         l2, values, real = (
-            np.take_along_axis(np.concatenate((known, new[..., None]), axis=-1), order, axis=-1)
-            for known, new in (
-                (l2, vertex[..., 0]),
-                (values, guarded_gap(pairing, met)),
-                (real, ~np.isnan(met.gap)),
-            )
+            np.take_along_axis(np.concatenate((known, added[None])), order, axis=0)
+            for known, added in zip((l2, values, real), new, strict=True)
         )
     return l2, values, real
 
 
 def _newton(
     pairing: Pairing,
-    l1: FloatArray,
+    pinion: Terms,
     low: FloatArray,
     high: FloatArray,
     f_low: FloatArray,
@@ -124,17 +130,18 @@ def _newton(
     start = low - f_low * (high - low) / (f_high - f_low)
     l2 = np.where(np.isfinite(start), start, 0.5 * (low + high))
     slope, done, tolerance = np.ones_like(l2), ~wanted, gap_tolerance(pairing)
+    enough = LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
     for _ in range(NEWTON_LIMIT):
-        l = np.array((l1, l2))
-        gap, slope = slope_by_gear(pairing, l)
+        gap, slope = gap_and_slope(pairing, pinion, l2)
         if np.isnan(gap).any():
-            gap = np.where(np.isnan(gap), guarded_gap(pairing, meet(pairing, l)), gap)
+            beyond = guarded_gap(pairing, facing(pairing, pinion, terms_of_one(pairing, l2, 1)))
+            gap = np.where(np.isnan(gap), beyond, gap)
         done = done | (np.abs(gap) <= tolerance)
         above = (gap > 0.0) == rising
         low, high = np.where(above, low, l2), np.where(above, l2, high)
         following = l2 - gap / slope
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
-        small = np.abs(following - l2) <= LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
+        small = np.abs(following - l2) <= enough
         l2 = np.where(done, l2, following)
         done = done | small
         if done.all():
@@ -147,30 +154,33 @@ def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
 
     Roots off the flanks are found up to one flank depth beyond the gear's flank and are
     reported as solved; nothing is clipped here."""
-    near = _search(pairing, l1, NEAR)
-    if (near.status == Status.SOLVED).all():
-        return near
-    return near.where(near.status == Status.SOLVED, _search(pairing, l1, FAR, between_samples=True))
+    roots = _search(pairing, l1, NEAR)
+    lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
+    if lost.size:
+        far = _search(pairing.cases(lost), l1[lost], FAR, between_samples=True)
+        near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
+        both = near.where(near.status == Status.SOLVED, far)
+        roots.l2[lost], roots.slope[lost], roots.status[lost] = both.l2, both.slope, both.status
+    return roots
 
 
 def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples: bool = False) -> Roots:
     """The root on the flanks among all that `share` brackets, else the one least far off."""
-    l2, values, real = _sampled(pairing, l1, share)
+    pinion = terms_of_one(pairing, l1, 0)
+    l2, values, real = _sampled(pairing, pinion, share)
     if between_samples:
-        l2, values, real = _with_extremum(pairing, l1, l2, values, real)
-    change = (np.signbit(values[..., :-1]) != np.signbit(values[..., 1:])) & (real[..., :-1] | real[..., 1:])
-    rank = np.cumsum(change, axis=-1)
-    count = rank[..., -1]
+        l2, values, real = _with_extremum(pairing, pinion, l2, values, real)
+    change = (np.signbit(values[:-1]) != np.signbit(values[1:])) & (real[:-1] | real[1:])
+    rank = np.cumsum(change, axis=0, dtype=np.int8)
+    count = rank[-1]
     best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
+    column = np.arange(l1.size).reshape(l1.shape)
     margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
     for k in range(1, int(count.max(initial=0)) + 1):
         has = count >= k
-        cell = (rank == k) & change
-        low, high, f_low, f_high = (
-            np.where(cell, part, 0.0).sum(axis=-1)
-            for part in (l2[..., :-1], l2[..., 1:], values[..., :-1], values[..., 1:])
-        )
-        root = _newton(pairing, l1, low, high, f_low, f_high, has)
+        cell = np.minimum((rank < k).sum(axis=0), len(change) - 1) * l1.size + column
+        low, high, f_low, f_high = (part.take(cell + side) for part in (l2, values) for side in (0, l1.size))
+        root = _newton(pairing, pinion, low, high, f_low, f_high, has)
         if count.max() > 1:
             l = np.array((l1, root.l2))
             margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))
@@ -180,6 +190,6 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples
             margin = np.where(has, depth, margin)
         best = root.where(has, best)
     status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
-    status = np.where((count == 0) & ~real.all(axis=-1), np.int8(Status.NO_COMMON_NORMAL), status)
+    status = np.where((count == 0) & ~real.all(axis=0), np.int8(Status.NO_COMMON_NORMAL), status)
     known = status == Status.SOLVED
     return Roots(np.where(known, best.l2, np.nan), np.where(known, best.slope, np.nan), status)

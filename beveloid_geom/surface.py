@@ -33,8 +33,9 @@ from .rack import Numbers, rack_of
 LEAST_SCALE = 0.1
 """Modules: least length for which the profile coordinate counts one rad of the fillet."""
 PASSES, FILLET_PASSES = 14, 80
-LAST_STEP = 1e-7
-"""mm. A Newton step below it is the last: it leaves an error of its square over a radius."""
+LAST_STEP = 1e-8
+"""Share of the flank's depth. A Newton step below it is the last: it leaves an error of its square
+over a radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,6 +244,7 @@ def _straight_profile(surface: Surface, square: FloatArray, z: FloatArray) -> Fl
 def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatArray) -> FloatArray:
     """Newton from the straight flank. What falls below the joint is left to the fillet."""
     low, high = surface.joint, 2.0 * surface.highest - surface.joint
+    last = LAST_STEP * (surface.highest - surface.joint)
     s = np.where(np.isnan(s), low, np.clip(s, low, high))
     a, bend = surface.parabola, 2.0 * surface.parabola
     (dx, dy), (mx, my), r = surface.direction[:2], surface.normal[:2], surface.pitch_radius
@@ -259,9 +261,9 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
         step = 0.5 * (x * x + y * y - square) / (x * x_s + y * y_s)
         following = s - step
         s = np.clip(following, low, high)
-        if not (np.abs(step) > LAST_STEP)[s == following].any():
+        if not (np.abs(step) > last)[s == following].any():
             break
-    return np.where((np.abs(step) <= LAST_STEP) & (following >= low), following, np.nan)
+    return np.where((np.abs(step) <= last) & (following >= low), following, np.nan)
 
 
 def _fillet_profile(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArray:

@@ -34,8 +34,8 @@ Met: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArra
 """Angle (rad), distance (mm), and s, z and r (mm) of the other member."""
 BLOCK = 8192
 """Points taken at a time, so that the arrays stay in the cache."""
-SLACK = 1e-9
-"""mm by which a point may miss a limit and still count as inside."""
+SLACK = 1e-10
+"""Share of the tooth depth by which a point may miss a limit and still count as inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,9 @@ def separation(
             rows[:, start : start + BLOCK] = _separated(own, other, here, member, *part[:4])
     angle, distance, other_l, other_z, other_r = (row.reshape(shape) for row in rows)
     with np.errstate(invalid="ignore"):
-        inside = np.abs(other_z) <= other.half_width + SLACK
-        inside &= other_r <= other.tip + other.taper * other_z + SLACK
+        slack = SLACK * (other.tip - other.root)
+        inside = np.abs(other_z) <= other.half_width + slack
+        inside &= other_r <= other.tip + other.taper * other_z + slack
     return Separation(angle, distance, other_l, other_z, other_r, inside & ~np.isnan(angle))
 
 

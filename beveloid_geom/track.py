@@ -53,7 +53,7 @@ ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
 """Rows of quantities, and with the margins."""
 
-COARSE, FINE = basis_of(20), basis_of(HIGHEST)
+COARSE, MEDIUM, FINE = basis_of(16), basis_of(40), basis_of(HIGHEST)
 LARGEST = 400
 """Highest degree of a track."""
 WINDOW_MARGIN = 0.02

@@ -19,8 +19,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .design_limits import member_faults
 from .fillet import fillet_point, tool_round
-from .flank import flank_patch, flank_point, highest_parameter, tip_parameter, tip_thickness, trace_parameter
+from .flank import (
+    flank_patch,
+    flank_point,
+    highest_parameter,
+    root_parameter,
+    tip_parameter,
+    tip_thickness,
+    trace_parameter,
+)
 from .inputs import FloatArray, Member, flank_sign
 
 CURE = "take more teeth, more profile shift or a less deep tool"
@@ -67,8 +76,23 @@ class Undercut:
         return int(np.argmax(self.lost))
 
 
+def cut_fault(member: Member) -> str | None:
+    """Why the tool cannot cut the active flanks of a single member, in a line; None if it can."""
+    if not np.isnan(root_parameter(member)):
+        return None
+    return next(map(str, member_faults("", member)), "a quantity is not a number")
+
+
+def require_cut(member: Member) -> None:
+    """Raises ValueError for a single member whose active flanks the tool cannot cut."""
+    if fault := cut_fault(member):
+        raise ValueError(f"the flanks cannot be cut: {fault}")
+
+
 def undercut_of(member: Member, flank: str, stations: int = STATIONS) -> Undercut:
-    """Undercut of a flank of a single member. Raises ValueError where the tool has no sound round."""
+    """Undercut of a flank of a single member. Raises ValueError where the tool cannot cut the flank
+    or has no sound round."""
+    require_cut(member)
     joint = tool_round(member.tool, flank).joint
     z = np.linspace(-0.5, 0.5, stations) * float(member.face_width)
     start, neck = np.full(stations, joint), np.zeros(stations)
@@ -80,7 +104,7 @@ def undercut_of(member: Member, flank: str, stations: int = STATIONS) -> Undercu
 
 
 def require_sound(member: Member) -> None:
-    """Raises ValueError for a single member whose flanks are undercut."""
+    """Raises ValueError for a single member whose flanks are undercut or cannot be cut."""
     for flank in ("right", "left"):
         found = undercut_of(member, flank, 9)
         if found.undercut:
@@ -161,8 +185,9 @@ def _crossing(member: Member, flank: str, joint: float, z: float) -> tuple[float
     kept, folded = (
         flank_point(member, flank, l, trace_parameter(member, flank, l, at)) for l in (kept_l, folded_l)
     )
-    kept_r, kept_angle = _polar(kept, sigma)
-    low_r, low_angle = _polar(np.concatenate((fillet, folded)), sigma)
+    middle = np.arctan2(kept[0, 1], kept[0, 0])
+    kept_r, kept_angle = _polar(kept, sigma, middle)
+    low_r, low_angle = _polar(np.concatenate((fillet, folded)), sigma, middle)
     outside = low_angle - np.interp(low_r, kept_r, kept_angle)
     beside = low_r >= kept_r[0]
     within = beside & (outside < 0.0)
@@ -179,6 +204,9 @@ def _crossing(member: Member, flank: str, joint: float, z: float) -> tuple[float
     return float(np.interp(radius, kept_r, kept_l)), max(float(neck.max()), 0.0)
 
 
-def _polar(points: FloatArray, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """Radius (mm) and angle (rad) about the axis away from the metal of points (n, 3)."""
-    return np.hypot(points[:, 0], points[:, 1]), sigma * np.arctan2(points[:, 1], points[:, 0])
+def _polar(points: FloatArray, sigma: float, middle: float) -> tuple[FloatArray, FloatArray]:
+    """Radius (mm) and angle (rad) about the axis away from the metal, from `middle` (rad) and within
+    half a turn of it, of points (n, 3)."""
+    x, y = points[:, 0], points[:, 1]
+    sin, cos = np.sin(middle), np.cos(middle)
+    return np.hypot(x, y), sigma * np.arctan2(y * cos - x * sin, x * cos + y * sin)

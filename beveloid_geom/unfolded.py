@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .assembly import common_normal
-from .contact import COMPLEX_STEP, Meeting, Pairing
+from .contact import COMPLEX_STEP, Meeting, Pairing, terms_of
 from .inputs import FloatArray
 from .mounting import across_action
-from .rack import Numbers, rack_normal, rack_point, rack_tangent
+from .rack import Numbers
 
 NORMAL_UNIT = 0.1
 """n_x changes by some hundredths along a path."""
@@ -49,25 +49,32 @@ def units_of(pairing: Pairing) -> FloatArray:
 def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
     """Residuals (3, cases, positions) of the equations, relative to the sizes of their terms, and
     the terms, at y (4, cases, positions)."""
-    rack, layout, (nx, w) = pairing.rack, pairing.layout, y[2:]
-    own, start, tangent = rack_normal(rack, y[:2]), rack_point(rack, y[:2]), rack_tangent(rack, y[:2])
-    v = own[2]
-    square = np.sqrt(1.0 - v * v)
-    moment = rack.pitch_radius * own[1]
+    layout, (nx, w) = pairing.layout, y[2:]
+    terms = terms_of(pairing, y[:2])
+    v, square, moment = terms.own[2], terms.square, terms.moment
     normal = common_normal(layout, v)
-    ratio = square / own[0]
-    xi = rack.pitch_radius / ratio + start[0] * ratio
-    slope = own[1] * tangent[2] / (square * tangent[1])
-    z = start[2] + pairing.position
     reach = across_action(layout, v, square, normal.y, moment)
     other = (layout.cos_angle + v[0] * v[1]) * w / square[0]
     other = other - nx * (layout.offset * v[1] + moment[0] * layout.sin_angle / (square[0] * square[0]))
     across = np.array((w, other / square[1]))
-    along = square * xi + v * z + slope * (across + v * xi - square * z)
+    along = terms.level + terms.slope * across
     gap = along[0] + along[1] - layout.offset * nx
     size = pairing.scale
     residual = np.array((nx * nx - normal.x_squared, (nx * w - reach[0]) / size, gap / size))
-    return residual, Meeting(gap, along, across, slope, reach, nx, normal.y, square, moment, own, start)
+    met = Meeting(
+        gap=gap,
+        along=along,
+        across=across,
+        slope=terms.slope,
+        reach=reach,
+        normal_x=nx,
+        normal_y=normal.y,
+        square=square,
+        moment=moment,
+        own=terms.own,
+        start=terms.start,
+    )
+    return residual, met
 
 
 def linearised(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -26,9 +26,9 @@ from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units
 LINES, SAMPLES, BEYOND = 33, 17, 0.05
 """Lines of the grid for each member, samples on each piece of a line, and how far, in flank depths, the
 grid reaches beyond root and tip."""
-FACES, STEEPEST = 3.0, 0.3
-"""How far from mid-face, in face widths, a curve is walked; on nearly parallel axes, along which l1 and l2
-hardly change, further in the ratio of STEEPEST to the sine of the shaft angle, to meet a line of the grid."""
+FACES, STEEPEST, FARTHEST = 3.0, 0.03, 1e4
+"""How far from mid-face, in face widths, a curve is walked; further, to meet a line of the grid, where l1 and
+l2 hardly change along it: in the ratio of STEEPEST to the sine of the angle between the generators."""
 HALVINGS, PASSES = (12, 50), 5
 """Of a change of sign before Newton, where it fails to rounding, as near n_x = 0; passes of Newton."""
 FIRST_STEP, LONGEST, SHORTEST = 0.02, 0.08, 1e-7
@@ -161,6 +161,7 @@ def _solved_between(
     start = _bisected(part, sides, side, halvings).T[:, None] / units
     tangent = direction_of(linearised(part, start, units)[1])
     z, solved = onto_curve(part, start, tangent, units, PASSES)
+    solved &= np.linalg.norm(z - start, axis=-1) < LONGEST
     return np.where(solved[..., None], z, start), solved[:, 0]
 
 
@@ -186,7 +187,8 @@ def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[NDArray
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
     faces = np.max(np.abs(height) / (2.0 * pairing.half_width), axis=0)
     low, high = window_of(pairing)
-    most = FACES * np.maximum(1.0, STEEPEST / np.abs(pairing.layout.sin_angle))
+    crossing = np.abs(y[2] * pairing.layout.sin_angle)  # sine of the angle between the generators
+    most = FACES * np.clip(STEEPEST / crossing, 1.0, FARTHEST)
     inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0) & (faces <= most)
     return np.asarray(inside[:, 0]), np.asarray(faces[:, 0])
 

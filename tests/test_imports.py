@@ -12,12 +12,17 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FLOORS = (
     "whole_file",
-    *("inputs", "rack", "flank", "assembly", "mounting", "contact", "solve", "curve", "track", "path"),
-    *("posing", "five_equations", "design_limits", "design_file"),
+    "inputs",
+    *("reference", "reference.pitch_region", "reference.five_equations_math"),
+    *("reference.five_equations_numpy", "reference.five_equations_mp"),
+    *("rack", "flank", "assembly", "mounting", "contact", "solve", "curve"),
+    *("unfolded", "track", "ends", "walk", "follow", "path"),
+    *("posing", "five_equations_curve", "five_equations", "design_limits", "design_file"),
     *("fillet", "undercut", "closing"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
     *("operating_rolls", "foot", "curvature", "pattern"),
-    *("sampling", "closest", "proximity", "outline", "section", "solid", "tooth", "volume", "hexahedra"),
+    *("sampling", "closest", "proximity", "comparison_methods", "comparison", "job_size"),
+    *("outline", "section", "solid", "tooth", "volume", "hexahedra"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
     *("report", "report_closing", "report_operation", "cli_support", "cli_mesh", "cli_operation", "cli"),
@@ -79,6 +84,13 @@ def test_imports_run_one_way(path: Path) -> None:
     assert floors_below(path) <= set(FLOORS[: FLOORS.index(floor)])
 
 
+@pytest.mark.parametrize("path", sorted((PACKAGE / "reference").glob("*.py")), ids=floor_of)
+def test_the_reference_shares_only_the_inputs(path: Path) -> None:
+    """What checks the solver's numbers must not be made of the solver's code."""
+    assert all(n == "inputs" or n.startswith("reference.") for n in floors_below(path))
+    assert not any(name.startswith("beveloid_geom") for name in imported(path))
+
+
 def test_the_library_never_imports_viz() -> None:
     for path in PACKAGE.rglob("*.py"):
         assert not imported(path) & OFFSCREEN - EXCEPTED.get(floor_of(path), set())
@@ -100,6 +112,7 @@ def test_scene_code_never_solves() -> None:
         ("import beveloid_geom.export.parts", "trimesh"),
         ("import viz.cli", "numpy"),
         ("import beveloid_geom.path", "scipy"),
+        ("import beveloid_geom.path", "mpmath"),
     ],
 )
 def test_start_up_is_light(statement: str, unwanted: str) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from beveloid_geom.assembly import common_normal, layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.inputs import Design, Errors, Pair
 from beveloid_geom.mounting import mounting_of
-from tests.oracle.five_equations_mp import mounting_mp
+from beveloid_geom.reference.five_equations_mp import mounting_mp
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 

@@ -47,7 +47,17 @@ def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
     done = run("--list")
     assert done.returncode == 0
     names = [f"fig-{k:02d}" for k in range(1, 16)]
-    names += ["separation", "pattern", "transmission-error", "mesh-convergence", "posed-pair", "meshed-tooth"]
+    names += [
+        "separation",
+        "pattern",
+        "transmission-error",
+        "mesh-convergence",
+        "picture-density",
+        "speed-accuracy",
+        "job-size",
+        "posed-pair",
+        "meshed-tooth",
+    ]
     assert [line.split()[0] for line in done.stdout.splitlines()] == names
     assert [figure.name for figure in FIGURES] == names
 

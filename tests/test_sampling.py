@@ -217,8 +217,8 @@ def test_series_is_the_exact_formula(member: Member, flank: str) -> None:
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.005])
 def test_exact_formula_serves_where_the_series_does_not(tolerance: float) -> None:
-    # Shortly before its profile ends below the tip cone: there the tip is the root of a square.
-    folded = with_parabola(PINION, -0.105)
+    # Shortly before the tool's normal loses its radial component, where the generating roll has a pole.
+    folded = with_parabola(PINION, -0.025)
     assert flank_sheet(folded, "right").series is None
     grid = sample_flank(folded, "right", tolerance)
     patch = flank_patch(folded, "right", grid.l, trace_parameter(folded, "right", grid.l, grid.z))
@@ -275,15 +275,15 @@ def test_a_tolerance_too_fine_is_refused_with_the_number_of_points(tolerance: fl
         tracemalloc.stop()
 
 
-def test_a_flank_that_ends_below_the_tip_cone_is_refused() -> None:
-    # The profile of this tool turns back before it gets there.
+def test_a_flank_that_its_tool_cannot_cut_is_refused() -> None:
+    # The profile of this tool turns back below the tip cone, and it leans inwards before that.
     tall = replace(PINION, tool=replace(PINION.tool, parabola=-0.12))
-    with pytest.raises(ValueError, match="does not reach its tip cone"):
+    with pytest.raises(ValueError, match="cannot be cut: .* folds the rack profile"):
         sample_flank(tall, "right", 0.01)
 
 
 def test_a_flank_that_folds_below_its_start_is_refused() -> None:
-    with pytest.raises(ValueError, match="parabola folds back below the right flank"):
+    with pytest.raises(ValueError, match="cannot be cut: .* folds the rack profile"):
         sample_flank(with_parabola(PINION, 0.3), "right", 0.01)
 
 

@@ -7,6 +7,7 @@ differences up to 8 levels do not count, and the rest is summed in whole pixels.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,10 +18,11 @@ import pytest
 from matplotlib.image import imread, imsave
 from numpy.typing import NDArray
 
+from beveloid_geom.comparison import Settings
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.flank import flank_point
 from viz import theme
-from viz.figures import FIGURES, Figure
+from viz.figures import FIGURES, Figure, fig_job_size, fig_speed
 from viz.figures.fig_misalignment import MisalignmentFigure
 from viz.figures.fig_paths import PathFigure
 from viz.figures.fig_pattern import BandFigure
@@ -33,7 +35,8 @@ SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
-FLAT = {"fig-02", "fig-11", "transmission-error", "mesh-convergence"}
+FLAT = {"fig-02", "fig-11", "transmission-error", "mesh-convergence", "picture-density"}
+FLAT |= {"speed-accuracy", "job-size"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 Image = NDArray[np.uint8]
 
@@ -41,6 +44,16 @@ Image = NDArray[np.uint8]
 @pytest.fixture(scope="module", autouse=True)
 def _opengl() -> None:
     require_opengl()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _short_measurements() -> Iterator[None]:
+    """Pages of measurements are drawn from a few of them."""
+    few = Settings(tolerances=(0.1, 0.01), xtols=(1e-2, 1e-14), batches=(1, 100), batch=10, run=11, repeat=0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fig_speed, "SETTINGS", few)
+        patch.setattr(fig_job_size, "JOBS", {kind: sizes[:3] for kind, sizes in fig_job_size.JOBS.items()})
+        yield
 
 
 def recipe_of(name: str) -> Recipe[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 import signal
 import sys
@@ -145,6 +146,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
     """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
     pattern, separation, transmission error, and meshes."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     figures = chosen_figures(names)
     design = load_design(source)
 

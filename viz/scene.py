@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
+MESH_PX = 0.2
+"""Pixels by which the triangles of gears may miss their surfaces: finer is not seen (`picture-density`)."""
 EDGE_ANGLE_DEG = 35.0
 EDGE_COLOUR = "#303840"
 # Lights in the camera's frame (right, up, towards the viewer), and their strengths.

@@ -1,1 +1,1 @@
-"""Independent oracles of the contact solve: the paper's five equations, three times over."""
+"""Table 1 by hand, a rack swept by numbers, and the reference equations held against one another."""

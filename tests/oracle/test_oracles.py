@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from beveloid_geom.inputs import Design, Errors, Member
-
-from .five_equations_math import Contacts, solve_math
-from .five_equations_mp import (
+from beveloid_geom.reference.five_equations_math import Contacts, solve_math
+from beveloid_geom.reference.five_equations_mp import (
     MP,
     ContactMp,
     MountingMp,
@@ -24,8 +23,9 @@ from .five_equations_mp import (
     solve_mp,
     zero_shift,
 )
-from .five_equations_numpy import solve_numpy
-from .pitch_region import Guess, pitch_guess, pitch_region
+from beveloid_geom.reference.five_equations_numpy import solve_numpy
+from beveloid_geom.reference.pitch_region import Guess, pitch_guess, pitch_region
+
 from .table1 import table1
 
 MISALIGNED = Errors(offset=-0.3, shaft_angle=radians(0.01), pinion_axial=0.4, gear_axial=-0.7)

@@ -11,7 +11,7 @@ import pytest
 from beveloid_geom.inputs import Errors
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_of_contact
-from tests.oracle.five_equations_mp import mounting_mp, solve_mp
+from beveloid_geom.reference.five_equations_mp import mounting_mp, solve_mp
 from tests.oracle.table1 import table1
 
 BOUND = 1e-10  # mm, and rad

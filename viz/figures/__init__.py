@@ -48,6 +48,9 @@ FIGURES = (
     Figure("pattern", "Contact pattern under marking compound", "fig_pattern"),
     Figure("transmission-error", "Transmission error in operation, and its amplitudes", "fig_operation"),
     Figure("mesh-convergence", "Error of the mesh method against the mesh tolerance", "fig_convergence"),
+    Figure("picture-density", "Where a finer mesh stops being seen", "fig_density"),
+    Figure("speed-accuracy", "Speed against accuracy of every way to find the contact", "fig_speed"),
+    Figure("job-size", "Time and memory against the size of the job", "fig_job_size"),
     Figure("posed-pair", "The posed pair as exported", "fig_posed"),
     Figure("meshed-tooth", "A tooth meshed for finite elements", "fig_meshed"),
 )

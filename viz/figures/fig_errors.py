@@ -14,7 +14,7 @@ from beveloid_geom.inputs import Design, Errors, FloatArray
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..scene import Item, Picture, Scene, fit_camera, render
+from ..scene import MESH_PX, Item, Picture, Scene, fit_camera, render
 from ..theme import Page
 from . import annotate, posed
 from .posed import PosedPair
@@ -29,7 +29,6 @@ DRAWN_SHARE = 0.16
 DRAWN_ANGLE = np.radians(9.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
 """Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
-MESH_PX = 0.45
 SHAFT = "#9aa1a8"
 
 

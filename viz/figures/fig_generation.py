@@ -15,7 +15,7 @@ from beveloid_geom.rack import reference_radius
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..scene import Item, Picture, Scene, Surface, fit_camera, render
+from ..scene import MESH_PX, Item, Picture, Scene, Surface, fit_camera, render
 from ..theme import Page
 from . import annotate, cutter, posed
 from .cutter import SectionFrame
@@ -30,7 +30,6 @@ ROLL_PITCHES = 0.9
 TEETH = 7
 LENGTH = 4.6
 """Of the rack in panel (a), in normal modules."""
-MESH_PX = 0.35
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
 
 

@@ -15,8 +15,8 @@ from beveloid_geom.tooth import transverse_section
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
-from ..scene import Item, Picture, Scene, fit_camera, render
-from ..theme import Box, Page
+from ..scene import MESH_PX, Camera, Item, Picture, Scene, fit_camera, render
+from ..theme import Box, Page, Size
 from . import annotate, posed
 from .posed import PosedPair
 
@@ -25,7 +25,6 @@ FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
 SHAFT = "#9aa1a8"
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
-MESH_PX = 0.35
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
 SECTION_TOLERANCE = 0.001
@@ -77,15 +76,20 @@ def _reach(pair: PosedPair) -> FloatArray:
     return np.concatenate((*tips, pair.foot))
 
 
-def _items(pair: PosedPair, px_per_mm: float) -> tuple[list[Item], list[str]]:
-    """Gears and shafts, and remarks on what could not be drawn."""
+def camera_of(pair: PosedPair, size: Size) -> Camera:
+    """The camera that shows the whole pair in a picture of this size."""
+    return fit_camera(_reach(pair), VIEW, UP, size, 0.06)
+
+
+def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
+    """Gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
     items: list[Item] = []
     remarks = []
     for number, (member, frame, ends) in enumerate(
         zip(pair.design.members, pair.frames, _ends(pair), strict=True)
     ):
         bore = posed.shaft_radius(member)
-        mesh, reason = posed.teeth_of(member, MESH_PX / px_per_mm, bore_radius=bore)
+        mesh, reason = posed.teeth_of(member, tolerance, bore_radius=bore)
         if mesh is None:
             remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
             items += posed.blank(member, frame, COLOURS[number], bore)
@@ -99,7 +103,7 @@ def _items(pair: PosedPair, px_per_mm: float) -> tuple[list[Item], list[str]]:
     return items, remarks
 
 
-def draw(data: PairFigure, size: theme.Size) -> Drawing:
+def draw(data: PairFigure, size: Size) -> Drawing:
     """Both gears on their shafts, and the section through the contact point."""
     pair = data.pair
     page = theme.new_page(
@@ -109,8 +113,8 @@ def draw(data: PairFigure, size: theme.Size) -> Drawing:
         " shaft angle $\\delta$",
     )
     box = theme.place(page, 0.14, 0.06, 0.83, theme.top(page) - 0.06)
-    camera = fit_camera(_reach(pair), VIEW, UP, box.size, 0.06)
-    items, remarks = _items(pair, box.height / (2.0 * camera.half_height))
+    camera = camera_of(pair, box.size)
+    items, remarks = items_of(pair, MESH_PX * 2.0 * camera.half_height / box.height)
     pose = (
         "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
         if data.touching

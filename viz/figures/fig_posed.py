@@ -15,7 +15,7 @@ from beveloid_geom.tooth import Mesh
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
 from ..scene import Camera, Item, Picture, Scene, fit_camera, render
-from ..theme import Page, Size
+from ..theme import Size
 from . import annotate, posed, solved
 from .posed import PosedPair
 from .solved import SolvedPath
@@ -71,7 +71,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     heading = theme.top(page) - theme.inches(page, 0.25)
     for column, (left, width, name) in enumerate(((0.02, 0.42, "the pair"), (0.45, 0.53, "teeth in mesh"))):
         box = theme.place(page, left, low, width, heading - theme.inches(page, 0.1) - low)
-        scene = _close(data, page) if column else _whole(data, box.size)
+        scene = close(data) if column else _whole(data, box.size)
         pictures[name] = render(scene, box.size)
         axes = theme.show(page, box, pictures[name])
         page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
@@ -115,7 +115,8 @@ def _whole(data: PosedFigure, size: Size) -> Scene:
     return Scene(items, fit_camera(np.concatenate(reach), VIEW, UP, size, 0.06))
 
 
-def _close(data: PosedFigure, page: Page) -> Scene:
+def close(data: PosedFigure) -> Scene:
+    """The teeth in mesh, seen at the heels along the teeth."""
     pair = data.pair
     module = float(pair.design.pinion.tool.normal_module)
     middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)

@@ -25,7 +25,7 @@ from ..theme import Box, Page
 
 LINE_POINTS = 2.6
 """Half the width of a path, in points of the page."""
-OUTLINE_PX = 0.05
+OUTLINE_PX = 0.03
 """Pixels by which triangles may miss the flank: less than half of one, since root and tip curve
 more within the flank, as an outline, than the flank does out of itself."""
 INTO_PAGE, UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
@@ -171,13 +171,16 @@ def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: 
     return [item for trace in traces for item in trace_items(trace, view, radius)]
 
 
+def camera_of(view: FlankView, half_height: float) -> Camera:
+    """Square on to a flank, the flank in the middle of the picture; half of its height in mm."""
+    return Camera(INTO_PAGE, UP, np.append(view.bounds.mean(axis=0), 0.0), half_height)
+
+
 def show_items(
     page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float
 ) -> tuple[Axes, Picture]:
     """Draw what stands in the frame of a flank's picture into a box, the flank in its middle."""
-    centre = np.append(view.bounds.mean(axis=0), 0.0)
-    camera = Camera(INTO_PAGE, UP, centre, 0.5 * box.height / px_per_mm)
-    picture = render(Scene(items, camera), box.size)
+    picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
     return theme.show(page, box, picture), picture
 
 

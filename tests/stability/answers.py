@@ -1,0 +1,93 @@
+"""What every answer must hold, whatever the design: the five equations, or NaN and a named status."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beveloid_geom.closing import zero_backlash_layout
+from beveloid_geom.inputs import Design, Member, Pair
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.rack import reference_radius
+from beveloid_geom.solve import Status
+
+from .five_residuals import residuals
+
+FLANKS = ("right", "left")
+NUMBERS = (
+    *("u1", "l2", "u2", "pinion_roll", "gear_roll"),
+    *("pinion_z", "pinion_r", "gear_z", "gear_r"),
+)
+SIZE = 500.0
+"""mm: about the size of the pair of Table 1, offset and both radii; bounds shrink with smaller pairs."""
+
+
+def changed(member: Member, **values: float) -> Member:
+    """The member with other quantities, those of its tool among them."""
+    tool = {name: values.pop(name) for name in tuple(values) if hasattr(member.tool, name)}
+    return replace(member, tool=replace(member.tool, **tool), **values)
+
+
+def closed(pinion: Member, gear: Member) -> Design:
+    """The pair as it runs without backlash."""
+    found = zero_backlash_layout(Design(pinion, gear, Pair(1.0, 1.0)))
+    return Design(pinion, gear, Pair(float(found.offset), float(found.shaft_angle)))
+
+
+def held(design: Design) -> Design:
+    """The design with the mounting distances it has now."""
+    first, second = mounting_of(design).distance
+    pair = replace(design.pair, pinion_mounting=float(first), gear_mounting=float(second))
+    return replace(design, pair=pair)
+
+
+def at_shaft_angle(design: Design, degrees: float) -> Design:
+    return replace(design, pair=replace(design.pair, shaft_angle=radians(degrees)))
+
+
+def size_of(design: Design) -> float:
+    return float(design.pair.offset + sum(reference_radius(member) for member in design.members))
+
+
+def check(design: Design, path: ContactPath) -> None:
+    """Every position holds the five equations, or is NaN and says why."""
+    assert set(np.unique(path.status)) <= {int(status) for status in Status}
+    values = np.stack([getattr(path, name) for name in NUMBERS])
+    values = np.concatenate((values, np.moveaxis(path.point, -1, 0), np.moveaxis(path.normal, -1, 0)))
+    known = np.isfinite(values).all(axis=0)
+    assert (known | np.isnan(values).all(axis=0)).all()
+    named = (path.status == Status.SOLVED) | (path.status == Status.OFF_FLANK)
+    assert not (known & ~named).any()
+    assert known[path.status == Status.SOLVED].all()
+    # Without a path on the flanks the transmission error may lack a position to refer to.
+    referred = np.broadcast_to((path.ends.status == Status.SOLVED)[..., None], known.shape)
+    np.testing.assert_array_equal(np.isfinite(path.transmission_error)[referred], known[referred])
+    if known.any():
+        apart, turned = residuals(design, path, mounting_of(design).distance)
+        bound = 1e-9 * min(1.0, size_of(design) / SIZE)
+        assert np.nanmax(apart[known]) < bound
+        assert np.nanmax(turned[known]) < 1e-12
+
+
+def checked_path(design: Design, flank: str = "right", points: int = 21) -> ContactPath:
+    """The path of contact, checked, as are the contacts at flank parameters on and off the flank."""
+    path = path_of_contact(design, flank, points)
+    check(design, path)
+    module = float(design.pinion.tool.normal_module)
+    l1: ArrayLike = np.linspace(-1.6, 1.6, 17) * module
+    check(design, path_of_contact(design, flank, l1=l1))
+    return path
+
+
+def solved_path(design: Design, flank: str = "right", points: int = 21) -> ContactPath:
+    """The path of contact of a pair that has one, checked."""
+    path = checked_path(design, flank, points)
+    assert path.ends.status == Status.SOLVED
+    assert (path.status == Status.SOLVED).all()
+    assert len(path.l1) == points
+    assert path.ends.contact_ratio > 0.0
+    return path

@@ -1,0 +1,361 @@
+"""The five equations of Eq. 15 written from Eqs. 1-14, for batches, by other code than the library's.
+
+Flanks, frames and misalignment stand here as in the paper, component by component; profile shift
+enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `rack`, `assembly` or
+`contact` is used. Lengths mm, angles rad; arrays (*batch, positions).
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beveloid_geom.inputs import FLANK_SIGN, Design, FloatArray, Member, Quantity
+from beveloid_geom.path import ContactPath
+
+Vector = tuple[FloatArray, FloatArray, FloatArray]
+
+
+class Generated(NamedTuple):
+    """One flank at some l: rack point at u = 0 and trace, and the unit normal, all in S_c."""
+
+    point: Vector
+    trace: Vector
+    normal: Vector
+    pitch_radius: FloatArray
+
+
+def column(value: Quantity) -> FloatArray:
+    """A quantity of the batch with one axis for positions behind it."""
+    array = np.asarray(value, dtype=float)
+    return array[..., None] if array.ndim else array
+
+
+def rack_at(member: Member, flank: str, l: FloatArray) -> Generated:
+    """Eqs. 1-5 at flank parameters `l` (*batch, positions)."""
+    tool, sigma = member.tool, FLANK_SIGN[flank]
+    m, a, alpha = column(tool.normal_module), column(tool.parabola), column(tool.normal_pressure_angle)
+    beta, gamma = column(member.helix_angle), column(member.cone_angle)
+    sa, ca, sb, cb = np.sin(alpha), np.cos(alpha), np.sin(beta), np.cos(beta)
+    sg, cg = np.sin(gamma), np.cos(gamma)
+
+    def to_rack(x: FloatArray, y: FloatArray, z: FloatArray) -> Vector:
+        y, z = cb * y + sb * z, cb * z - sb * y  # turned by the helix angle about x
+        return cg * x + sg * z, y, cg * z - sg * x  # tilted by the cone angle about y
+
+    x_n = l * ca + a * l * l * sa
+    y_n = sigma * (a * l * l * ca - l * sa + 0.25 * np.pi * m)
+    x_c, y_c, z_c = to_rack(x_n, y_n, 0.0 * x_n)
+    steep = 2.0 * a * l
+    size = np.hypot(1.0, steep)
+    normal = to_rack((sa - steep * ca) / size, sigma * (ca + steep * sa) / size, 0.0 * l)
+    trace = to_rack(0.0 * l, 0.0 * l, 1.0 + 0.0 * l)
+    shift = column(member.profile_shift) * m
+    return Generated((x_c + shift, y_c, z_c), trace, normal, m * column(member.teeth) / (2.0 * cb))
+
+
+def turned(vector: Vector, angle: FloatArray) -> Vector:
+    """The vector turned by `angle` about z."""
+    sin, cos = np.sin(angle), np.cos(angle)
+    return cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1], vector[2]
+
+
+def flank_at(
+    member: Member, flank: str, l: FloatArray, u: FloatArray, roll: FloatArray
+) -> tuple[Vector, Vector]:
+    """Point and outward unit normal of a rolled flank in the member's fixed frame (Eqs. 6, 12)."""
+    rack = rack_at(member, flank, l)
+    x, y, z = (p + u * t for p, t in zip(rack.point, rack.trace, strict=True))
+    nx, ny, _ = rack.normal
+    phi = (nx * y - ny * x) / (nx * rack.pitch_radius)
+    point = (rack.pitch_radius + x, y - rack.pitch_radius * phi, z)
+    return turned(point, phi + roll), turned(rack.normal, phi + roll)
+
+
+def shaft_angle(design: Design) -> FloatArray:
+    """Signed shaft angle with its error."""
+    hand = np.where(column(design.pinion.helix_angle) + column(design.gear.helix_angle) < 0.0, -1.0, 1.0)
+    return np.asarray(hand * (column(design.pair.shaft_angle) + column(design.errors.shaft_angle)))
+
+
+def gear_to_fixed(design: Design, vector: Vector) -> Vector:
+    """A direction of the gear's fixed frame in S_f: X2 = -x, Y2 = k2 x X2, Z2 = k2."""
+    sin, cos = np.sin(shaft_angle(design)), np.cos(shaft_angle(design))
+    return -vector[0], sin * vector[2] - cos * vector[1], cos * vector[2] + sin * vector[1]
+
+
+def residuals(design: Design, path: ContactPath, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """|R1 - R2| (mm) and |n1 + n2| (rad), (*batch, positions); `distance` (2, *batch) are the
+    mounting distances without errors."""
+    errors, pair = design.errors, design.pair
+    point1, normal1 = flank_at(design.pinion, path.flank, path.l1, path.u1, path.pinion_roll)
+    point2, normal2 = flank_at(design.gear, path.flank, path.l2, path.u2, path.gear_roll)
+    height1 = column(distance[0]) + column(errors.pinion_axial)
+    height2 = column(distance[1]) + column(errors.gear_axial)
+    x2, y2, z2 = gear_to_fixed(design, (point2[0], point2[1], point2[2] + height2))
+    apart = (
+        point1[0] - x2 - column(pair.offset) - column(errors.offset),
+        point1[1] - y2,
+        point1[2] + height1 - z2,
+    )
+    sums = [n + m for n, m in zip(normal1, gear_to_fixed(design, normal2), strict=True)]
+    return np.sqrt(sum(d * d for d in apart)), np.sqrt(sum(s * s for s in sums))
+
+
+def own_margins(member: Member, flank: str, l: FloatArray, u: FloatArray) -> FloatArray:
+    """How far (mm) flank points lie inside root (in l), tip, toe and heel, (4, *batch, positions)."""
+    tool = member.tool
+    m, added = column(tool.normal_module), column(tool.addendum)
+    (x, y, z), _ = flank_at(member, flank, l, u, np.zeros_like(l))
+    joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
+    depth = np.where(joint > tool.addendum - 1e-4, tool.addendum, joint)
+    root = at_height(member, -tool.normal_module * depth)
+    pitch_radius = m * column(member.teeth) / (2.0 * np.cos(column(member.helix_angle)))
+    tip = pitch_radius + (column(member.profile_shift) + added) * m + z * np.tan(column(member.cone_angle))
+    half = 0.5 * column(member.face_width)
+    return np.stack(np.broadcast_arrays(l - root, tip - np.hypot(x, y), z + half, half - z))
+
+
+def margins(design: Design, path: ContactPath) -> FloatArray:
+    """Margins (8, *batch, positions): the four of the pinion, the four of the gear."""
+    first = own_margins(design.pinion, path.flank, path.l1, path.u1)
+    return np.concatenate((first, own_margins(design.gear, path.flank, path.l2, path.u2)))
+
+
+class Lines(NamedTuple):
+    """Where flanks of given l1, l2 with one common normal could touch: height above each other
+    of the two straight generators (mm, signed; 0 at a contact), and u1, u2 at their closest."""
+
+    height: FloatArray
+    u1: FloatArray
+    u2: FloatArray
+
+
+def common_normal(first: Generated, second: Generated, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """n_x squared (negative where there is none) and n_y of the common normal in S_f."""
+    v1, v2 = first.normal[2], second.normal[2]
+    n_y = -(v2 + v1 * np.cos(angle)) / np.sin(angle)
+    return np.asarray(1.0 - v1 * v1 - n_y * n_y), np.asarray(n_y)
+
+
+def generators(
+    design: Design, flank: str, l1: FloatArray, l2: FloatArray, sign: float, distance: FloatArray
+) -> Lines:
+    """The generators of both members in S_f under the common normal of `l1` and `l2`.
+
+    `sign` is that of the normal's x component. All flank points of one l with a given normal lie
+    on a straight line; two lines meet where the triple product with their distance vanishes."""
+    d, errors = shaft_angle(design), design.errors
+    first, second = rack_at(design.pinion, flank, l1), rack_at(design.gear, flank, l2)
+    squared, n_y = common_normal(first, second, d)
+    n_x, v1 = sign * np.sqrt(squared), first.normal[2]
+    # The gear's normal is -n, seen in its own fixed frame.
+    n_y2 = -(np.sin(d) * v1 - np.cos(d) * n_y)
+    lines = []
+    for rack, fixed in ((first, (n_x, n_y)), (second, (n_x, n_y2))):
+        angle = np.arctan2(fixed[1], fixed[0]) - np.arctan2(rack.normal[1], rack.normal[0])
+        lean = rack.normal[1] / rack.normal[0]
+        x, _, z = rack.point
+        tx, _, tz = rack.trace
+        foot = turned((rack.pitch_radius + x, lean * x, z), angle)
+        lines.append((foot, turned((tx, lean * tx, tz), angle)))
+    (p, along_p), (q, along_q) = lines
+    height1 = column(distance[0]) + column(errors.pinion_axial)
+    height2 = column(distance[1]) + column(errors.gear_axial)
+    p = (p[0], p[1], p[2] + height1)
+    q, along_q = gear_to_fixed(design, (q[0], q[1], q[2] + height2)), gear_to_fixed(design, along_q)
+    between = (q[0] + column(design.pair.offset) + column(errors.offset) - p[0], q[1] - p[1], q[2] - p[2])
+    square = _cross(along_p, along_q)
+    size = _dot(square, square)
+    return Lines(
+        _dot(between, square) / np.sqrt(size),
+        _dot(_cross(between, along_q), square) / size,
+        _dot(_cross(between, along_p), square) / size,
+    )
+
+
+def _dot(a: Vector, b: Vector) -> FloatArray:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+class Found(NamedTuple):
+    """Contacts that a search came upon, one row each: the case, flank parameters, sign of the common
+    normal's x component, and the least margin (mm) to the limits of both flanks."""
+
+    case: NDArray[np.int_]
+    l1: FloatArray
+    l2: FloatArray
+    sign: FloatArray
+    margin: FloatArray
+
+    def beyond(self, margin: float) -> Found:
+        """Those further inside the flanks than `margin` (mm)."""
+        kept = self.margin > margin
+        return Found(*(column[kept] for column in self))  # type: ignore[arg-type]
+
+
+PASSES, PRUNED = 45, 10
+"""Halvings of an interval with a root, and after how many a root far off the flanks is left."""
+
+
+def at_height(member: Member, height: Quantity) -> FloatArray:
+    """l at which the tool flank of the batch has x_n = `height` (mm), (*batch, 1)."""
+    alpha, a = column(member.tool.normal_pressure_angle), column(member.tool.parabola)
+    # x_n = l cos(alpha) + a l^2 sin(alpha): the root that stays finite without parabola.
+    root = np.sqrt(np.cos(alpha) ** 2 + 4.0 * a * np.sin(alpha) * column(height))
+    return np.asarray(2.0 * column(height) / (np.cos(alpha) + root))
+
+
+def flank_grid(member: Member, points: int) -> FloatArray:
+    """l over the whole active flank, ends included, (*batch, points)."""
+    tool = member.tool
+    low = at_height(member, -tool.normal_module * np.asarray(tool.addendum))
+    high = at_height(member, tool.normal_module * np.asarray(tool.addendum))
+    return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points))
+
+
+def search(design: Design, flank: str, distance: FloatArray, points: int = 32, turned: bool = False) -> Found:
+    """Contacts on a grid of l1, of both signs of n_x, with l2 by sign change and bisection.
+
+    `turned` searches on a grid of l2 instead. Contacts further than half a module outside the flanks
+    are left out. Array designs of one batch axis only."""
+    first, second = (flank_grid(member, points) for member in design.members)
+    l1 = np.repeat(first, points, axis=-1) if not turned else np.tile(first, (1, points))
+    l2 = np.tile(second, (1, points)) if not turned else np.repeat(second, points, axis=-1)
+    grid = np.stack((l1, l2)).reshape(2, -1, points, points)
+    moving = grid[0 if turned else 1]
+    parts = []
+    for sign in (1.0, -1.0):
+        with np.errstate(all="ignore"):
+            height = generators(design, flank, l1, l2, sign, distance).height.reshape(grid.shape[1:])
+        real = np.isfinite(height)
+        case, row, cell = np.nonzero(height[..., :-1] * height[..., 1:] < 0.0)
+        fixed = grid[1 if turned else 0][case, row, cell]
+        bounds = [(moving[case, row, cell + k], height[case, row, cell + k]) for k in (0, 1)]
+        parts.append(_refined(design, flank, distance, sign, case, fixed, bounds, turned))
+        # Between the last node with a common normal and the place where it vanishes.
+        case, row, cell = np.nonzero(real[..., :-1] != real[..., 1:])
+        ahead = real[case, row, cell + 1].astype(int)
+        fixed = grid[1 if turned else 0][case, row, cell]
+        good, bad = moving[case, row, cell + ahead], moving[case, row, cell + 1 - ahead]
+        edge, at_edge = _edge(design, flank, distance, sign, case, fixed, good, bad, turned)
+        start = height[case, row, cell + ahead]
+        crossed = np.flatnonzero(start * at_edge < 0.0)
+        bounds = [(good[crossed], start[crossed]), (edge[crossed], at_edge[crossed])]
+        parts.append(_refined(design, flank, distance, sign, case[crossed], fixed[crossed], bounds, turned))
+    return joined(parts)
+
+
+def joined(parts: list[Found]) -> Found:
+    """What several searches found."""
+    return Found(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _edge(
+    design: Design,
+    flank: str,
+    distance: FloatArray,
+    sign: float,
+    case: NDArray[np.int_],
+    fixed: FloatArray,
+    good: FloatArray,
+    bad: FloatArray,
+    turned: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """The last place with a common normal between a `good` and a `bad` one, and the height there."""
+    part = cases_of(design, case)
+    angle, place = shaft_angle(part), distance[:, case]
+
+    def both(moving: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return (moving[:, None], fixed[:, None]) if turned else (fixed[:, None], moving[:, None])
+
+    for _ in range(50):
+        middle = 0.5 * (good + bad)
+        l1, l2 = both(middle)
+        racks = rack_at(part.pinion, flank, l1), rack_at(part.gear, flank, l2)
+        real = common_normal(*racks, angle)[0][:, 0] > 0.0
+        good, bad = np.where(real, middle, good), np.where(real, bad, middle)
+    with np.errstate(all="ignore"):
+        return good, generators(part, flank, *both(good), sign, place).height[:, 0]
+
+
+def _refined(
+    design: Design,
+    flank: str,
+    distance: FloatArray,
+    sign: float,
+    case: NDArray[np.int_],
+    fixed: FloatArray,
+    bounds: list[tuple[FloatArray, FloatArray]],
+    turned: bool,
+) -> Found:
+    """The roots between `bounds` (place and height), by bisection from the chord's guess on."""
+    (low, f_low), (high, f_high) = bounds
+    guess = low - f_low * (high - low) / (f_high - f_low)
+    module = np.broadcast_to(design.pinion.tool.normal_module, distance.shape[1:])
+    for step in range(PASSES):
+        part, place = cases_of(design, case), distance[:, case]
+        l1, l2 = (guess, fixed) if turned else (fixed, guess)
+        l1, l2 = l1[:, None], l2[:, None]
+        with np.errstate(all="ignore"):
+            lines = generators(part, flank, l1, l2, sign, place)
+        if step in (PRUNED, PASSES - 1):
+            each = own_margins(part.pinion, flank, l1, lines.u1), own_margins(part.gear, flank, l2, lines.u2)
+            margin = np.concatenate(each).min(axis=0)[:, 0]
+            near = margin > (-0.5 * module[case] if step == PRUNED else -np.inf)
+            values = (case, fixed, low, high, f_low, guess, margin)
+            case, fixed, low, high, f_low, guess, margin = (value[near] for value in values)
+            height = lines.height[near, 0]
+        else:
+            height = lines.height[:, 0]
+        if step == PASSES - 1:
+            break
+        above = np.signbit(height) == np.signbit(f_low)
+        low, high = np.where(above, guess, low), np.where(above, high, guess)
+        guess = 0.5 * (low + high)
+    l1, l2 = (guess, fixed) if turned else (fixed, guess)
+    return Found(case, l1, l2, np.full(case.shape, sign), margin)
+
+
+def cases_of(part: Any, index: Any) -> Any:
+    """The cases `index` of an array design of one batch axis, or of any of its parts."""
+    values = {}
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if hasattr(value, "__dataclass_fields__"):
+            value = cases_of(value, index)
+        elif value is not None and np.ndim(value):
+            value = value[index]
+        values[item.name] = value
+    return type(part)(**values)
+
+
+def batch_of_one(part: Any) -> Any:
+    """A single design, or any of its parts, as a batch of one."""
+    values = {}
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if hasattr(value, "__dataclass_fields__"):
+            value = batch_of_one(value)
+        elif value is not None:
+            value = np.array([value], dtype=float)
+        values[item.name] = value
+    return type(part)(**values)
+
+
+def off_path(path: ContactPath, found: Found) -> FloatArray:
+    """Distance (mm) in the plane of l1 and l2 of contacts found from the paths (cases, positions)."""
+    across = np.stack((path.l1, path.l2), axis=-1)[found.case]
+    steps = np.diff(across, axis=1)
+    seen = np.stack((found.l1, found.l2), axis=-1)[:, None] - across[:, :-1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.einsum("ijk,ijk->ij", seen, steps) / np.einsum("ijk,ijk->ij", steps, steps)
+    rest = seen - np.clip(np.nan_to_num(share), 0.0, 1.0)[..., None] * steps
+    return np.asarray(np.linalg.norm(rest, axis=-1).min(axis=-1))

@@ -1,0 +1,196 @@
+"""What each method does in a situation, in a word or two with fixed thresholds, so that the words do not
+change from machine to machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+import numpy as np
+
+from beveloid_geom.certificate import Verdict, certify
+from beveloid_geom.closing import remarks_on
+from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.inputs import Design
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.report import contact_report
+from beveloid_geom.solve import Status
+
+from .answers import SIZE, size_of
+from .five_residuals import margins, residuals
+
+POINTS = 5
+EXACT, NORMALS = 1e-9, 1e-12
+"""mm and rad by which the five equations may be missed."""
+SAME_ENDS, SAME_RATIO = 1e-6, 1e-6
+"""mm of l1, and of the contact ratio, within which two methods found the same path."""
+NEAR, CERTAIN = 0.1, 1e-6
+"""mm: facets are near within the first; a polished contact may doubt itself by the second."""
+METHODS = ("one equation", "five equations", "facets", "polished", "first contact")
+WRONG = "wrong"
+
+Said = Callable[[Design, str], Iterable[str]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A design and flank; for the meshes the pose: how far along the path in `share` of l1, or, where there
+    is no path, both rolls 0; and the `tolerance`, mm."""
+
+    design: Design
+    flank: str = "right"
+    share: float = 0.5
+    tolerance: float = 0.01
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A row: the cases that are run, which of METHODS are `trusted` ("status": that nothing is there), what
+    the user is `told`, and where (`said`); without `told` that nothing need be said.
+
+    `disturbed` is a context in which the meshes are asked, and `moved` (mm) how far it takes the pair."""
+
+    name: str
+    cases: Callable[[], Sequence[Case]]
+    trusted: tuple[str, ...]
+    told: str = ""
+    said: Said | None = None
+    disturbed: Callable[[], AbstractContextManager[object]] = nullcontext
+    moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def in_a_cell(names: Iterable[str]) -> str:
+    """Each once."""
+    return ", ".join(dict.fromkeys(name for part in names for name in part.split(", ")))
+
+
+def scale_of(design: Design) -> float:
+    return size_of(design) / SIZE
+
+
+def of_path(design: Design, path: ContactPath) -> str:
+    """A status; or exact: every position solved, on both flanks, the five equations held."""
+    if not path.l1.size:
+        return f"`{Status(int(path.ends.status)).name}`"
+    if (path.status != Status.SOLVED).any():
+        return "partly lost"
+    apart, turned = residuals(design, path, mounting_of(design).distance)
+    bound = EXACT * min(1.0, scale_of(design))
+    true = apart.max() <= bound and turned.max() <= NORMALS
+    return "exact" if true and margins(design, path).min() >= -1e-9 * max(1.0, scale_of(design)) else WRONG
+
+
+def of_five(design: Design, ours: ContactPath, path: ContactPath) -> str:
+    """The same, and whether it is the path of the one equation."""
+    word = of_path(design, path)
+    if word != "exact" or not ours.l1.size:
+        return word
+    ends = np.abs(np.sort(ours.ends.l1) - np.sort(path.ends.l1)).max() <= SAME_ENDS * scale_of(design)
+    ratio = abs(float(ours.ends.contact_ratio - path.ends.contact_ratio)) <= SAME_RATIO
+    return word if ends and ratio else "another piece"
+
+
+def attempted(method: Callable[[], str]) -> str:
+    try:
+        return method()
+    except (ValueError, ArithmeticError):
+        return "refused"
+
+
+def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float]) -> str:
+    """A status; or, against the path: polished exact within what rounding leaves, facets near, or off by more
+    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is."""
+    design, scale = case.design, max(1.0, scale_of(case.design))
+    ends = path_of_contact(design, case.flank, POINTS).ends
+    true = None
+    pose = {"pinion_roll": 0.0, "gear_roll": 0.0}
+    if ends.status == Status.SOLVED:
+        true = path_of_contact(design, case.flank, l1=[ends.l1[0] + case.share * float(np.diff(ends.l1)[0])])
+        pose = {"pinion_roll": float(true.pinion_roll[0]), "gear_roll": float(true.gear_roll[0])}
+    met = mesh_contact(design, case.flank, case.tolerance, **pose, polish=polish)
+    if met.status != Status.SOLVED:
+        return f"`{met.status.name}`"
+    if true is None:
+        return "nearest points"
+    away = float(np.linalg.norm(met.point - np.array(moved) - true.point[0]))
+    if away > met.doubt + EXACT * scale:
+        return "another place" if met.separation < -EXACT * scale else WRONG
+    if polish:
+        return "exact" if met.doubt <= CERTAIN * scale else "in doubt"
+    return "near" if away <= NEAR else "off, says so"
+
+
+def of_first_contact(case: Case, path: ContactPath) -> str:
+    """Verdicts of the certificate, or what touches where there is no path."""
+    if path.l1.size:
+        proof = certify(case.design, path)
+        lost = proof.first.status != FirstStatus.SOLVED
+        names = np.where(lost, -proof.first.status, proof.verdict)
+        words = [_verdict(int(code)) for code in np.unique(names)]
+        # What is tangent does not overlap by a module: another tooth was taken for this one.
+        overlap = proof.separation < -float(case.design.pinion.tool.normal_module)
+        return in_a_cell([WRONG] if overlap.any() else words)
+    roll = float(middle_roll(case.design, case.flank))
+    pitch = 2.0 * np.pi / float(case.design.pinion.teeth)
+    first = first_contact(case.design, case.flank, roll + pitch * np.arange(4) / 4.0)
+    edge = (first.limit >= 0).any(axis=-1)
+    solved = first.status == FirstStatus.SOLVED
+    names = [f"`{FirstStatus(int(code)).name}`" for code in np.unique(first.status[~solved])]
+    return in_a_cell(["`EDGE_CONTACT`"] * bool((solved & edge).any()) + names)
+
+
+def _verdict(code: int) -> str:
+    if code == Verdict.FIRST_CONTACT:
+        return "holds"
+    return f"`{Verdict(code).name}`" if code > 0 else f"`{FirstStatus(-code).name}`"
+
+
+def row_of(situation: Situation) -> tuple[list[str], list[str]]:
+    """Every outcome of each of METHODS, and the words of the user, for the cases of a situation."""
+    cells: list[list[str]] = [[] for _ in METHODS]
+    words = []
+    for case in situation.cases():
+        design, flank = case.design, case.flank
+        path = path_of_contact(design, flank, POINTS)
+        found = [of_path(design, path), attempted(lambda: _five(design, flank, path))]  # noqa: B023
+        with situation.disturbed():
+            found += [attempted(lambda: of_meshes(case, polish, situation.moved)) for polish in (False, True)]  # noqa: B023
+        found.append(attempted(lambda: of_first_contact(case, path)))  # noqa: B023
+        for cell, word in zip(cells, found, strict=True):
+            cell.append(word)
+        words.append(_told(situation, design, flank))
+    return [in_a_cell(cell) for cell in cells], words
+
+
+def _five(design: Design, flank: str, ours: ContactPath) -> str:
+    return of_five(design, ours, path_of_contact_five_equations(design, flank, POINTS))
+
+
+def _told(situation: Situation, design: Design, flank: str) -> str:
+    """What is said, if it is said; else all that is said instead."""
+    texts = list((situation.said or path_notes)(design, flank))
+    if not situation.told:
+        return " | ".join(texts) or "nothing"
+    said = any(situation.told in text for text in texts)
+    return f'"{situation.told}"' if said else f"NOT TOLD, but: {' | '.join(texts)}"
+
+
+def path_notes(design: Design, flank: str) -> Iterator[str]:
+    """What `tca --no-certify` says besides its numbers: the reason without contact, or notes."""
+    report = contact_report("design", design, flank, POINTS, "one-equation", certified=False)
+    yield from (report.reason,) if report.reason else report.notes
+
+
+def all_notes(design: Design, flank: str) -> Iterator[str]:
+    """The same with the notes of the certificate."""
+    report = contact_report("design", design, flank, POINTS, "one-equation")
+    yield from (report.reason,) if report.reason else report.notes
+
+
+def checked(design: Design, flank: str) -> Iterator[str]:
+    """What `check` says of the teeth and the layout."""
+    yield from (remark.text for remark in remarks_on(design))

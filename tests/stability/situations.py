@@ -1,0 +1,266 @@
+"""The situations of the table: designs and flanks, small and explicit; most are those of the suite."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from math import radians
+from unittest.mock import patch
+
+import numpy as np
+
+from beveloid_geom import proximity
+from beveloid_geom.design_file import DesignError, builtin_text, parse_design
+from beveloid_geom.inputs import Design, Errors
+from beveloid_geom.path import path_ends
+from beveloid_geom.posing import Frame, frames_at
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored, scaled
+from tests.test_follow import CROSSING, TURNING
+
+from . import test_line_contact as line_contact, test_meshes as meshes
+from .answers import at_shaft_angle, changed, closed, held
+from .outcomes import Case, Said, Situation, all_notes, checked
+from .test_cones_and_helices import PLAIN, with_cones
+from .test_misalignment import SPLIT
+from .test_named_cases import CASES
+from .test_odd_teeth import MANY, ONE, POINTED, UNDERCUT, of_module
+from .test_shaft_angles import fold, folding, right_angled
+
+PINION, GEAR = table1().members
+PATHS = ("one equation", "five equations")
+ALL = (*PATHS, "polished")
+STATUS = ("status",)
+FAR = (1e4, -1e4, 1e4)
+"""mm"""
+
+
+def of(*designs: Design, flanks: Sequence[str] = ("right",)) -> Callable[[], list[Case]]:
+    return lambda: [Case(design, flank) for design in designs for flank in flanks]
+
+
+def late(*designs: Callable[[], Design], flank: str = "right") -> Callable[[], list[Case]]:
+    """Designs that take some work, built when they are run."""
+    return lambda: [Case(design(), flank) for design in designs]
+
+
+def in_file(old: str, new: str) -> Said:
+    """What reading the built-in design file says after a replacement."""
+
+    def said(design: Design, flank: str) -> Iterable[str]:
+        assert old in builtin_text()
+        try:
+            parse_design(builtin_text().replace(old, new))
+        except DesignError as refused:
+            return refused.faults
+        return ()
+
+    return said
+
+
+def spur(pinion: float, gear: float) -> Design:
+    """Table 1 with other helix angles, deg."""
+    first, second = (
+        changed(m, helix_angle=radians(b)) for m, b in zip((PINION, GEAR), (pinion, gear), strict=True)
+    )
+    return replace(table1(), pinion=first, gear=second)
+
+
+def one_spur(degrees: float) -> Design:
+    return closed(PINION, changed(GEAR, helix_angle=radians(degrees)))
+
+
+def nearly_parallel(total: float) -> Design:
+    first, second = PLAIN.members
+    return held(closed(first, changed(second, helix_angle=radians(total) - float(first.helix_angle))))
+
+
+def of_hands(pinion: float, gear: float) -> Design:
+    first, second = (
+        changed(m, helix_angle=radians(b), cone_angle=radians(1.0))
+        for m, b in zip((PINION, GEAR), (pinion, gear), strict=True)
+    )
+    return closed(first, second)
+
+
+def beside_the_fold(*where: float) -> list[Case]:
+    """Poses of the meshes at distances in l1 (mm) from where the roll stands still, towards the side of
+    positive curvature."""
+    cases = []
+    for a in line_contact.FOLDS:
+        design, middle = line_contact.concave(a), line_contact.fold(a)
+        start, stop = path_ends(design).l1
+        path = line_contact.path_of_contact(design, l1=[middle + 0.1])
+        up = np.sign(line_contact.smaller_curvature(a, path)[0])
+        cases += [Case(design, share=float((middle + up * w - start) / (stop - start))) for w in where]
+    return cases
+
+
+def thin() -> list[Case]:
+    return [Case(meshes.narrow(width)[0], "left", tolerance=0.01) for width in (1e-2, 1e-4)]
+
+
+def single_precision() -> AbstractContextManager[object]:
+    return patch.object(proximity, "flank_mesh", meshes.in_single_precision)
+
+
+def ten_metres_away() -> AbstractContextManager[object]:
+    def frames(design: Design, pinion: float, gear: float) -> tuple[Frame, Frame]:
+        first, second = frames_at(design, pinion, gear)
+        return (first[0], first[1] + np.array(FAR)), (second[0], second[1] + np.array(FAR))
+
+    return patch.object(proximity, "frames_at", frames)
+
+
+def symmetric() -> Iterator[Case]:
+    design = closed(*MODIFIED.members)
+    yield from (Case(design), Case(mirrored(design), "left"), Case(exchanged(design)))
+    yield from (Case(scaled(design, 0.01)), Case(scaled(design, 100.0), tolerance=1.0))
+
+
+MODIFIED = table1((0.001, -0.001))
+STRONG = table1((0.03, 0.0)), table1((1e6, 0.0))
+
+SITUATIONS = (
+    Situation(
+        "cone angles 0, 1e-16 and 1e-13 deg, of one or both",
+        of(PLAIN, with_cones(PLAIN, 0.0, 1e-16), with_cones(PLAIN, 1e-13, 1e-13)),
+        ALL,
+    ),
+    Situation(
+        "helix angle of one member 0, 1e-12 deg", late(lambda: one_spur(0.0), lambda: one_spur(1e-12)), ALL
+    ),
+    Situation(
+        "helix angles that cancel",
+        of(spur(0.0, 0.0), spur(25.0, -25.0)),
+        STATUS,
+        "helix_angle_deg must not cancel that of [pinion]",
+        in_file("-10.57", "-25.0"),
+    ),
+    Situation(
+        "parabola coefficients 0, 1e-14, -1e-14 1/mm",
+        of(table1(), table1((1e-14, -1e-14)), table1((-1e-14, 0.0)), flanks=("left",)),
+        ALL,
+    ),
+    Situation(
+        "parabola that folds the rack",
+        of(*STRONG),
+        STATUS,
+        "parabola must be between -0.0212 and 0.0212 1/mm",
+        checked,
+    ),
+    Situation(
+        "shaft angle 1e-2, 1e-6 deg above the fold",
+        late(lambda: folding(1e-2), lambda: folding(1e-6)),
+        PATHS,
+        "the other flanks interfere",
+    ),
+    Situation(
+        "past the fold by 1e-9, 1 deg",
+        late(*(lambda below=b: at_shaft_angle(held(table1()), fold() - below) for b in (1e-9, 1.0))),
+        STATUS,
+        "no common normal in this layout: is the shaft angle right?",
+    ),
+    Situation(
+        "shaft angle 1, 0.5 deg", late(lambda: nearly_parallel(1.0), lambda: nearly_parallel(0.5)), PATHS
+    ),
+    Situation(
+        "parallel axes",
+        of(at_shaft_angle(PLAIN, 0.0)),
+        STATUS,
+        "teeth on parallel axes touch along lines",
+        in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.0"),
+    ),
+    Situation(
+        "shaft angle 90 deg",
+        late(lambda: right_angled(45.0, 45.0, 3.0, 2.0), lambda: right_angled(75.0, 15.0, 1.0, 1.0)),
+        ALL,
+    ),
+    Situation(
+        "negative shaft angle",
+        of(at_shaft_angle(table1(), -15.0)),
+        STATUS,
+        "give its magnitude, its sense follows from the helix angles",
+        in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = -15.0"),
+    ),
+    Situation(
+        "hands equal, opposite, both left",
+        late(lambda: of_hands(20.0, 20.0), lambda: of_hands(30.0, -12.0), lambda: of_hands(-25.0, -10.57)),
+        ALL,
+    ),
+    Situation(
+        "path across n_x = 0",
+        of(*list(CROSSING.values())[:2]),
+        PATHS,
+        "the common normal crosses n_x = 0 on the path",
+    ),
+    Situation("l1 turns back on the path", of(*TURNING.values()), PATHS, "the contact ratio is below 1"),
+    Situation(
+        "line contact, two contacts at one roll: at the minimum",
+        lambda: beside_the_fold(0.3),
+        PATHS,
+        "the roll turns back along the path",
+    ),
+    Situation(
+        "the same, at the saddle", lambda: beside_the_fold(-0.3), PATHS, "the roll turns back along the path"
+    ),
+    Situation(
+        "the same, where the curvature is 0",
+        lambda: beside_the_fold(0.0),
+        PATHS,
+        "the roll turns back along the path",
+    ),
+    Situation(
+        "undercut: few teeth, negative shift",
+        of(*UNDERCUT.values()),
+        ("first contact",),
+        "take more teeth, more profile shift or a less deep tool",
+        checked,
+    ),
+    Situation(
+        "tooth pointed at the heel",
+        of(POINTED),
+        ALL,
+        "take less profile shift or a lower addendum",
+        checked,
+    ),
+    Situation("one tooth", of(ONE), ALL),
+    Situation("1000 teeth: gear, both", of(*MANY.values()), ALL),
+    Situation("module 0.05, 50 mm", late(lambda: of_module(0.05), lambda: of_module(50.0)), ALL),
+    Situation(
+        "misaligned off the face: offset, shaft angle",
+        of(table1(errors=Errors(offset=1.3)), table1(errors=Errors(shaft_angle=radians(0.05)))),
+        ("status", "first contact"),
+        "does not meet the right flanks: at mid-depth of the pinion it runs at z",
+    ),
+    Situation(
+        "off one member only",
+        of(table1(errors=Errors(pinion_axial=60.0)), table1(errors=Errors(gear_axial=-70.0))),
+        STATUS,
+        "does not meet the right flanks: at mid-depth of the pinion it runs at z",
+    ),
+    Situation(
+        "path in two pieces",
+        lambda: [Case(case.design(), case.flank) for case in SPLIT[:3]],
+        PATHS,
+        "the path lies on the flanks in 2 pieces",
+    ),
+    Situation(
+        "lost by earlier versions, found at random",
+        lambda: [Case(c.design, c.flank) for c in list(CASES.values())[1:4]],
+        PATHS,
+        "whether something touches earlier is not known",
+        all_notes,
+    ),
+    Situation(
+        "mesh of one cell (5 mm)", lambda: [Case(MODIFIED, f, tolerance=5.0) for f in ("right", "left")], ALL
+    ),
+    Situation("slender triangles, 1 : 1e4 and more", thin, ALL, "the contact ratio is below 1"),
+    Situation("mesh in single precision", of(MODIFIED, flanks=("left",)), ALL, disturbed=single_precision),
+    Situation(
+        "mesh 10 m from the origin", of(MODIFIED, flanks=("left",)), ALL, disturbed=ten_metres_away, moved=FAR
+    ),
+    Situation("pose of equal gears that ties", of(meshes.alike(-0.001), meshes.alike(0.0)), ALL),
+    Situation("mirrored, members exchanged, lengths x 0.01, x 100", lambda: list(symmetric()), ALL),
+)

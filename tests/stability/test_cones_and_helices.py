@@ -1,0 +1,160 @@
+"""Cone and helix angles down to 0 and through it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.certificate import certify
+from beveloid_geom.closing import closing_of, remarks_on, zero_backlash_layout
+from beveloid_geom.design_file import DesignError, builtin_text, parse_design
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.inputs import Design, Pair
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import ContactPath, contact_ratio, path_of_contact
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.sampling import sample_flank
+from beveloid_geom.solid import gear_solid
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.validation.test_crossed_helical import closed_form
+
+from .answers import FLANKS, changed, check, checked_path, closed, held, solved_path
+
+PINION, GEAR = table1().members
+PLAIN = held(closed(changed(PINION, cone_angle=0.0), changed(GEAR, cone_angle=0.0)))
+"""Table 1 without cone angles: crossed helical gears."""
+TINY = [sign * size for size in (1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-16) for sign in (1.0, -1.0)]
+"""deg"""
+
+
+def with_cones(design: Design, pinion: float, gear: float) -> Design:
+    """The design with cone angles in deg."""
+    return replace(
+        design,
+        pinion=changed(design.pinion, cone_angle=radians(pinion)),
+        gear=changed(design.gear, cone_angle=radians(gear)),
+    )
+
+
+def assert_near(path: ContactPath, zero: ContactPath, angle: float, slope: float) -> None:
+    """Points within `slope` (mm/rad) times `angle` (deg) of those at 0, but for rounding."""
+    bound = slope * abs(radians(angle)) + 2e-11
+    assert np.abs(path.point - zero.point).max() < bound
+    assert np.abs(path.gear_roll - zero.gear_roll).max() < bound / 50.0
+    assert abs(path.ends.contact_ratio - zero.ends.contact_ratio) < bound / 50.0
+    assert path.ends.enter == zero.ends.enter
+    assert path.ends.leave == zero.ends.leave
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("ratio", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0), (1.0, -1.0)])
+def test_cone_angles_through_zero_are_continuous(ratio: tuple[float, float], flank: str) -> None:
+    zero = solved_path(PLAIN, flank)
+    for angle in TINY:
+        path = solved_path(with_cones(PLAIN, ratio[0] * angle, ratio[1] * angle), flank)
+        assert_near(path, zero, angle, 3e4)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_without_cones_the_closed_form_of_crossed_helical_gears_holds(flank: str) -> None:
+    helix = (float(PINION.helix_angle), float(GEAR.helix_angle))
+    offset, ratio = closed_form((29, 45), helix)
+    pair = Pair(offset, abs(sum(helix)), 0.0, 0.0)
+    bare = [changed(m, cone_angle=0.0, profile_shift=0.0, face_width=400.0) for m in (PINION, GEAR)]
+    for angle in (0.0, 1e-16, -1e-14, 1e-13):
+        design = with_cones(Design(bare[0], bare[1], pair), angle, -angle)
+        assert contact_ratio(design, flank) == pytest.approx(ratio, rel=2e-12)
+        checked_path(design, flank)
+
+
+def test_mounting_distances_vanish_with_the_cone_angles() -> None:
+    """In proportion, with the digits that the helix angles leave: no term divides by a cone angle."""
+    per_degree = mounting_of(closed(*with_cones(PLAIN, 1e-4, 1e-4).members)).distance / 1e-4
+    for angle in TINY:
+        pair = replace(PLAIN.pair, pinion_mounting=None, gear_mounting=None)
+        design = replace(with_cones(PLAIN, angle, angle), pair=pair)
+        np.testing.assert_allclose(mounting_of(design).distance, per_degree * angle, rtol=1e-3, atol=1e-10)
+        assert abs(zero_backlash_layout(design).offset - PLAIN.pair.offset) < abs(angle) * 10.0 + 1e-10
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-13])
+def test_every_method_holds_without_cones(angle: float) -> None:
+    design = with_cones(PLAIN, angle, -angle)
+    ours, reference = (
+        method(design, "right", 5) for method in (path_of_contact, path_of_contact_five_equations)
+    )
+    np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-9)
+    assert certify(design, ours).holds
+    rolls = float(ours.pinion_roll[2]), float(ours.gear_roll[2])
+    met = mesh_contact(design, "right", 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
+    assert met.status == Status.SOLVED
+    np.testing.assert_allclose(met.point, ours.point[2], rtol=0.0, atol=1e-8)
+
+
+def test_samples_and_solids_do_not_jump_at_zero() -> None:
+    zero = sample_flank(PLAIN.pinion, "right", 0.01)
+    solid = gear_solid(PLAIN.pinion, 0.1, teeth=1)
+    for angle in (1e-16, -1e-13):
+        tilted = changed(PLAIN.pinion, cone_angle=radians(angle))
+        np.testing.assert_allclose(
+            sample_flank(tilted, "right", 0.01).points, zero.points, rtol=0.0, atol=1e-11
+        )
+        points = gear_solid(tilted, 0.1, teeth=1).points
+        np.testing.assert_allclose(points, solid.points, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_one_member_may_be_spur(flank: str) -> None:
+    spur = held(closed(PINION, changed(GEAR, helix_angle=0.0)))
+    zero = solved_path(spur, flank)
+    for angle in TINY:
+        turned = replace(spur, gear=changed(spur.gear, helix_angle=radians(angle)))
+        assert_near(solved_path(turned, flank), zero, angle, 1e5)
+    other = closed(changed(PINION, helix_angle=0.0), changed(GEAR, helix_angle=radians(20.0)))
+    assert certify(other, solved_path(other, flank, 5)).holds
+
+
+@pytest.mark.parametrize("cones", [(0.0, 0.0), (3.0, 0.8)])
+def test_two_spur_members_have_no_layout(cones: tuple[float, float]) -> None:
+    pair = with_cones(table1(), *cones)
+    spur = replace(
+        pair, pinion=changed(pair.pinion, helix_angle=0.0), gear=changed(pair.gear, helix_angle=0.0)
+    )
+    for flank in FLANKS:
+        path = checked_path(spur, flank)
+        assert path.ends.status == Status.UNDEFINED
+        assert np.isnan(path.ends.contact_ratio)
+    assert np.isnan(mounting_of(spur).distance).all()
+    with pytest.raises(ValueError, match="helix angles nearly cancel, the axes would meet or be parallel"):
+        zero_backlash_layout(spur)
+    assert closing_of(spur).reasons == (
+        "the lines of action do not meet at a shaft angle of 15 deg: no offset closes it",
+        "no shaft angle closes it at an offset of 229 mm",
+    )
+    assert [remark.level for remark in remarks_on(spur)][:2] == ["warning", "warning"]
+
+
+def test_a_file_with_helix_angles_that_cancel_is_refused_in_one_line() -> None:
+    text = builtin_text()
+    spur = text.replace("helix_angle_deg = 25.0", "helix_angle_deg = 0.0").replace("-10.57", "0.0")
+    assert spur != text
+    with pytest.raises(DesignError) as refused:
+        parse_design(spur)
+    assert [fault for fault in refused.value.faults if "helix_angle_deg" in fault] == [
+        "[gear] helix_angle_deg must not cancel that of [pinion], got 0.0: "
+        "without a sum of helix angles the axes do not cross at a distance"
+    ]
+
+
+def test_helix_angles_that_cancel_give_no_number() -> None:
+    """Of opposite hands and equal: nothing closes, and what is said at a given layout holds."""
+    opposite = replace(table1(), gear=changed(GEAR, helix_angle=-float(PINION.helix_angle)))
+    for flank in FLANKS:
+        check(opposite, path_of_contact(opposite, flank))
+        assert path_of_contact(opposite, flank).ends.status == Status.OFF_FLANK
+    with pytest.raises(ValueError, match="helix angles nearly cancel"):
+        zero_backlash_layout(opposite)

@@ -1,0 +1,281 @@
+"""Approximate line contact: the small relative curvature of Table 1's right flanks goes to 0 and changes
+sign as both parabola coefficients grow from 0.0002 to 0.001 1/mm.
+
+Where it vanishes the pinion's roll stands still along the path: on either side there is a contact at the
+same roll, a minimum of the separation on one, a saddle on the other."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from beveloid_geom.certificate import Verdict, certify
+from beveloid_geom.curvature import EllipseStatus, contact_ellipse, relative_curvature
+from beveloid_geom.first_contact import FirstStatus, first_contact
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.inputs import Design, FloatArray
+from beveloid_geom.operation import mesh_cycle
+from beveloid_geom.path import ContactPath, path_ends, path_of_contact
+from beveloid_geom.proximity import MeshContact, mesh_contact
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.test_path import five_equation_residual
+from tests.test_proximity import pose_at
+
+COEFFICIENTS = (
+    0.0,
+    0.0002,
+    0.0003,
+    0.00037,
+    0.0004,
+    0.00045,
+    0.0005,
+    0.00055,
+    0.00059,
+    0.0006,
+    0.0008,
+    0.001,
+)
+TURNING = (0.0004, 0.00045, 0.0005, 0.00055)
+"""Those whose curvature changes sign on the path."""
+FOLDS = (0.00045, 0.0005)
+"""Those that are looked at closely: the fold on either side of the middle of the face."""
+
+
+@lru_cache(maxsize=32)
+def concave(a: float) -> Design:
+    return table1((a, a))
+
+
+def even_in_l1(a: float, points: int) -> ContactPath:
+    start, stop = path_ends(concave(a)).l1
+    return path_of_contact(concave(a), l1=np.linspace(start, stop, points))
+
+
+def smaller_curvature(a: float, path: ContactPath) -> FloatArray:
+    return np.asarray(relative_curvature(concave(a), path).curvature[..., 0])
+
+
+@lru_cache(maxsize=32)
+def fold(a: float) -> float:
+    """l1 at which the smaller curvature is zero, by halving."""
+    low, high = path_ends(concave(a)).l1
+    sign = smaller_curvature(a, path_of_contact(concave(a), l1=[low]))[0]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        same = smaller_curvature(a, path_of_contact(concave(a), l1=[middle]))[0] * sign > 0.0
+        low, high = (middle, high) if same else (low, middle)
+    return float(0.5 * (low + high))
+
+
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_no_jump_along_the_path(a: float) -> None:
+    """Steps and their differences between 2001 positions are those between 501, divided by 4 and by 16:
+    a jump would be as large in both. The fifth of a percent is what the next order of such a curve
+    adds; below 1e-11 mm is rounding."""
+    coarse, fine = even_in_l1(a, 501), even_in_l1(a, 2001)
+    assert (fine.status == Status.SOLVED).all()
+    assert five_equation_residual(concave(a), fine) < 1e-11
+    for name, noise in (("l2", 1e-11), ("point", 1e-10), ("pinion_roll", 1e-13), ("gear_roll", 1e-13)):
+        for order in (1, 2):
+            steps = [np.abs(np.diff(getattr(path, name), order, axis=0)) for path in (coarse, fine)]
+            greatest = steps[0].max(axis=0) / 4.0**order
+            assert (steps[1].max(axis=0) <= 1.005 * greatest + noise).all(), (name, order)
+
+
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_the_path_as_it_is_asked_for(a: float) -> None:
+    """Even in roll where that is monotone, else in l1; from limit to limit; no position lost or NaN."""
+    path = path_of_contact(concave(a), points=2001)
+    turns = a in TURNING
+    assert (path.status == Status.SOLVED).all()
+    assert path.ends.pieces == 1
+    assert five_equation_residual(concave(a), path) < 1e-11
+    roll, l1 = np.diff(path.pinion_roll), np.diff(path.l1)
+    even, other = (l1, roll) if turns else (roll, l1)
+    assert np.ptp(even) < 1e-12 * max(1.0, np.abs(path.l1).max())
+    assert (roll.min() < 0.0 < roll.max()) == turns
+    assert np.abs(other).max() < 40.0 * np.abs(other).mean()
+    assert (l1 > 0.0).all() or (l1 < 0.0).all()
+    assert path.ends.contact_ratio == pytest.approx(np.ptp(path.pinion_roll) * 29 / (2 * np.pi), abs=1e-6)
+
+
+def test_continuous_in_the_coefficient() -> None:
+    """The greatest steps of ends and ratio over the range are half as large at half the step of the
+    coefficient; the roll begins and ceases to turn back on the way, and the ends change places."""
+    widest = []
+    for count in (201, 401):
+        a = np.linspace(0.0, 0.001, count)
+        ends = path_ends(table1().with_parabola(a, a))
+        assert (ends.status == Status.SOLVED).all()
+        assert (ends.pieces == 1).all()
+        spread = np.sort(ends.l1, axis=-1)
+        widest.append([np.abs(np.diff(spread, axis=0)).max(), np.abs(np.diff(ends.contact_ratio)).max()])
+    np.testing.assert_allclose(np.array(widest[0]) / np.array(widest[1]), 2.0, rtol=0.1)
+
+
+@pytest.mark.parametrize("turn", [(0.00037, 0.0004), (0.00055, 0.0006), (0.00045, 0.0005)])
+def test_the_very_coefficients_at_which_it_changes(turn: tuple[float, float]) -> None:
+    """By halving: where the roll begins to turn back, where it ceases to, and where enter becomes leave."""
+
+    def side(a: float) -> tuple[bool, bool]:
+        path = path_of_contact(concave.__wrapped__(a), points=201)
+        roll = np.diff(path.pinion_roll)
+        return bool(roll.min() < 0.0 < roll.max()), bool(path.l1[0] < path.l1[-1])
+
+    low, high = turn
+    first = side(low)
+    assert side(high) != first
+    while high - low > 1e-15:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if side(middle) == first else (low, middle)
+    paths = [path_of_contact(table1((a, a)), points=201) for a in (low, high)]
+    for a, path in zip((low, high), paths, strict=True):
+        assert (path.status == Status.SOLVED).all()
+        assert five_equation_residual(table1((a, a)), path) < 1e-11
+    ends = [np.sort(path.ends.l1) for path in paths]
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-10)
+    assert abs(paths[0].ends.contact_ratio - paths[1].ends.contact_ratio) < 1e-10
+
+
+@pytest.mark.parametrize("a", TURNING)
+def test_the_roll_stands_still_where_the_curvature_vanishes(a: float) -> None:
+    """Either is worked out without the other: the curvature from the flanks, the roll from the path."""
+    path = even_in_l1(a, 2001)
+    curvature = smaller_curvature(a, path)
+    rises = np.gradient(path.pinion_roll, path.l1) > 0.0
+    at = int(np.flatnonzero(rises[1:] != rises[:-1])[0])
+    (p, q, r), step = path.pinion_roll[at : at + 3], path.l1[1] - path.l1[0]
+    still = path.l1[at + 1] + 0.5 * step * (p - r) / (p - 2.0 * q + r)
+    assert abs(still - fold(a)) < step**2 * 10.0
+    assert np.count_nonzero(np.diff(np.signbit(curvature))) == 1
+
+
+@pytest.mark.parametrize("a", FOLDS)
+def test_two_contacts_at_one_roll(a: float) -> None:
+    """Found on both sides of the fold by halving in l1, both true; the gear's rolls differ by their
+    transmission error; meshes give that of positive curvature or, by name, none."""
+    design, low, high = concave(a), *np.sort(path_ends(concave(a)).l1)
+    middle = fold(a)
+    near = 0.4 * min(middle - low, high - middle)
+    one = path_of_contact(design, l1=[middle - near])
+    start, stop = middle, high
+    rises = (
+        path_of_contact(design, l1=[stop]).pinion_roll[0] > path_of_contact(design, l1=[start]).pinion_roll[0]
+    )
+    for _ in range(60):
+        half = 0.5 * (start + stop)
+        above = path_of_contact(design, l1=[half]).pinion_roll[0] > one.pinion_roll[0]
+        start, stop = (start, half) if above == rises else (half, stop)
+    two = path_of_contact(design, l1=[start])
+    assert abs(one.pinion_roll[0] - two.pinion_roll[0]) < 1e-14
+    assert abs(one.l1[0] - two.l1[0]) > near
+    for path in (one, two):
+        assert path.status[0] == Status.SOLVED
+        assert five_equation_residual(design, path) < 1e-11
+    curvature = [smaller_curvature(a, path)[0] for path in (one, two)]
+    assert min(curvature) < -1e-8
+    assert max(curvature) > 1e-8
+    assert abs(one.gear_roll[0] - two.gear_roll[0]) > 1e-9
+    proofs = [certify(design, path) for path in (one, two)]
+    assert abs(proofs[0].first.gear_roll[0] - proofs[1].first.gear_roll[0]) < 1e-14
+    for path, kappa, proof in zip((one, two), curvature, proofs, strict=True):
+        assert np.sign(proof.curvature[0]) == np.sign(kappa)
+        assert proof.separation[0] < -0.01  # edges touch ahead of either
+        assert proof.verdict[0] == (Verdict.INTERFERENCE if kappa < 0.0 else Verdict.EDGE_CONTACT)
+        found = mesh_contact(design, "right", 0.001, **pose_at(path, 0))
+        check_mesh(found, path, kappa)
+
+
+def check_mesh(found: MeshContact, path: ContactPath, curvature: float) -> None:
+    """Either the contact of the path, or another one that lies lower, or none."""
+    if found.status != Status.SOLVED:
+        assert found.status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
+        assert np.isnan(found.point).all()
+        assert np.isnan((found.separation, found.doubt)).all()
+        return
+    same = bool(np.linalg.norm(found.point - path.point[0]) <= found.doubt)
+    assert same or found.separation < -1e-9
+    assert not (same and curvature < 0.0)
+
+
+@pytest.mark.parametrize("a", FOLDS)
+def test_meshes_near_the_fold(a: float) -> None:
+    """Towards the fold the doubt about the place grows with one over the curvature. Where rounding
+    hides whether there is a minimum, none is given; a saddle or a point of inflection never is."""
+    design, middle = concave(a), fold(a)
+    up = np.sign(smaller_curvature(a, path_of_contact(design, l1=[middle + 0.1]))[0])
+    for away in (-0.3, -1e-3, -1e-6, 0.0, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3):
+        path = path_of_contact(design, l1=[middle + up * away])
+        kappa = smaller_curvature(a, path)[0]
+        assert np.sign(kappa) == np.sign(away) or away == 0.0
+        check_mesh(mesh_contact(design, "right", 0.001, **pose_at(path, 0)), path, kappa)
+
+
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_certificate_and_first_contact_agree(a: float) -> None:
+    """A verdict at every position, also at the fold; the first contact is ahead of the path or on it.
+    Curvatures of the approach and of the flanks have the same sign."""
+    l1 = even_in_l1(a, 15).l1[1:-1]
+    if a in TURNING:
+        l1 = np.append(l1, fold(a) + np.array((-1e-6, -1e-12, 0.0, 1e-12, 1e-6)))
+    path = path_of_contact(concave(a), l1=l1)
+    proof, kappa = certify(concave(a), path), smaller_curvature(a, path)
+    first = first_contact(concave(a), "right", path.pinion_roll)
+    assert (first.status == FirstStatus.SOLVED).all()
+    assert (proof.verdict != Verdict.NOT_SOLVED).all()
+    assert np.isfinite(proof.separation).all()
+    ahead = path.gear_roll - first.gear_roll  # right flanks: the gear turns back to part
+    assert (ahead > -1e-13).all()
+    np.testing.assert_allclose(proof.separation, -ahead * 127.0, rtol=0.02, atol=1e-11)
+    clear = np.abs(kappa) > 1e-10
+    assert np.array_equal(np.sign(proof.curvature[clear]), np.sign(kappa[clear]))
+    cut = proof.verdict == Verdict.INTERFERENCE
+    assert (kappa[cut] < 0.0).all()
+    assert cut[kappa < -1e-8].all()
+    ellipse = contact_ellipse(concave(a), path)
+    assert np.array_equal(
+        ellipse.status == EllipseStatus.INTERFERENCE, kappa < -1e-9 * ellipse.curvature[:, 1]
+    )
+    assert np.isnan(ellipse.semi_axes[ellipse.status != EllipseStatus.ELLIPSE, 0]).all()
+
+
+def test_cycles_over_the_range() -> None:
+    """What operates is not the tangency but edges: smooth through the change of sign, and the curve is
+    that of the first contacts."""
+    a = np.array([0.0003, 0.0004, 0.0005, 0.0006])
+    cycles = [mesh_cycle(concave(x), "right", 3) for x in a.tolist()]
+    swing = np.array([float(cycle.peak_to_peak) for cycle in cycles])
+    assert not any(cycle.lost for cycle in cycles)
+    assert (np.diff(swing) > 0.0).all()
+    assert np.ptp(np.diff(swing) / np.diff(a)) < 0.2 * np.diff(swing).sum() / np.ptp(a)
+    for x, cycle in zip(a.tolist(), cycles, strict=True):
+        roll = cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 97)
+        error = first_contact(concave(x), "right", roll).transmission_error
+        assert np.ptp(error) <= cycle.peak_to_peak + 1e-13
+        assert np.ptp(error) > 0.95 * cycle.peak_to_peak
+
+
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_the_five_equations_follow_or_say_so(a: float) -> None:
+    """They step in roll: where that turns back, on the path or just beyond its end, they stop by name."""
+    path, five = path_of_contact(concave(a), points=5), by_five_equations(a)
+    if isinstance(five, str):
+        assert "lose the contact" in five
+        assert 0.00037 <= a <= 0.0006
+        return
+    assert np.abs(five.point - path.point).max() < 1e-9
+    assert np.abs(five.normal - path.normal).max() < 1e-12
+    assert five.ends.contact_ratio == pytest.approx(float(path.ends.contact_ratio), abs=1e-11)
+
+
+def by_five_equations(a: float) -> ContactPath | str:
+    """Their path, or what they say without one."""
+    try:
+        return path_of_contact_five_equations(concave(a), points=5)
+    except ArithmeticError as fault:
+        return str(fault)

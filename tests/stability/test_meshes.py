@@ -1,0 +1,293 @@
+"""The route by meshes where it is at its worst: far too coarse, slender, in single precision, far from
+the origin, and in poses with ties. What it gives is right within what it says of itself, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from beveloid_geom import proximity
+from beveloid_geom.closest import closest_on_mesh
+from beveloid_geom.first_contact import FirstStatus, conjugate_phase, first_contact, middle_roll
+from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.posing import Frame, frames_at
+from beveloid_geom.proximity import FlankMesh, MeshContact, flank_mesh, mesh_contact, mesh_separation
+from beveloid_geom.sampling import sample_flank
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged
+from tests.test_proximity import Pose, on_triangle, pose_at
+
+EPS = float(np.finfo(float).eps)
+FLANKS = ("right", "left")
+
+
+def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
+    """The contact of the path within its doubt, or none; whether it was found."""
+    if found.status != Status.SOLVED:
+        assert np.isnan((*found.point, *found.l, *found.z, found.separation, found.doubt)).all()
+        return False
+    assert found.doubt < 2e-7
+    assert abs(found.separation) < 1e-11
+    assert np.linalg.norm(found.point - path.point[k]) <= found.doubt + 1e-11
+    return True
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("tolerance", [5.0, 1.0, 0.1])
+def test_far_too_coarse(tolerance: float, flank: str) -> None:
+    """Down to one cell. Facets are off by centimetres and say so by their doubt; with the polish it is the
+    contact of the path."""
+    design = table1((0.001, -0.001), Errors(0.05, 1e-4))
+    assert sample_flank(design.pinion, flank, 5.0).l.shape == (2, 2)
+    path = path_of_contact(design, flank, 7)
+    for k in (1, 3, 5):
+        rough = mesh_contact(design, flank, tolerance, **pose_at(path, k), polish=False)
+        assert rough.status == Status.SOLVED
+        away = np.linalg.norm(rough.point - path.point[k])
+        assert 0.1 < away <= rough.doubt
+        assert abs(rough.separation) <= 2.0 * tolerance
+        assert check_polished(mesh_contact(design, flank, tolerance, **pose_at(path, k)), path, k)
+
+
+def test_doubt_of_facets_covers_the_contact() -> None:
+    """Random pairs, poses and tolerances: the flanks turned apart or into each other."""
+    random, seen = np.random.default_rng(8), 0
+    for _ in range(60):
+        parabola = random.choice([0.0, 1e-4, 3e-4, 1e-3, 2e-3], 2) * random.choice([-1, 1], 2)
+        design = table1(tuple(parabola), Errors(random.uniform(-0.5, 0.5), random.uniform(-2e-4, 2e-4)))
+        flank = str(random.choice(FLANKS))
+        path = path_of_contact(design, flank, 9)
+        if not path.l1.size:
+            continue
+        at = pose_at(path, int(random.integers(1, 8)))
+        at["gear_roll"] += random.uniform(-0.1, 0.1) / 130.0
+        tolerance = float(10.0 ** random.uniform(-3.5, 0.6))
+        exact = mesh_contact(design, flank, 1e-3, **at)
+        rough = mesh_contact(design, flank, tolerance, **at, polish=False)
+        if exact.status != Status.SOLVED or rough.status != Status.SOLVED:
+            continue
+        seen += 1
+        assert np.linalg.norm(rough.point - exact.point) <= rough.doubt + exact.doubt
+        assert abs(rough.separation - exact.separation) <= 3.0 * tolerance
+    assert seen > 40
+
+
+def test_nothing_lies_lower_than_a_polished_contact() -> None:
+    """Where edges or a saddle are nearer than the tangency there is none, by name."""
+    random, seen = np.random.default_rng(5), 0
+    for _ in range(40):
+        a = float(random.uniform(1e-4, 8e-4))
+        design = table1((a, a), Errors(random.uniform(-0.3, 0.3)))
+        roll = float(middle_roll(design, "right")) + random.uniform(-0.08, 0.08)
+        gear = float(conjugate_phase(design, "right")) - 29.0 / 45.0 * roll + random.uniform(-1e-3, 1e-3)
+        at: Pose = {"pinion_roll": roll, "gear_roll": gear}
+        found = mesh_contact(design, "right", float(random.choice([1.0, 0.03, 0.003])), **at)
+        if found.status == Status.SOLVED:
+            seen += 1
+            sides = [mesh_separation(design, "right", j, 0.001, **at).separation for j in (0, 1)]
+            assert min(np.nanmin(side) for side in sides) > found.separation - 1e-10
+    assert 2 < seen < 38
+
+
+def test_a_corner_of_the_rim_is_the_rim() -> None:
+    """A gear's point 5 mm beyond the pinion's heel once counted as 5 mm of overlap: the nearest triangle
+    had but a corner on the rim."""
+    design = table1((0.0001, 0.0), Errors(0.4797332580848761, -7.711168777564407e-05))
+    path = path_of_contact(design, "right", 9)
+    for tolerance in (0.0011826437646076965, 0.0012, 0.002, 0.003, 0.01):
+        for k in (1, 4, 7):
+            rough = mesh_contact(design, "right", tolerance, **pose_at(path, k), polish=False)
+            assert abs(rough.separation) < 3.0 * tolerance
+        side = mesh_separation(design, "right", 1, tolerance, **pose_at(path, 1), polish=False)
+        exact = mesh_separation(design, "right", 1, tolerance, **pose_at(path, 1))
+        both = (side.status == Status.SOLVED) & (exact.status == Status.SOLVED)
+        assert np.abs(side.separation - exact.separation)[both].max() <= tolerance
+
+
+def narrow(width: float) -> tuple[Design, ContactPath]:
+    """A pinion as wide as asked for, moved so that its path passes mid-face."""
+    z = float(path_of_contact(table1(), "left", 3).pinion_z[1])
+    design = table1(errors=Errors(pinion_axial=z))
+    design = replace(design, pinion=replace(design.pinion, face_width=width))
+    return design, path_of_contact(design, "left", 3)
+
+
+def slenderness(mesh: FlankMesh) -> float:
+    """Greatest ratio of a triangle's longest side to its height."""
+    corners = mesh.grid.points.reshape(-1, 3)[mesh.faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
+    return float((longest**2 / area).max())
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4])
+def test_slender_triangles(width: float) -> None:
+    """A pinion as thin as a foil: triangles of 1 : 1e4 and more."""
+    design, path = narrow(width)
+    assert path.status[1] == Status.SOLVED
+    assert slenderness(flank_mesh(design.pinion, "left", 1.0)) > 10.0 / width  # 11.6 mm deep
+    for tolerance in (1.0, 0.01, 0.001):
+        rough = mesh_contact(design, "left", tolerance, **pose_at(path, 1), polish=False)
+        assert np.linalg.norm(rough.point - path.point[1]) <= rough.doubt
+        assert check_polished(mesh_contact(design, "left", tolerance, **pose_at(path, 1)), path, 1)
+
+
+@pytest.mark.parametrize("slender", [1.0, 1e4, 1e6, 1e8])
+@pytest.mark.parametrize("shift", [0.0, 1e4])
+def test_closest_points_on_slender_triangles_far_away(slender: float, shift: float) -> None:
+    """Exact to the rounding of the coordinates, whatever the triangles' shape: 10 m are 2e-12 mm."""
+    random = np.random.default_rng(1)
+    points = random.normal(size=(90, 3)) * (100.0, 100.0 / slender, 1.0) + shift
+    faces = np.arange(90).reshape(30, 3)
+    queries = points[random.integers(0, 90, 100)] + random.normal(size=(100, 3)) * 5.0
+    found, index, weights = closest_on_mesh(points, faces, queries)
+    noise = 8.0 * np.spacing(np.abs(points).max() + 300.0)
+    exact = np.sqrt(on_triangle(queries - shift, *np.moveaxis((points - shift)[faces], 1, 0)).min(axis=1))
+    assert np.abs(np.linalg.norm(queries - found, axis=1) - exact).max() <= noise
+    back = np.einsum("nk,nki->ni", weights, points[faces[index]])
+    assert np.abs(back - found).max() <= 4.0 * noise
+    assert weights.min() > -1e-9
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_both_members_moved_ten_metres(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Meshes are searched in the members' own frames, so that only the pose loses digits: 2e-12 mm."""
+    design = table1((0.001, -0.001))
+    path = path_of_contact(design, flank, 5)
+    shift = np.array((1e4, -1e4, 1e4))
+    answers = []
+    for move in (np.zeros(3), shift):
+
+        def frames(
+            design: Design, pinion: float, gear: float, move: FloatArray = move
+        ) -> tuple[Frame, Frame]:
+            first, second = frames_at(design, pinion, gear)
+            return (first[0], first[1] + move), (second[0], second[1] + move)
+
+        monkeypatch.setattr(proximity, "frames_at", frames)
+        answers.append(
+            [
+                mesh_contact(design, flank, 0.003, **pose_at(path, 2), polish=polish)
+                for polish in (False, True)
+            ]
+        )
+    noise = 16.0 * np.spacing(2e4)
+    for near, far in zip(*answers, strict=True):
+        assert near.status == far.status == Status.SOLVED
+        assert abs(near.separation - far.separation) <= noise
+    doubt = answers[0][1].doubt + answers[1][1].doubt
+    curvature = 2e-5  # 1/mm, the least of these pairs: what the noise of the pose moves
+    moved = np.abs(answers[1][1].point - shift - answers[0][1].point).max()
+    assert moved <= doubt + noise / (60.0 * curvature)
+
+
+def in_single_precision(member: Member, flank: str, tolerance: float) -> FlankMesh:
+    mesh = flank_mesh(member, flank, tolerance)
+    points = mesh.grid.points.astype(np.float32).astype(float)
+    return replace(mesh, grid=replace(mesh.grid, points=points))
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_vertices_in_single_precision(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are off by up to 8e-6 mm a coordinate, which is added to the tolerance of the facets; the
+    polish undoes it."""
+    design = table1((0.001, -0.001))
+    path, off = path_of_contact(design, flank, 5), 1.5 * float(np.spacing(np.float32(150.0)))
+    exact = mesh_contact(design, flank, 0.003, **pose_at(path, 2), polish=False)
+    monkeypatch.setattr(proximity, "flank_mesh", in_single_precision)
+    rough = mesh_contact(design, flank, 0.003, **pose_at(path, 2), polish=False)
+    assert abs(rough.separation - exact.separation) <= 2.0 * off
+    assert np.linalg.norm(rough.point - path.point[2]) <= rough.doubt
+    assert check_polished(mesh_contact(design, flank, 0.003, **pose_at(path, 2)), path, 2)
+
+
+def test_single_precision_far_away_is_refused_where_triangles_vanish() -> None:
+    """At 10 m vertices are 0.001 mm apart at best: the answer is that of the rounded mesh, to its
+    spacing; triangles smaller than that have no area, and there is an error for them."""
+    mesh = flank_mesh(table1().gear, "right", 0.002)
+    points = mesh.grid.points.reshape(-1, 3)
+    queries = points[::3] + 0.4
+    near, _, _ = closest_on_mesh(points, mesh.faces, queries)
+    far, _, _ = closest_on_mesh((points + 1e4).astype(np.float32), mesh.faces, queries + 1e4)
+    apart = np.linalg.norm(queries + 1e4 - far, axis=1) - np.linalg.norm(queries - near, axis=1)
+    assert np.abs(apart).max() <= np.sqrt(3.0) * float(np.spacing(np.float32(1e4)))
+    small = (points[0] + 1e-4 * (points - points[0]) / 60.0 + 1e4).astype(np.float32)
+    with pytest.raises(ValueError, match="no area"):
+        closest_on_mesh(small, mesh.faces, small)
+
+
+def alike(parabola: float, teeth: int = 30) -> Design:
+    """Two equal gears, crossed at 40 deg, without cones: turned half about the common perpendicular each
+    is the other, and the pose of teeth that meet in the middle is its own image."""
+    member = table1().pinion
+    tool = replace(member.tool, parabola=parabola)
+    member = replace(
+        member, tool=tool, teeth=teeth, cone_angle=0.0, helix_angle=np.radians(20.0), profile_shift=0.0
+    )
+    offset = 6.0 * teeth / np.cos(np.radians(20.0))
+    return Design(member, member, Pair(offset, np.radians(40.0)))
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("tolerance", [1.0, 0.05, 0.002])
+def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
+    """Both members' vertices are as near, to rounding. The facets give one of them, their doubt covers
+    both and the middle; the polish gives the middle, whichever it began from."""
+    for parabola in (0.0, -0.001):
+        design = alike(parabola)
+        path = path_of_contact(design, flank, l1=[0.0])
+        at = pose_at(path, 0)
+        assert abs(path.l2[0]) < 1e-13
+        least = [
+            np.nanmin(mesh_separation(design, flank, j, tolerance, **at, polish=False).separation)
+            for j in (0, 1)
+        ]
+        assert abs(least[0] - least[1]) < 1e-12
+        rough = mesh_contact(design, flank, tolerance, **at, polish=False)
+        assert np.linalg.norm(rough.point - path.point[0]) <= rough.doubt
+        assert check_polished(mesh_contact(design, flank, tolerance, **at), path, 0)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_ties_between_edges_are_no_tangency(flank: str) -> None:
+    """Both concave, turned into each other at the pitch point: the tips of both are as near. Polished:
+    no contact, by name; facets: a place at a tip whose doubt covers that at the other."""
+    design = alike(0.02)
+    path = path_of_contact(design, flank, l1=[0.0])
+    at = pose_at(path, 0)
+    assert mesh_contact(design, flank, 0.003, **at).status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
+    rough = mesh_contact(design, flank, 0.003, **at, polish=False)
+    if rough.status == Status.SOLVED:
+        least = [mesh_separation(design, flank, j, 0.003, **at).separation for j in (0, 1)]
+        assert rough.separation <= min(np.nanmin(part) for part in least) + 0.006
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", [0.0, -0.001, 0.001])
+def test_teeth_that_are_as_near(parabola: float, flank: str) -> None:
+    """Midway between two pitches two tooth pairs, or two edges, touch together. The roll is that of either
+    alone; which is named does not hang on rounding of the rolls or of the layout."""
+    design = alike(parabola)
+    pitch = 2.0 * np.pi / 30.0
+    middle = path_of_contact(design, flank, l1=[0.0])
+    roll = float(middle.pinion_roll[0]) + 0.5 * pitch
+    for _ in range(12):  # to the pose that is its own image, one tooth on
+        found = first_contact(design, flank, [roll])
+        ahead = float(found.gear_roll[0] - middle.gear_roll[0]) + roll - float(middle.pinion_roll[0])
+        roll = float(middle.pinion_roll[0]) + 0.5 * (pitch + ahead)
+    found = first_contact(design, flank, [roll])
+    assert found.status[0] == FirstStatus.SOLVED
+    alone = [first_contact(design, flank, [roll], [k]) for k in (0, -1)]
+    clear = [float(one.gear_roll[0] - found.gear_roll[0]) for one in alone if one.status[0] == 0]
+    assert len(clear) == 2
+    assert np.abs(clear).max() < 1e-13
+    for nudge in (-1e-15, 1e-15):
+        again = first_contact(design, flank, [roll * (1.0 + nudge)])
+        assert np.array_equal(again.pair, found.pair)
+        assert np.array_equal(again.limit, found.limit)
+    turned = first_contact(exchanged(design), flank, found.gear_roll)
+    assert abs(turned.gear_roll[0] - roll) < 1e-13

@@ -1,0 +1,276 @@
+"""Misalignment that carries the path off the face: of both members, of one only, and in pieces."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom.certificate import certify
+from beveloid_geom.cli import main
+from beveloid_geom.contact import Limit, pairing_of
+from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
+from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.operation import mesh_cycle
+from beveloid_geom.path import contact_ratio, path_ends, path_of_contact
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.test_path import five_equation_residual, margins
+from tests.test_proximity import Pose
+
+FLANKS = ("right", "left")
+OFF = (
+    Errors(offset=20.0),
+    Errors(offset=1.3),
+    Errors(offset=-1.3),
+    Errors(shaft_angle=np.radians(0.05)),
+    Errors(shaft_angle=np.radians(-0.05)),
+    Errors(pinion_axial=60.0),
+    Errors(gear_axial=-70.0),
+)
+
+
+@pytest.mark.parametrize("errors", OFF)
+def test_off_the_face_on_the_right(errors: Errors) -> None:
+    """No path, by name, ratio 0; asked for one by one the contacts are true, and OFF_FLANK, those further
+    off than a flank's depth without a number."""
+    design = table1(errors=errors)
+    path = path_of_contact(design)
+    assert path.ends.status == Status.OFF_FLANK
+    assert path.ends.contact_ratio == contact_ratio(design) == 0.0
+    assert path.ends.pieces == 0
+    assert path.l1.size == path.point.size == 0
+    assert (path.ends.limit == -1).all()
+    assert np.isnan((*path.ends.l1, *path.ends.l2, *path.ends.pinion_roll)).all()
+    at = path_of_contact(design, l1=np.linspace(-6.0, 6.0, 13))
+    assert (at.status == Status.OFF_FLANK).all()
+    found = np.isfinite(at.l2)
+    assert found.sum() > 9
+    assert np.isnan(at.point[~found]).all()
+    at = path_of_contact(design, l1=at.l1[found])
+    assert five_equation_residual(design, at) < 1e-9
+    assert margins(design, at).min(axis=0).max() < 0.0
+    assert certify(design, path).verdict.size == 0
+
+
+@pytest.mark.parametrize("errors", OFF[1:5])
+def test_what_touches_without_a_path(errors: Errors) -> None:
+    """At every roll the first contact is an edge; meshes have no tangency there, by name."""
+    design = table1(errors=errors)
+    pitch = 2.0 * np.pi / 29.0
+    roll = float(middle_roll(design, "right")) + pitch * np.arange(8) / 8.0
+    first = first_contact(design, "right", roll)
+    assert (first.status == FirstStatus.SOLVED).all()
+    assert (first.limit[:, 0] >= 0).all()
+    for k in (0, 3):
+        shift = first.pair[k] * pitch * np.array((1.0, -29.0 / 45.0))
+        pose: Pose = {
+            "pinion_roll": float(roll[k] + shift[0]),
+            "gear_roll": float(first.gear_roll[k] + shift[1]),
+        }
+        found = mesh_contact(design, "right", 0.01, **pose)
+        assert found.status == Status.OFF_FLANK
+        assert np.isnan((*found.point, found.separation, found.doubt)).all()
+
+
+def test_the_cycle_without_a_path() -> None:
+    cycle = mesh_cycle(table1(errors=Errors(offset=1.3)), "right", 3)
+    assert not cycle.lost
+    assert cycle.edge_share == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("where", ["pinion", "gear"])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+@pytest.mark.parametrize("flank", FLANKS)
+def test_off_one_member_only(flank: str, way: float, where: str) -> None:
+    """A member moved along its axis: the path stays where it is and leaves that member's face alone, at
+    the end named, then all of it."""
+    amount = {"pinion": {"pinion_axial": 1.0}, "gear": {"gear_axial": 1.0}}[where]
+    end = "toe" if way > 0.0 else "heel"
+    named = Limit[f"{where}_{end}".upper()]
+    partly, wholly = (
+        table1(errors=Errors(**dict.fromkeys(amount, way * mm)))
+        for mm in (24.0 if where == "pinion" else 29.0, 60.0)
+    )
+    ends = path_ends(partly, flank)
+    assert ends.status == Status.SOLVED
+    assert named in (ends.enter, ends.leave)
+    assert 0.0 < ends.contact_ratio < contact_ratio(table1(), flank)
+    assert path_ends(wholly, flank).status == Status.OFF_FLANK
+    at = path_of_contact(wholly, flank, l1=np.linspace(-4.0, 4.0, 9))
+    inside = margins(wholly, at)
+    assert (inside.argmin(axis=0) == named).all()
+    others = [limit for limit in Limit if limit.member != where and limit.limit in ("toe", "heel")]
+    assert (inside[others] > 0.0).all()
+
+
+def test_the_ratio_falls_to_zero_without_a_step() -> None:
+    """Over the last 0.04 mm of offset, to the corner of the pinion's heel and tip."""
+    offset = np.linspace(1.2, 1.2402, 41)
+    ends = path_ends(table1(errors=Errors(offset=offset)))
+    ratio = ends.contact_ratio
+    assert (np.diff(ratio) <= 0.0).all()
+    assert np.abs(np.diff(ratio)).max() < 0.01
+    assert ratio[0] > 0.1
+    assert ratio[-1] == 0.0
+    assert (ends.status[:-1] == Status.SOLVED).all()
+    assert ends.status[-1] == Status.OFF_FLANK
+    assert (ends.limit[:-1] == (Limit.PINION_HEEL, Limit.PINION_TIP)).all()
+
+
+OPTIONS = {
+    "both": ["--offset-error", "20"],
+    "pinion": ["--pinion-axial-error", "60"],
+    "gear": ["--gear-axial-error", "-70"],
+}
+
+
+@pytest.mark.parametrize("off", OPTIONS)
+def test_what_is_printed(off: str) -> None:
+    """Exit status 1, one line of the reason on standard error with the place on both members, the
+    table with a ratio of 0; JSON with the reason and empty lists; no traceback, no warning."""
+    run = CliRunner().invoke(main, ["tca", *OPTIONS[off]])
+    assert run.exit_code == 1
+    assert "contact ratio      0.000000" in run.stdout
+    line = run.stderr.strip()
+    assert line.startswith("No contact: the path of contact does not meet the right flanks")
+    assert "\n" not in line
+    parts = {name: line.split(f" mm on the {name}")[0].split()[-1] for name in ("pinion", "gear")}
+    beyond = [abs(float(parts[name])) > half for name, half in (("pinion", 25.0), ("gear", 30.0))]
+    assert beyond == [off in ("both", "pinion"), off in ("both", "gear")]
+    found = json.loads(CliRunner().invoke(main, ["tca", *OPTIONS[off], "--json"]).stdout)
+    assert found["contact_ratio"] == 0.0
+    assert found["reason"] in line
+    assert all(value == [] for value in found["path"].values())
+    assert found["ends"] == {"enter": None, "leave": None}
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """A path that lies on the flanks in two pieces. Errors: offset, shaft angle (rad), axial of pinion and
+    gear; face widths; the limits at which the longest piece ends, and that which cuts it in two."""
+
+    flank: str
+    parabola: tuple[float, float]
+    errors: tuple[float, float, float, float]
+    faces: tuple[float, float]
+    ends: tuple[Limit, Limit]
+
+    def design(self) -> Design:
+        design = table1(self.parabola, Errors(*self.errors))
+        pinion, gear = (
+            replace(member, face_width=face) for member, face in zip(design.members, self.faces, strict=True)
+        )
+        return replace(design, pinion=pinion, gear=gear)
+
+
+SPLIT = [
+    Pieces(
+        "left", (-0.003, 0.005), (0.0, 0.0, 0.0, 0.0), (4.3705, 60.0), (Limit.PINION_HEEL, Limit.PINION_TOE)
+    ),
+    Pieces(
+        "left",
+        (-0.013539, 0.026467),
+        (0.7404283226140487, -8.837401090111465e-06, 18.370801078743185, 17.828535593592036),
+        (18.125274778189887, 12.489625387138053),
+        (Limit.GEAR_HEEL, Limit.GEAR_TIP),
+    ),
+    Pieces(
+        "left",
+        (-0.02349, 0.027318),
+        (0.04257129199985732, 7.672107569295285e-05, 8.91170042550613, 12.9140451095829),
+        (7.850834522110135, 6.5092406777743586),
+        (Limit.GEAR_TOE, Limit.PINION_HEEL),
+    ),
+    Pieces(
+        "left",
+        (0.027234, -0.017897),
+        (-0.03247766985097322, 0.00012432338366320447, 3.588017921461578, -7.719807083517885),
+        (40.813577744899696, 25.518873080282386),
+        (Limit.PINION_TIP, Limit.PINION_TOE),
+    ),
+    Pieces(
+        "left",
+        (-0.010364, 0.01479),
+        (0.22467566479160794, 0.0009323904682869272, -13.780108318252946, -16.95926278805171),
+        (17.644032933623564, 53.37546958905286),
+        (Limit.GEAR_TIP, Limit.PINION_HEEL),
+    ),
+    Pieces(
+        "left",
+        (-0.023495, 0.029789),
+        (0.3223291060028153, 0.0004366692803444922, 10.761696201616772, -10.328996199863179),
+        (32.3422800882968, 19.903418144500577),
+        (Limit.GEAR_HEEL, Limit.PINION_TOE),
+    ),
+]
+
+
+def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
+    """The pieces by counting samples: first and last l1 of each, and all of it by solving one by one."""
+    pairing = pairing_of(design, flank)
+    l1 = np.linspace(float(pairing.lowest[0, 0, 0]), float(pairing.highest[0, 0, 0]), 4001)
+    path = path_of_contact(design, flank, l1=l1)
+    inside = (path.status == Status.SOLVED) & (margins(design, path).min(axis=0) >= 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
+    return [(float(l1[i]), float(l1[j - 1])) for i, j in edges.reshape(-1, 2)]
+
+
+def roll_at(design: Design, flank: str, l1: FloatArray) -> FloatArray:
+    return path_of_contact(design, flank, l1=l1).pinion_roll
+
+
+@pytest.mark.parametrize("case", SPLIT, ids=lambda case: "-".join(str(end) for end in case.ends))
+def test_two_pieces(case: Pieces) -> None:
+    """As many as samples count, the one that covers most roll is taken, to its exact ends."""
+    design = case.design()
+    ends = path_ends(design, case.flank)
+    assert ends.status == Status.SOLVED
+    assert ends.pieces == 2
+    assert {ends.enter, ends.leave} == set(case.ends)
+    path = path_of_contact(design, case.flank, 2001)
+    assert (path.status == Status.SOLVED).all()
+    assert five_equation_residual(design, path) < 1e-9
+    inside = margins(design, path)
+    assert inside.min() > -1e-9
+    assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9
+    sampled = runs_on_flanks(design, case.flank)
+    step = float(np.ptp([*sampled[0], *sampled[-1]])) / 1000.0
+    taken = np.sort(ends.l1)
+    if len(sampled) == 2:
+        spans = [float(np.ptp(roll_at(design, case.flank, np.array(run)))) for run in sampled]
+        longest = sampled[int(np.argmax(spans))]
+        assert np.abs(np.array(longest) - taken).max() < 20.0 * step
+    else:  # they are closer to each other than the samples, or one is shorter than their distance
+        assert sampled[0][0] - step < taken[0] < taken[1] < sampled[-1][1] + step
+
+
+def test_the_longest_piece_changes_as_one() -> None:
+    """As the face of the first case narrows, one piece becomes two; the ratio of the longest may step
+    down there, from the whole to the greater part, and nowhere else."""
+    faces = np.linspace(4.36, 4.38, 41)
+    design = table1((-0.003, 0.005))
+    design = replace(design, pinion=replace(design.pinion, face_width=faces))
+    ends = path_ends(design, "left")
+    assert (ends.status == Status.SOLVED).all()
+    assert set(ends.pieces.tolist()) == {1, 2}
+    steps = np.abs(np.diff(ends.contact_ratio))
+    change = np.diff(ends.pieces) != 0
+    assert change.sum() == 1
+    assert steps[~change].max() < 0.02
+    assert steps[change].min() > 0.05
+
+
+def test_statuses_in_a_batch() -> None:
+    """On the face, off it and without a common normal, side by side: NaN where there is no answer."""
+    angle = np.radians([0.0, 0.05, -1.0])
+    path = path_of_contact(table1((0.001, -0.001), Errors(shaft_angle=angle)), points=5)
+    assert path.ends.status.tolist() == [Status.SOLVED, Status.OFF_FLANK, Status.NO_COMMON_NORMAL]
+    assert path.ends.contact_ratio[0] > 1.0
+    assert (path.ends.contact_ratio[1:] == 0.0).all()
+    assert np.isnan(path.point[1:]).all()
+    assert (path.status[1:] == path.ends.status[1:, None]).all()

@@ -1,0 +1,263 @@
+"""Teeth out of the ordinary: undercut, pointed, off each other, one, a thousand, very small and large."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.certificate import Verdict, certify
+from beveloid_geom.closing import remarks_on
+from beveloid_geom.contact import Limit
+from beveloid_geom.first_contact import FirstStatus, first_contact
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.flank import tip_radius, tip_thickness, undercut_margin
+from beveloid_geom.inputs import Design, Errors
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.posing import meshing_pair
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.rack import reference_radius
+from beveloid_geom.sampling import sample_flank
+from beveloid_geom.solid import gear_solid
+from beveloid_geom.solve import Status
+from beveloid_geom.undercut import pointed_part, undercut_of
+from tests.oracle.table1 import table1
+
+from .answers import FLANKS, changed, checked_path, closed, size_of, solved_path
+
+PINION, GEAR = table1().members
+UNDERCUT = {
+    "few teeth": closed(changed(PINION, teeth=8, profile_shift=-0.2, face_width=20.0), GEAR),
+    "negative shift": closed(
+        changed(PINION, teeth=12, profile_shift=-0.5, face_width=20.0), changed(GEAR, profile_shift=0.9)
+    ),
+}
+POINTED = closed(
+    changed(PINION, teeth=18, profile_shift=0.9, cone_angle=radians(10.0), face_width=40.0),
+    changed(GEAR, profile_shift=0.0),
+)
+ONE = closed(
+    changed(
+        PINION,
+        teeth=1,
+        helix_angle=radians(75.0),
+        profile_shift=0.3,
+        face_width=20.0,
+        cone_angle=radians(0.5),
+        addendum=0.7,
+    ),
+    changed(GEAR, helix_angle=radians(5.0)),
+)
+MANY = {
+    "gear": closed(PINION, changed(GEAR, teeth=1000)),
+    "both": closed(changed(PINION, teeth=1000), changed(GEAR, teeth=1000)),
+}
+
+
+def of_module(module: float) -> Design:
+    """Table 1 without backlash in another size, its members scaled."""
+    first, second = (
+        changed(m, normal_module=module, face_width=float(m.face_width) * module / 6.0)
+        for m in table1().members
+    )
+    return closed(first, second)
+
+
+def assert_meshes_agree(design: Design, path: ContactPath) -> None:
+    """The contact of the meshes, polished, is that of the path in its middle."""
+    middle, module = len(path.l1) // 2, float(design.pinion.tool.normal_module)
+    met = mesh_contact(
+        design,
+        path.flank,
+        1e-3 * module,
+        pinion_roll=float(path.pinion_roll[middle]),
+        gear_roll=float(path.gear_roll[middle]),
+    )
+    assert met.status == Status.SOLVED
+    assert np.abs(met.point - path.point[middle]).max() < 1e-9 * size_of(design)
+
+
+def assert_both_methods_agree(design: Design, path: ContactPath) -> None:
+    reference = path_of_contact_five_equations(design, path.flank, len(path.l1))
+    bound = 1e-9 * max(1.0, size_of(design) / 500.0)
+    np.testing.assert_allclose(path.point, reference.point, rtol=0.0, atol=bound)
+    assert float(reference.ends.contact_ratio) == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
+def test_an_undercut_pair_has_tangencies_but_no_certificate(design: Design, flank: str) -> None:
+    """The equations hold on flanks the tool does not leave: first contact says so."""
+    path = solved_path(design, flank, 5)
+    assert_both_methods_agree(design, path)
+    certificate = certify(design, path)
+    assert (certificate.verdict == Verdict.NOT_SOLVED).all()
+    assert (certificate.first.status == FirstStatus.UNDERCUT).all()
+    assert np.isnan(certificate.separation).all()
+    assert float(undercut_margin(design.pinion, flank)) < 0.0
+    assert undercut_of(design.pinion, flank).undercut
+    told = [
+        r.text
+        for r in remarks_on(design)
+        if r.text.startswith(f"the {flank} flank of the pinion is undercut")
+    ]
+    assert len(told) == 1
+    assert "take more teeth, more profile shift or a less deep tool" in told[0]
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
+def test_meshes_of_an_undercut_pair_give_the_tangency_or_none(design: Design, flank: str) -> None:
+    path = path_of_contact(design, flank, 5)
+    for position in range(5):
+        rolls = float(path.pinion_roll[position]), float(path.gear_roll[position])
+        met = mesh_contact(design, flank, 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
+        if met.status == Status.SOLVED:
+            assert abs(met.separation) < 1e-9
+            np.testing.assert_allclose(met.point, path.point[position], rtol=0.0, atol=1e-7)
+        else:
+            assert np.isnan(met.point).all()
+            assert np.isnan(met.separation)
+
+
+@pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
+def test_an_undercut_gear_makes_no_solid_but_a_flank(design: Design) -> None:
+    with pytest.raises(
+        ValueError, match=r"^the right flank is undercut along the whole face, .* less deep tool$"
+    ):
+        gear_solid(design.pinion, 0.1)
+    grid = sample_flank(design.pinion, "right", 0.02)
+    assert grid.deviation <= 0.02
+    assert np.isfinite(grid.points).all()
+
+
+def test_a_tooth_pointed_at_the_heel() -> None:
+    """Flanks that cross below the tip cone: the path ends on the cone or before, not on the ridge."""
+    member = POINTED.pinion
+    first, last = pointed_part(member)
+    assert -20.0 < first < last == 20.0
+    assert float(tip_thickness(member, 20.0)) < 0.0 < float(tip_thickness(member, first - 0.01))
+    told = [r for r in remarks_on(POINTED) if "pointed at the heel" in r.text]
+    assert [r.level for r in told] == ["warning"]
+    assert told[0].text.endswith("take less profile shift or a lower addendum")
+    with pytest.raises(
+        ValueError, match=r"^the tooth is pointed at z = 20 mm, its flanks cross below the tip"
+    ):
+        gear_solid(member, 0.1)
+    for flank in FLANKS:
+        path = solved_path(POINTED, flank, 5)
+        assert_both_methods_agree(POINTED, path)
+        assert_meshes_agree(POINTED, path)
+        assert set(np.unique(certify(POINTED, path).verdict)) <= {v.value for v in Verdict}
+        assert np.isfinite(sample_flank(member, flank, 0.02).points).all()
+
+
+APART = {
+    "offset": table1(errors=Errors(offset=20.0)),
+    "axial": table1(errors=Errors(pinion_axial=200.0)),
+    "shaft angle": table1(errors=Errors(shaft_angle=radians(3.0))),
+    "no depth": replace(
+        table1(), pinion=changed(PINION, addendum=0.1), gear=changed(GEAR, addendum=0.1, profile_shift=-0.9)
+    ),
+}
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("design", APART.values(), ids=APART)
+def test_flanks_that_never_meet(design: Design, flank: str) -> None:
+    path = checked_path(design, flank)
+    assert path.l1.size == 0
+    assert path.ends.status == Status.OFF_FLANK
+    assert path.ends.contact_ratio == 0.0
+    assert path.ends.pieces == 0
+    assert path.ends.enter is None
+    assert path_of_contact_five_equations(design, flank, 5).l1.size == 0
+    beyond = path_of_contact(design, flank, l1=np.linspace(-6.0, 6.0, 7))
+    assert set(np.unique(beyond.status)) <= {int(Status.OFF_FLANK), int(Status.NO_COMMON_NORMAL)}
+    assert not certify(design, path).holds
+    with pytest.raises(ValueError, match="no path of contact on which the pair could be posed"):
+        meshing_pair(design, flank)
+    met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
+    assert met.status != Status.SOLVED
+    assert np.isnan(met.point).all()
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_one_tooth(flank: str) -> None:
+    path = solved_path(ONE, flank, 5)
+    assert {path.ends.enter, path.ends.leave} == {Limit.PINION_HEEL, Limit.PINION_TOE}
+    assert_both_methods_agree(ONE, path)
+    assert_meshes_agree(ONE, path)
+    grid = sample_flank(ONE.pinion, flank, 0.05)
+    assert grid.deviation <= 0.05
+
+
+@pytest.mark.parametrize("helix", [70.0, 80.0, -80.0])
+@pytest.mark.parametrize("face", [10.0, 40.0, 200.0])
+def test_a_long_tooth_has_one_thickness_however_often_it_winds(helix: float, face: float) -> None:
+    """Without cone every section is the same: the angle about the axis counts whole turns."""
+    member = changed(
+        PINION, teeth=1, helix_angle=radians(helix), profile_shift=0.3, cone_angle=0.0, face_width=face
+    )
+    z = np.linspace(-0.5, 0.5, 41) * face
+    thickness = tip_thickness(member, z)
+    turn = float(np.abs(np.tan(member.helix_angle)) * face / reference_radius(member))
+    np.testing.assert_allclose(thickness, thickness[20], rtol=1e-12 * max(turn, 10.0))
+    assert 0.0 < thickness[0] < 2.0 * np.pi * float(tip_radius(member, 0.0))
+    assert np.isnan(pointed_part(member)).all()
+    for flank in FLANKS:
+        assert not undercut_of(member, flank, 9).undercut
+
+
+def test_undercut_of_a_winding_tooth_is_the_same_in_all_sections() -> None:
+    member = changed(
+        PINION, teeth=1, helix_angle=radians(50.0), profile_shift=0.3, cone_angle=0.0, face_width=100.0
+    )
+    found = undercut_of(member, "right", 33)
+    assert found.undercut
+    assert found.limits == (-50.0, 50.0)
+    np.testing.assert_allclose(found.lost, found.lost[16], rtol=1e-6)
+    np.testing.assert_allclose(found.neck, found.neck[16], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("design", MANY.values(), ids=MANY)
+def test_a_thousand_teeth(design: Design) -> None:
+    for flank in FLANKS:
+        path = solved_path(design, flank, 5)
+        assert_both_methods_agree(design, path)
+        assert_meshes_agree(design, path)
+        assert certify(design, path).holds
+        assert 1.7 < float(path.ends.contact_ratio) < 2.0
+    assert not remarks_on(design)
+    solid = gear_solid(design.gear, 0.1, teeth=2)
+    assert np.isfinite(solid.points).all()
+    assert np.hypot(*solid.points[:, :2].T).max() == pytest.approx(
+        float(tip_radius(design.gear, 30.0)), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("module", [0.05, 0.5, 50.0])
+def test_very_small_and_very_large(module: float) -> None:
+    """The same numbers as at module 6, in its unit of length; every tolerance with it."""
+    design, usual, factor = of_module(module), of_module(6.0), module / 6.0
+    for flank in FLANKS:
+        path, known = solved_path(design, flank, 5), solved_path(usual, flank, 5)
+        np.testing.assert_allclose(path.point, factor * known.point, rtol=0.0, atol=1e-10 * factor)
+        np.testing.assert_allclose(path.gear_roll, known.gear_roll, rtol=0.0, atol=1e-11)
+        assert float(path.ends.contact_ratio) == pytest.approx(float(known.ends.contact_ratio), abs=1e-11)
+        assert_both_methods_agree(design, path)
+        assert_meshes_agree(design, path)
+        certificate = certify(design, path)
+        assert certificate.holds
+        np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-10 * max(1.0, factor))
+        first = first_contact(design, flank, path.pinion_roll)
+        assert (first.status == FirstStatus.SOLVED).all()
+        np.testing.assert_allclose(first.gear_roll, path.gear_roll, rtol=0.0, atol=1e-11)
+    grid, same = sample_flank(design.gear, "left", 1e-3 * module), sample_flank(usual.gear, "left", 6e-3)
+    np.testing.assert_allclose(grid.points, factor * same.points, rtol=0.0, atol=1e-10 * factor)
+    solid, like = gear_solid(design.pinion, 0.02 * module, 1), gear_solid(usual.pinion, 0.12, 1)
+    np.testing.assert_array_equal(solid.faces, like.faces)
+    np.testing.assert_allclose(solid.points, factor * like.points, rtol=0.0, atol=1e-8 * factor)
+    assert not remarks_on(usual)

@@ -1,0 +1,211 @@
+"""Parabola coefficients through 0 in steps of 1e-14, and so large that the rack profile folds."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.closing import remarks_on
+from beveloid_geom.design_file import DesignError, builtin_text, override, parse_design
+from beveloid_geom.design_limits import parabola_limit
+from beveloid_geom.first_contact import first_contact
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.flank import active_range, flank_point, highest_parameter, root_parameter, tip_thickness
+from beveloid_geom.inputs import FloatArray
+from beveloid_geom.path import contact_ratio, path_of_contact
+from beveloid_geom.posing import meshing_pair
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.rack import rack_normal, rack_of, section_point
+from beveloid_geom.sampling import sample_flank
+from beveloid_geom.solid import gear_solid
+from beveloid_geom.solve import Status
+from beveloid_geom.undercut import undercut_of
+from tests.oracle.table1 import table1
+
+from .answers import FLANKS, changed, check, checked_path, solved_path
+
+SHARES = {"both": (1.0, -1.0), "pinion": (1.0, 0.0), "gear": (0.0, 1.0), "same": (1.0, 1.0)}
+shares = pytest.mark.parametrize("share", SHARES.values(), ids=SHARES)
+STEPS: FloatArray = np.arange(-6.0, 7.0) * 1e-14
+"""1/mm"""
+STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e200, np.inf, -np.inf, np.nan]
+"""1/mm: past what the tool of Table 1's pinion can cut."""
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@shares
+def test_steps_of_1e_14_do_not_jump(share: tuple[float, float], flank: str) -> None:
+    """Points, contact ratio and transmission error move as at larger coefficients, in proportion."""
+    zero, size = solved_path(table1(), flank), 1e-9
+    large = solved_path(table1((share[0] * size, share[1] * size)), flank)
+    shift, error = large.point - zero.point, large.transmission_error
+    ratio = large.ends.contact_ratio - zero.ends.contact_ratio
+    for a in STEPS:
+        path, part = solved_path(table1((share[0] * a, share[1] * a)), flank), a / size
+        np.testing.assert_allclose(path.point - zero.point, shift * part, rtol=0.0, atol=1e-11)
+        np.testing.assert_allclose(path.transmission_error, error * part, rtol=0.0, atol=1e-14)
+        assert abs(path.ends.contact_ratio - zero.ends.contact_ratio - ratio * part) < 1e-13
+        assert path.ends.enter == zero.ends.enter
+        assert path.ends.leave == zero.ends.leave
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_a_batch_through_zero_is_its_cases(flank: str) -> None:
+    batch = path_of_contact(table1().with_parabola(STEPS, -STEPS), flank, 11)
+    for case, a in enumerate(STEPS):
+        single = path_of_contact(table1((a, -a)), flank, 11)
+        np.testing.assert_allclose(batch.point[case], single.point, rtol=0.0, atol=2e-11)
+        np.testing.assert_allclose(batch.transmission_error[case], 0.0, rtol=0.0, atol=2e-14)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@shares
+def test_transmission_error_and_shift_are_proportional_near_zero(
+    share: tuple[float, float], flank: str
+) -> None:
+    """Both per coefficient, from 1e-10 to 1e-6 1/mm and of either sign: the same."""
+    zero = solved_path(table1(), flank)
+
+    def per_coefficient(a: float) -> tuple[FloatArray, FloatArray]:
+        path = solved_path(table1((share[0] * a, share[1] * a)), flank)
+        return path.transmission_error / a, (path.point - zero.point) / a
+
+    error, shift = per_coefficient(1e-7)
+    assert np.abs(error).max() > 1e-3
+    assert np.abs(shift).max() > 500.0
+    for a in (1e-6, -1e-6, -1e-7, 1e-8, -1e-8, 1e-9, -1e-9, 1e-10, -1e-10):
+        rounding = 2e-14 / abs(a)
+        found, moved = per_coefficient(a)
+        assert np.abs(found - error).max() < 3e-3 * np.abs(error).max() + rounding
+        assert np.abs(moved - shift).max() < 3e-3 * np.abs(shift).max() + 1e3 * rounding
+
+
+@pytest.mark.parametrize("a", [1e-14, -1e-14, 1e-9])
+def test_the_five_equations_agree_near_zero(a: float) -> None:
+    design = table1((a, -a))
+    ours, reference = path_of_contact(design, points=5), path_of_contact_five_equations(design, points=5)
+    np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(ours.transmission_error, reference.transmission_error, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+@pytest.mark.parametrize("a", [0.03, -0.03, 1.0, -1e30])
+def test_a_file_or_an_option_that_folds_the_profile_is_refused_in_one_line(member: str, a: float) -> None:
+    text = builtin_text().replace("parabola = 0.0 ", "parabola = 0.0\n").replace("parabola = 0.0\n", "")
+    text = text.replace(f"\n[{member}]\n", f"\n[{member}]\nparabola = {a!r}\n")
+    line = f"must be between -0.02.* and 0.02.* 1/mm, got {re.escape(repr(a))}: a stronger one folds"
+    with pytest.raises(DesignError, match=rf"^design: \[{member}\] parabola {line}") as refused:
+        parse_design(text)
+    assert len(refused.value.faults) == 1
+    with pytest.raises(DesignError, match=rf"^parabola_{member} {line}") as refused:
+        override(table1(), **{f"parabola_{member}": a})
+    assert len(refused.value.faults) == 1
+
+
+@pytest.mark.parametrize("a", [np.inf, np.nan])
+def test_an_option_that_is_no_number_is_refused(a: float) -> None:
+    with pytest.raises(DesignError, match="parabola_gear must be a finite number"):
+        override(table1(), parabola_gear=a)
+
+
+def test_the_active_flank_is_what_the_tool_can_cut() -> None:
+    """`active_range` against the rack itself: profile and normals sampled between the heights."""
+    steep = changed(table1().pinion, cone_angle=radians(20.0), helix_angle=radians(40.0))
+    for member in (*table1().members, steep):
+        for a in np.linspace(-0.12, 0.12, 49):
+            bent = changed(member, parabola=float(a))
+            heights = np.array([-1.0, np.cos(member.cone_angle)]) * 6.0
+            l = np.linspace(-9.0, 9.0, 6001)
+            x = section_point(bent.tool, "right", l)[:, 0]
+            middle = l.size // 2
+            rise = np.diff(x) > 0.0
+            last = middle + int(np.argmin(rise[middle:])) if not rise[middle:].all() else l.size - 1
+            first = middle - int(np.argmin(rise[:middle][::-1])) if not rise[:middle].all() else 0
+            reaches = bool(x[first] <= heights[0] and x[last] >= heights[1])
+            used = l[first : last + 1][
+                (x[first : last + 1] >= heights[0]) & (x[first : last + 1] <= heights[1])
+            ]
+            radial = min(float(rack_normal(rack_of(bent, flank), used)[0].min()) for flank in FLANKS)
+            if abs(radial) > 2e-3:  # else a matter of sampling
+                assert np.isfinite(active_range(bent)).all() == (reaches and radial > 0.0)
+
+
+@pytest.mark.parametrize("a", STRONG)
+@pytest.mark.parametrize("gear", [0.0, 0.001])
+def test_a_flank_that_cannot_be_cut_gives_no_number(a: float, gear: float) -> None:
+    design = table1((a, gear))
+    assert not abs(a) <= parabola_limit(design.pinion)
+    for flank in FLANKS:
+        path = checked_path(design, flank)
+        assert path.l1.size == 0
+        assert path.ends.status == Status.UNDEFINED
+        assert np.isnan(path.ends.contact_ratio)
+        assert np.isnan(path_of_contact(design, flank, l1=[-1.0, 0.0, 1.0]).point).all()
+    member = design.pinion
+    assert np.isnan([root_parameter(member), highest_parameter(member)]).all()
+    assert np.isnan(tip_thickness(member, np.zeros(3))).all()
+
+
+@pytest.mark.parametrize("a", STRONG)
+def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float) -> None:
+    design, line = table1((a, 0.0)), "cannot be cut: "
+    member = design.pinion
+    for refused in (lambda: gear_solid(member, 0.1), lambda: undercut_of(member, "right")):
+        with pytest.raises(ValueError, match=f"^the flanks {line}.*$"):
+            refused()
+    with pytest.raises(ValueError, match="^the flanks cannot be cut: .*$"):
+        sample_flank(member, "right", 0.01)
+    with pytest.raises(ValueError, match="^the flanks cannot be cut: .*$"):
+        mesh_contact(design, "right", 0.01, pinion_roll=0.0, gear_roll=0.0)
+    if a == -0.0285:  # the section of the tool is sound, its normal is not once the cone tilts it
+        assert np.isnan(first_contact(design, "right", np.zeros(2)).gear_roll).all()
+    else:
+        with pytest.raises(ValueError, match=r"leaves no place for the tool's tip round|rounds overlap"):
+            first_contact(design, "right", np.zeros(1))
+    with pytest.raises(ValueError, match="no path of contact"):
+        meshing_pair(design)
+    told = [remark.text for remark in remarks_on(design) if line in remark.text]
+    assert len(told) == 1
+    assert told[0].startswith(f"the flanks of the pinion {line}")
+    if np.isfinite(a):
+        assert "parabola must be between -0.0212 and 0.0212 1/mm" in told[0]
+
+
+def test_strong_coefficients_of_a_batch_spoil_no_other_case() -> None:
+    strong = np.array([0.001, *STRONG, -0.001, 0.0])
+    design = table1().with_parabola(strong, 0.0)
+    batch = path_of_contact(design, points=11)
+    check(design, batch)
+    lost = np.isnan(batch.ends.contact_ratio)
+    np.testing.assert_array_equal(lost, [abs(a) != 0.001 and a != 0.0 for a in strong])
+    np.testing.assert_array_equal(np.isnan(batch.point).all(axis=(1, 2)), lost)
+    for case in np.flatnonzero(~lost):
+        single = contact_ratio(table1((float(strong[case]), 0.0)))
+        assert batch.ends.contact_ratio[case] == pytest.approx(single, abs=1e-12)
+
+
+@pytest.mark.parametrize("a", [0.0211, -0.0211, 0.028, -0.028])
+def test_just_before_the_fold_the_answers_hold(a: float) -> None:
+    """Past the limit of design files a flank may still be cut: then it has its contacts."""
+    design = table1((a, 0.0))
+    for flank in FLANKS:
+        path = checked_path(design, flank)
+        assert np.isfinite([root_parameter(design.pinion), highest_parameter(design.pinion)]).all()
+        assert (path.status == Status.SOLVED).all()
+
+
+def test_a_cone_too_steep_for_the_tool_gives_no_number() -> None:
+    steep = changed(table1().pinion, cone_angle=radians(40.0), helix_angle=radians(60.0), face_width=10.0)
+    design = replace(table1(), pinion=steep)
+    for flank in FLANKS:
+        path = checked_path(design, flank)
+        assert path.ends.status == Status.UNDEFINED
+        assert np.isnan(path.ends.contact_ratio)
+    with pytest.raises(ValueError, match=r"cannot be cut: cone_angle_deg must be between -21\.6825 and"):
+        undercut_of(steep, "left")
+    point = flank_point(steep, "right", 0.0, 0.0)
+    assert np.isfinite(point).all()

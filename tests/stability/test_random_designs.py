@@ -1,0 +1,142 @@
+"""100,000 random pairs and misalignments: every answer is right, and what has none says why."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact import Limit
+from beveloid_geom.design_limits import parabola_limit
+from beveloid_geom.inputs import Design, Flank, FloatArray
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.solve import Status
+
+from .five_residuals import cases_of, column, joined, margins, residuals, search
+from .random_designs import KINDS, Kind, parabola_limits, random_designs
+
+SIZES: dict[Kind, int] = {"usual": 47600, "fitted": 800, "strained": 800, "touching": 400, "wild": 400}
+"""Designs of each kind; each is solved on both flanks."""
+LOST: dict[Kind, float] = {"usual": 0.001, "fitted": 0.01, "strained": 0.01, "touching": 0.1, "wild": 0.01}
+"""Share of each kind that may be lost, and say so."""
+BLOCK, POSITIONS, SEARCHED = 512, 5, 300
+"""Designs at a time, positions on a path, and "no contact" answers searched of a kind and flank."""
+FLANKS: tuple[Flank, Flank] = ("right", "left")
+NO_CONTACT = (Status.NO_COMMON_NORMAL, Status.OFF_FLANK)
+UNKNOWN = (Status.NOT_CONVERGED, Status.SEVERAL_CONTACTS)
+MARGIN_OF = {"root": 0, "tip": 1, "toe": 2, "heel": 3}
+"""Place of a limit among the margins of a member."""
+
+
+def blocks(kind: Kind, flank: Flank) -> list[Design]:
+    whole = random_designs(kind, SIZES[kind], seed=2017, flank=flank)
+    return [cases_of(whole, slice(k, k + BLOCK)) for k in range(0, SIZES[kind], BLOCK)]
+
+
+def at_ends(path: ContactPath, room: FloatArray) -> FloatArray:
+    """Margin (mm) to the limit that is said to end the path, (cases, 2)."""
+    rows = np.array([4 * (limit.member == "gear") + MARGIN_OF[limit.limit] for limit in Limit])
+    row = rows[np.maximum(path.ends.limit, 0)]
+    case = np.arange(len(row))
+    return np.stack((room[row[:, 0], case, 0], room[row[:, 1], case, -1]), axis=-1)
+
+
+def numbers_of(path: ContactPath) -> FloatArray:
+    """All numbers of the paths, one axis behind that of the cases."""
+    arrays = [value for value in vars(path).values() if isinstance(value, np.ndarray)]
+    ends = [path.ends.l1, path.ends.l2, path.ends.pinion_roll]
+    return np.concatenate([part.reshape(len(path.status), -1) for part in (*arrays, *ends)], axis=-1)
+
+
+def check(design: Design, path: ContactPath) -> None:
+    """All that is said of one answer, for a batch."""
+    status, ratio = path.ends.status, path.ends.contact_ratio
+    assert np.isin(status, [int(code) for code in Status]).all()
+    assert (path.status == status[:, None]).all()
+    distance = mounting_of(design).distance
+    none, solved = np.isin(status, NO_CONTACT), status == Status.SOLVED
+    assert (ratio[none] == 0.0).all()
+    assert np.isnan(ratio[~none & ~solved]).all()
+    np.testing.assert_array_equal(status == Status.UNDEFINED, np.isnan(distance).any(axis=0))
+    assert np.isnan(path.point[~solved]).all()
+    assert (path.ends.limit[~solved] == -1).all()
+    if not solved.any():
+        return
+    design, path = cases_of(design, solved), cases_of(path, solved)
+    assert np.isfinite(numbers_of(path)).all()
+    assert (path.ends.contact_ratio > 0.0).all()
+    apart, crossed = residuals(design, path, distance[:, solved])
+    assert apart.max() <= 1e-9
+    assert crossed.max() <= 1e-12
+    room = margins(design, path)
+    assert room.min() >= -1e-9
+    assert np.abs(at_ends(path, room)).max() <= 1e-9
+    ratio = column(design.pinion.teeth) / column(design.gear.teeth)
+    middle = path.gear_roll + ratio * path.pinion_roll - path.transmission_error
+    size = np.maximum(1.0, np.abs(path.gear_roll).max(axis=-1))
+    assert (np.ptp(middle, axis=-1) <= 1e-12 * size).all()
+
+
+def none_is_missed(design: Design, flank: Flank) -> None:
+    """Where no contact is said to be, a search of other code finds none on the flanks."""
+    distance = mounting_of(design).distance
+    for start in range(0, distance.shape[1], 16):
+        part = slice(start, start + 16)
+        for turned in (False, True):
+            found = search(cases_of(design, part), flank, distance[:, part], 24, turned)
+            assert found.margin.max(initial=-1.0) <= 1e-9
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_designs(kind: Kind, flank: Flank) -> None:
+    found: Counter[str] = Counter()
+    searched = 0
+    for design in blocks(kind, flank):
+        path = path_of_contact(design, flank, POSITIONS)
+        check(design, path)
+        found.update(Status(code).name for code in path.ends.status)
+        none = np.flatnonzero(np.isin(path.ends.status, NO_CONTACT))[: SEARCHED - searched]
+        none_is_missed(cases_of(design, none), flank)
+        searched += len(none)
+    print(f"\n{kind:9s}{flank:6s}", dict(found), "searched", searched)
+    assert sum(found.values()) == SIZES[kind]
+    assert sum(found[code.name] for code in UNKNOWN) <= LOST[kind] * SIZES[kind]
+
+
+def test_there_are_100_000() -> None:
+    assert len(FLANKS) * sum(SIZES.values()) == 100_000
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_the_search_finds_contacts(flank: Flank) -> None:
+    """It comes upon a contact of nearly every pair that is laid together, so that it can fail."""
+    design = random_designs("touching", 100, seed=4, flank=flank)
+    distance = mounting_of(design).distance
+    found = joined([search(design, flank, distance, turned=turned) for turned in (False, True)])
+    assert len(np.unique(found.case[found.margin > 0.0])) >= 90
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_batch_is_its_single_designs(kind: Kind) -> None:
+    design = random_designs(kind, 12, seed=3)
+    batch = path_of_contact(design, "right", 3)
+    for case in range(12):
+        single = path_of_contact(cases_of(design, case), "right", 3)
+        assert single.ends.status == batch.ends.status[case]
+        np.testing.assert_allclose(
+            single.ends.contact_ratio, batch.ends.contact_ratio[case], rtol=0.0, atol=1e-9
+        )
+        if single.ends.status == Status.SOLVED:
+            np.testing.assert_allclose(single.point, batch.point[case], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_parabola_limits_are_those_of_a_design_file(kind: Kind) -> None:
+    members = random_designs(kind, 20, seed=8).members
+    for member in members:
+        limits = parabola_limits(member)
+        single = [parabola_limit(cases_of(member, case)) for case in range(20)]
+        np.testing.assert_allclose(limits, single, rtol=1e-12)

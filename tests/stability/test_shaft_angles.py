@@ -1,0 +1,279 @@
+"""Shaft angles: down to the fold where the common normal vanishes and past it, to 0, to 90 deg, of the
+other sign; hands equal and opposite."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from math import cos, degrees, radians, sin
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from beveloid_geom.certificate import certify
+from beveloid_geom.closing import closing_of, closing_offset, remarks_on, zero_backlash_layout
+from beveloid_geom.design_file import DesignError, builtin_text, override, parse_design
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.inputs import Design, Errors, Pair
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.path import contact_ratio, path_of_contact
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.rack import rack_of
+from beveloid_geom.reference.five_equations_mp import solve_mp
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored
+from tests.validation.test_crossed_helical import closed_form
+
+from .answers import FLANKS, at_shaft_angle, changed, check, checked_path, closed, held, solved_path
+
+PINION, GEAR = table1().members
+PLAIN = changed(PINION, cone_angle=0.0), changed(GEAR, cone_angle=0.0)
+ABOVE = [0.1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13]
+"""deg"""
+
+
+def fold() -> float:
+    """Shaft angle (deg) below which the right flanks of Table 1 have no common normal: it lies in
+    the plane of both axes there, and the angles of the axes to it add up."""
+    v1, v2 = (float(rack_of(member, "right").normal[2]) for member in (PINION, GEAR))
+    return degrees(np.arccos(v1) - np.arccos(-v2))
+
+
+def folding(above: float) -> Design:
+    """Table 1 at a shaft angle `above` (deg) the fold, at the offset that closes there."""
+    design = at_shaft_angle(table1(), fold() + above)
+    return held(replace(design, pair=replace(design.pair, offset=closing_offset(design))))
+
+
+def test_the_fold_is_where_the_model_says() -> None:
+    assert fold() == pytest.approx(14.84, abs=0.005)
+
+
+def test_paths_hold_down_to_the_fold() -> None:
+    """Where the lines of action meet they stay on the flanks. n_x falls to 1e-7 and below."""
+    ratios = []
+    for above in ABOVE:
+        path = solved_path(folding(above))
+        assert np.abs(path.normal[:, 0]).max() < 0.4 * np.sqrt(above)
+        ratios.append(float(path.ends.contact_ratio))
+    assert np.diff(ratios).max() < 0.0
+    assert abs(ratios[-1] - ratios[-3]) < 1e-3
+
+
+@pytest.mark.parametrize("above", [1e-2, 1e-6])
+def test_the_five_equations_agree_near_the_fold(above: float) -> None:
+    design = folding(above)
+    ours, reference = path_of_contact(design, points=5), path_of_contact_five_equations(design, points=5)
+    normal_x = np.abs(ours.normal[:, 0]).min()
+    # SciPy stops within 1e-10 of the equations: 1/n_x times more in the point.
+    np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-10 / normal_x)
+    check(design, reference)
+
+
+@pytest.mark.parametrize("above", [1e-2, 1e-6])
+def test_sixty_digits_agree_near_the_fold(above: float) -> None:
+    """How far the answer is from the true one: rounding over n_x, as the shift under errors is."""
+    design = folding(above)
+    ours = path_of_contact(design, points=3)
+    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
+    guess = [float(getattr(ours, name)[1]) for name in names]
+    first, second = (float(x) for x in mounting_of(design).distance)
+    true = solve_mp(design, "right", guess, ("l1", guess[0]), (first, second))
+    normal_x = abs(float(ours.normal[1, 0]))
+    apart = max(abs(float(a) - b) for a, b in zip(true.point, ours.point[1], strict=True))
+    assert apart < 1e-12 / normal_x**2
+    assert abs(float(true.normal[0]) - ours.normal[1, 0]) < 1e-15 / normal_x
+
+
+def test_sensitivity_goes_with_1_over_n_x() -> None:
+    """The line of action shifts by d(n_x w)/dE / n_x under an offset error: the product is constant."""
+    products = []
+    for above in (0.1, 1e-2, 1e-3, 1e-4, 1e-5):
+        design = folding(above)
+        step = 1e-4 * np.sqrt(above)
+        here, there = (path_of_contact(design.with_errors(Errors(offset=e)), l1=[0.0]) for e in (-step, step))
+        check(design.with_errors(Errors(offset=step)), there)
+        moved = there.point[0] - here.point[0]
+        moved = moved - (moved @ here.normal[0]) * here.normal[0]
+        products.append(float(np.linalg.norm(moved)) / (2.0 * step) * abs(float(here.normal[0, 0])))
+    np.testing.assert_allclose(products, products[-1], rtol=5e-2)
+    np.testing.assert_allclose(products[2:], products[-1], rtol=1e-3)
+
+
+@pytest.mark.parametrize("below", [1e-12, 1e-9, 1e-3, 1.0, 10.0])
+def test_past_the_fold_the_right_flank_has_no_answer_and_says_so(below: float) -> None:
+    """With its own mounting and with that of Table 1; the left flank meets as before."""
+    cases = ((table1(), np.nan, Status.UNDEFINED), (held(table1()), 0.0, Status.NO_COMMON_NORMAL))
+    for design, ratio, status in cases:
+        past = at_shaft_angle(design, fold() - below)
+        path = checked_path(past)
+        assert path.l1.size == 0
+        assert path.ends.status == status
+        np.testing.assert_equal(float(path.ends.contact_ratio), ratio)
+        assert np.isnan(path_of_contact(past, l1=[0.0]).point).all()
+    if below < 0.1:
+        at = at_shaft_angle(held(table1()), fold())
+        left, before = (solved_path(design, "left") for design in (past, at))
+        assert abs(left.ends.contact_ratio - before.ends.contact_ratio) < 0.2 * below + 1e-12
+    reason = f"the flanks have no common normal at a shaft angle of {fold() - below:.6g} deg"
+    assert reason in closing_of(at_shaft_angle(table1(), fold() - below)).reasons[0]
+
+
+def test_an_error_of_the_shaft_angle_past_the_fold_is_told_from_one_before() -> None:
+    over = np.array([0.16, 1e-3, 1e-9, -1e-9, -1e-3, -1.0])
+    design = table1(errors=Errors(shaft_angle=np.radians(fold() + over - 15.0)))
+    path = path_of_contact(design, points=5)
+    check(design, path)
+    expected = np.where(over > 0.0, Status.OFF_FLANK, Status.NO_COMMON_NORMAL)
+    expected[0] = Status.SOLVED
+    np.testing.assert_array_equal(path.ends.status, expected)
+    np.testing.assert_array_equal(path.ends.contact_ratio == 0.0, over < 0.1)
+
+
+@pytest.mark.parametrize("total", [14.0, 5.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4])
+def test_nearly_parallel_axes_keep_the_five_equations(total: float) -> None:
+    """Crossed helical gears whose helix angles sum up to `total` deg: below the 0.5 deg of design
+    files too. The pitch point loses digits with the square of the angle, the contact none."""
+    gear = changed(PLAIN[1], helix_angle=radians(total) - float(PLAIN[0].helix_angle))
+    free = closed(PLAIN[0], gear)
+    layout = zero_backlash_layout(free)
+    assert float(layout.offset) == pytest.approx(float(layout.working_radius.sum()), abs=1e-12)
+    gap = abs(float(mounting_of(free).gap))
+    assert gap < 1e-9 / total**2
+    design = replace(free, pair=replace(free.pair, pinion_mounting=0.0, gear_mounting=0.0))
+    ratios = [float(solved_path(design, flank).ends.contact_ratio) for flank in FLANKS]
+    assert ratios[0] == pytest.approx(ratios[1], abs=1e-9 + 1e-2 * gap)
+    assert 1.6 < ratios[0] < 1.7
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-17, 1e-12])
+@pytest.mark.parametrize("total", [0.0, 14.43])
+def test_parallel_axes_give_no_number(angle: float, total: float) -> None:
+    gear = changed(PLAIN[1], helix_angle=radians(total) - float(PLAIN[0].helix_angle))
+    for mounting in ((None, None), (0.0, 0.0)):
+        design = Design(PLAIN[0], gear, Pair(244.0, radians(angle), *mounting))
+        for flank in FLANKS:
+            path = checked_path(design, flank)
+            assert path.l1.size == 0
+            assert path.ends.status == Status.UNDEFINED
+            assert np.isnan(path.ends.contact_ratio)
+        assert len(closing_of(design).reasons) >= 1
+        assert all(remark.text for remark in remarks_on(design))
+
+
+@pytest.mark.parametrize(
+    ("angle", "cure"),
+    [
+        (0.0, "teeth on parallel axes touch along lines, not in the points this model is for"),
+        (0.49, "was it given in radians"),
+        (-15.0, "give its magnitude, its sense follows from the helix angles"),
+        (90.1, "it is the smaller angle of the two axes, take 180 deg less it"),
+    ],
+)
+def test_a_file_with_another_shaft_angle_is_refused_in_one_line(angle: float, cure: str) -> None:
+    with pytest.raises(DesignError) as refused:
+        parse_design(builtin_text().replace("shaft_angle_deg = 15.0", f"shaft_angle_deg = {angle!r}"))
+    assert len(refused.value.faults) == 1
+    assert str(refused.value).startswith("design: [pair] shaft_angle_deg must be between 0.5 and 90 deg, got")
+    assert cure in str(refused.value)
+
+
+def test_an_error_that_leaves_no_shaft_angle_is_refused() -> None:
+    narrow = at_shaft_angle(table1(), 3.0)
+    with pytest.raises(DesignError, match=r"shaft_angle_error_deg must be at least -2\.5 deg, got -2\.6"):
+        override(narrow, shaft_angle_error_deg=-2.6)
+
+
+def test_a_negative_shaft_angle_is_the_axes_leaning_the_other_way() -> None:
+    """Nothing closes there, no contact is on the flanks, and a mirrored pair is told the same."""
+    for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
+        for flank in FLANKS:
+            path = checked_path(design, flank)
+            assert path.ends.status == Status.OFF_FLANK
+            assert path.ends.contact_ratio == 0.0
+        closing = closing_of(design)
+        assert np.isnan(closing.offset)
+        assert closing.reasons == (
+            "the lines of action do not meet at a shaft angle of -15 deg: no offset closes it",
+        )
+
+
+RIGHT_ANGLES = {
+    "45 and 45": (45.0, 45.0, 0.0, 0.0),
+    "with cones": (45.0, 45.0, 3.0, 2.0),
+    "50 and 40": (50.0, 40.0, 5.0, 1.0),
+    "worm-like": (75.0, 15.0, 1.0, 1.0),
+    "cones opposed": (45.0, 45.0, -3.0, 3.0),
+    "left hands": (-30.0, -60.0, 0.5, 3.0),
+}
+
+
+def right_angled(helix1: float, helix2: float, cone1: float, cone2: float) -> Design:
+    """A pair without backlash whose axes cross at 90 deg: the gear's helix angle gives way."""
+    pinion = changed(PINION, helix_angle=radians(helix1), cone_angle=radians(cone1))
+
+    def gear_with(helix: float) -> Design:
+        return closed(pinion, changed(GEAR, helix_angle=radians(helix), cone_angle=radians(cone2)))
+
+    def over(helix: float) -> float:
+        return float(gear_with(helix).pair.shaft_angle) - 0.5 * np.pi
+
+    found = gear_with(brentq(over, 0.9 * helix2, 1.1 * helix2, xtol=1e-14))
+    return replace(found, pair=replace(found.pair, shaft_angle=0.5 * np.pi))
+
+
+@pytest.mark.parametrize("angles", RIGHT_ANGLES.values(), ids=RIGHT_ANGLES)
+def test_axes_at_a_right_angle(angles: tuple[float, float, float, float]) -> None:
+    design = right_angled(*angles)
+    assert abs(float(mounting_of(design).gap)) < 1e-9
+    for flank in FLANKS:
+        path = solved_path(design, flank, 5)
+        assert certify(design, path).holds
+        reference = path_of_contact_five_equations(design, flank, 5)
+        np.testing.assert_allclose(path.point, reference.point, rtol=0.0, atol=1e-10)
+        met = mesh_contact(
+            design,
+            flank,
+            0.01,
+            pinion_roll=float(path.pinion_roll[2]),
+            gear_roll=float(path.gear_roll[2]),
+        )
+        np.testing.assert_allclose(met.point, path.point[2], rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("helix1", [45.0, 30.0, 80.0, 10.0])
+def test_crossed_helical_gears_at_a_right_angle_in_closed_form(helix1: float) -> None:
+    helix = radians(helix1), 0.5 * np.pi - radians(helix1)
+    offset, ratio = closed_form((29, 45), helix)
+    members = [
+        changed(m, helix_angle=b, cone_angle=0.0, profile_shift=0.0, face_width=900.0)
+        for m, b in zip((PINION, GEAR), helix, strict=True)
+    ]
+    design = Design(members[0], members[1], Pair(offset, 0.5 * np.pi, 0.0, 0.0))
+    for flank in FLANKS:
+        assert solved_path(design, flank).ends.contact_ratio == pytest.approx(ratio, rel=1e-12)
+
+
+@pytest.mark.parametrize("signs", list(product((1.0, -1.0), repeat=2)))
+@pytest.mark.parametrize("helix", [(25.0, 10.57), (20.0, 20.0), (30.0, 12.0)])
+def test_hands_equal_and_opposite(helix: tuple[float, float], signs: tuple[float, float]) -> None:
+    """All four hands of a pair: it meets, its mirror image and its members exchanged are the same."""
+    beta = signs[0] * radians(helix[0]), signs[1] * radians(helix[1])
+    pinion, gear = (
+        changed(m, helix_angle=b, cone_angle=radians(1.0)) for m, b in zip((PINION, GEAR), beta, strict=True)
+    )
+    if abs(beta[0] + beta[1]) < 1e-9:
+        with pytest.raises(ValueError, match="helix angles nearly cancel"):
+            closed(pinion, gear)
+        return
+    design = closed(pinion, gear)
+    for flank, other in (FLANKS, FLANKS[::-1]):
+        path = solved_path(design, flank)
+        image = solved_path(mirrored(design), other)
+        np.testing.assert_allclose(image.point * (1.0, -1.0, 1.0), path.point, rtol=0.0, atol=1e-9)
+        assert float(contact_ratio(exchanged(design), flank)) > 0.0
+    assert float(design.pair.offset) > 0.0
+    fitting = cos(radians(1.0)) ** 2 * cos(sum(beta)) - sin(radians(1.0)) ** 2
+    assert float(design.pair.shaft_angle) == pytest.approx(np.arccos(fitting), abs=radians(1.0))

@@ -1,0 +1,339 @@
+"""Symmetries hold to rounding: mirrored, exchanged and scaled pairs have the same answers.
+
+What rounding may do is worked out beside each answer: all inputs are moved by a small relative
+amount, one at a time, and the shifts of the answer, brought down to one unit of rounding, are
+added up and counted `OPERATIONS` times. That is large where the pair is sensitive: Table 1's right
+flanks move 57 m per rad of shaft angle, 0.1 nm for its rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from numpy.typing import NDArray
+
+from beveloid_geom.certificate import certify
+from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
+from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.operation import CHANGE_WIDTH, mesh_cycle
+from beveloid_geom.path import ContactPath, path_ends, path_of_contact
+from beveloid_geom.pattern import MemberPattern, PatternStatus, contact_pattern
+from beveloid_geom.proximity import mesh_contact, mesh_separation
+from beveloid_geom.solve import Status
+from beveloid_geom.touch import separation
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored, scaled
+from tests.test_proximity import Pose
+
+EPS = float(np.finfo(float).eps)
+OPERATIONS, NUDGE = 32.0, 1e-8
+"""Roundings on the way from the inputs to an answer that may add up; relative nudge of an input."""
+OTHER = {"right": "left", "left": "right"}
+SWAPPED_LIMIT = np.array([1, 0, 3, 2, 5, 4, 7, 6, -1])
+"""Codes of the limits with pinion and gear exchanged; the last stands for none, -1."""
+DESIGNS = {
+    "unmodified": (0.0, 0.0),
+    "recommended": (0.001, -0.001),
+    "approximate line contact": (0.0003, 0.0003),
+    "convex": (-0.0005, -0.0005),
+}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A design seen otherwise: the `flank` there, the `factor` of lengths, the sign of rolls and of y,
+    and the number of `member` 0."""
+
+    name: str
+    design: Design
+    flank: str
+    factor: float = 1.0
+    sign: float = 1.0
+    first: int = 0
+
+
+def seen_otherwise(design: Design, flank: str) -> list[Seen]:
+    sizes = (0.01 / 6.0, 0.5, 100.0 / 6.0)  # modules 0.01, 3 and 100 mm
+    return [
+        Seen("mirror", mirrored(design), OTHER[flank], sign=-1.0),
+        *(Seen(f"scaled {size:.2g}", scaled(design, size), flank, factor=size) for size in sizes),
+    ]
+
+
+def nudged(design: Design) -> list[Design]:
+    """The design with one input after the other moved by NUDGE of itself."""
+    pair, (pinion, gear), more = design.pair, design.members, 1.0 + NUDGE
+    return [
+        replace(design, pair=replace(pair, offset=pair.offset * more)),
+        replace(design, pair=replace(pair, shaft_angle=pair.shaft_angle * more)),
+        replace(design, pinion=replace(pinion, helix_angle=pinion.helix_angle * more)),
+        replace(design, gear=replace(gear, cone_angle=gear.cone_angle * more)),
+    ]
+
+
+def rounding(answer: Callable[[Design], FloatArray], design: Design) -> FloatArray:
+    """What rounding may do to each number of an answer."""
+    value = answer(design)
+    shifts = [np.abs(answer(other) - value) * (EPS / NUDGE) for other in nudged(design)]
+    return np.asarray(OPERATIONS * (np.sum(shifts, axis=0) + EPS * np.abs(value).max(initial=1.0)))
+
+
+def lengths(path: ContactPath) -> FloatArray:
+    names = ("l1", "l2", "u1", "u2", "pinion_z", "gear_z", "pinion_r", "gear_r")
+    return np.array([getattr(path, name) for name in names])
+
+
+def angles(path: ContactPath) -> FloatArray:
+    return np.array([path.pinion_roll, path.gear_roll, path.transmission_error])
+
+
+parabolas = st.tuples(*[st.floats(-0.0012, 0.0012)] * 2)
+
+
+@settings(max_examples=8)
+@given(parabolas, st.floats(-0.3, 0.3), st.floats(-2.0, 2.0), st.sampled_from(["right", "left"]))
+def test_paths_mirrored_and_scaled(
+    parabola: tuple[float, float], offset: float, axial: float, flank: str
+) -> None:
+    design = table1(parabola, Errors(offset=offset, gear_axial=axial))
+    path = path_of_contact(design, flank, 9)
+    for seen in seen_otherwise(design, flank):
+        other = path_of_contact(seen.design, seen.flank, 9)
+        assert other.ends.status == path.ends.status, seen.name
+        assert np.array_equal(other.ends.limit, path.ends.limit), seen.name
+        assert other.ends.pieces == path.ends.pieces
+        if path.ends.status != Status.SOLVED:
+            continue
+        l1 = path.l1  # the same places in all nudged designs
+        again = path_of_contact(seen.design, seen.flank, l1=l1 * seen.factor)
+
+        def in_mm(moved: Design, l1: FloatArray = l1) -> FloatArray:
+            return lengths(path_of_contact(moved, flank, l1=l1))
+
+        def in_rad(moved: Design, l1: FloatArray = l1) -> FloatArray:
+            return angles(path_of_contact(moved, flank, l1=l1))
+
+        assert (np.abs(lengths(again) / seen.factor - in_mm(design)) <= rounding(in_mm, design)).all()
+        assert (np.abs(seen.sign * angles(again) - in_rad(design)) <= rounding(in_rad, design)).all()
+        turned = again.point * (1.0, seen.sign, 1.0) / seen.factor
+        bound = rounding(lambda moved: path_of_contact(moved, flank, l1=l1).point, design)  # noqa: B023
+        assert (np.abs(turned - path_of_contact(design, flank, l1=l1).point) <= bound).all()
+
+
+@settings(max_examples=8)
+@given(parabolas, st.floats(-0.3, 0.3), st.sampled_from(["right", "left"]))
+def test_ends_and_ratios(parabola: tuple[float, float], offset: float, flank: str) -> None:
+    """Mirrored and scaled, and with the members exchanged, whose roll takes the pinion's place."""
+    design = table1(parabola, Errors(offset=offset))
+    ends = path_ends(design, flank)
+
+    def numbers(moved: Design) -> FloatArray:
+        found = path_ends(moved, flank)
+        return np.concatenate((found.l1, found.l2, [found.contact_ratio]))
+
+    bound = rounding(numbers, design)
+    for seen in seen_otherwise(design, flank):
+        found = path_ends(seen.design, seen.flank)
+        apart = np.concatenate((found.l1, found.l2)) / seen.factor - numbers(design)[:4]
+        assert not (np.abs(apart) > bound[:4]).any(), seen.name  # NaN without a path
+        assert abs(found.contact_ratio - ends.contact_ratio) <= bound[4] or np.isnan(ends.contact_ratio)
+    other = path_ends(exchanged(design), flank)
+    assert other.status == ends.status
+    assert np.array_equal(np.sort(SWAPPED_LIMIT[other.limit]), np.sort(ends.limit))
+    assert not (np.abs(np.sort(other.l1) - np.sort(ends.l2)) > bound[2:4].max()).any()
+    assert not (np.abs(np.sort(other.l2) - np.sort(ends.l1)) > bound[:2].max()).any()
+
+
+@pytest.mark.parametrize("flank", OTHER)
+@pytest.mark.parametrize("name", DESIGNS)
+def test_paths_of_exchanged_members(name: str, flank: str) -> None:
+    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
+    path = path_of_contact(design, flank, 9)
+    other = path_of_contact(exchanged(design), flank, l1=path.l2)
+    assert (other.status == Status.SOLVED).all()
+    order = [1, 0, 3, 2, 5, 4, 7, 6]
+    bound = rounding(lambda moved: lengths(path_of_contact(moved, flank, l1=path.l1)), design)
+    assert (np.abs(lengths(other)[order] - lengths(path)) <= bound).all()
+    turned = rounding(lambda moved: angles(path_of_contact(moved, flank, l1=path.l1)), design)
+    assert (np.abs(angles(other)[[1, 0]] - angles(path)[:2]) <= turned[:2]).all()
+    assert (np.abs(other.normal[:, 0] - path.normal[:, 0]) < 1e-12).all()
+
+
+def cycle_rolls(design: Design, flank: str, count: int = 7) -> FloatArray:
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    return np.asarray(float(middle_roll(design, flank)) + pitch * (np.arange(count) + 0.37) / count)
+
+
+@pytest.mark.parametrize("flank", OTHER)
+@pytest.mark.parametrize("name", DESIGNS)
+def test_first_contacts(name: str, flank: str) -> None:
+    """Which teeth, which edges and fillets, where, and at what roll. Tooth pairs number the other way
+    round with the members exchanged or mirrored."""
+    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
+    first = first_contact(design, flank, cycle_rolls(design, flank))
+    assert (first.status == FirstStatus.SOLVED).all()
+
+    def places(moved: Design) -> FloatArray:
+        found = first_contact(moved, flank, first.pinion_roll)
+        same = found.pair == first.pair
+        return np.where(
+            same, (found.l1, found.z1, found.l2, found.z2), (first.l1, first.z1, first.l2, first.z2)
+        )
+
+    bound = rounding(places, design)
+    turn = OPERATIONS * EPS * 2.0 * np.pi
+    for seen in seen_otherwise(design, flank):
+        rolls = seen.sign * first.pinion_roll
+        found = first_contact(seen.design, seen.flank, rolls)
+        assert np.array_equal(found.status, first.status)
+        assert np.array_equal(found.pair, seen.sign * first.pair), seen.name
+        assert np.array_equal(found.limit, first.limit), seen.name
+        assert np.abs(seen.sign * found.gear_roll - first.gear_roll).max() <= turn, seen.name
+        where = np.array((found.l1, found.z1, found.l2, found.z2)) / seen.factor
+        assert (np.abs(where - places(design)) <= bound).all(), seen.name
+    other = first_contact(exchanged(design), flank, first.gear_roll)
+    assert np.abs(other.gear_roll - first.pinion_roll).max() <= turn
+    if name != "unmodified":  # there two pairs touch together, and the one that came last is another
+        assert np.array_equal(other.pair, -first.pair)
+        assert np.array_equal(np.sort(SWAPPED_LIMIT[other.limit]), np.sort(first.limit))
+        where = np.array((other.l2, other.z2, other.l1, other.z1))
+        assert (np.abs(where - places(design)) <= bound).all()
+
+
+@pytest.mark.parametrize("flank", OTHER)
+@pytest.mark.parametrize("name", DESIGNS)
+def test_certificates(name: str, flank: str) -> None:
+    """Verdicts are the same; separations to rounding of the rolls, but where an edge of one member
+    overlaps: turning the one or the other is the same to first order only."""
+    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
+    path = path_of_contact(design, flank, 9)
+    inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends edges are tangencies
+    proof = certify(design, inner)
+    lever = 0.5 * 6.0 * 45.0
+    for seen in seen_otherwise(design, flank):
+        other = certify(seen.design, path_of_contact(seen.design, seen.flank, l1=inner.l1 * seen.factor))
+        assert np.array_equal(other.verdict, proof.verdict), seen.name
+        apart = other.separation / seen.factor - proof.separation
+        bound = rounding(lambda moved: path_of_contact(moved, flank, l1=inner.l1).gear_roll, design)
+        assert (np.abs(apart) <= lever * (bound + OPERATIONS * EPS * 2.0 * np.pi)).all(), seen.name
+    other = certify(exchanged(design), path_of_contact(exchanged(design), flank, l1=inner.l2))
+    assert np.array_equal(other.verdict, proof.verdict)
+    second_order = proof.separation**2 / design.pinion.tool.normal_module
+    assert (np.abs(other.separation - proof.separation) <= 1e-10 + second_order).all()
+
+
+def test_mesh_cycles() -> None:
+    """Extremes may differ by what the kinks, found to CHANGE_WIDTH of a pitch, leave to them."""
+    flank, design = "left", table1(DESIGNS["recommended"], Errors(0.05, 1e-4, 0.1, -0.2))
+    cycle = mesh_cycle(design, flank)
+    samples = first_contact(design, flank, cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 97))
+    steepest = np.abs(np.diff(samples.transmission_error)).max() * 96.0  # rad a pitch
+    bound = 2.0 * CHANGE_WIDTH * steepest + OPERATIONS * EPS * 2.0 * np.pi
+    seen = seen_otherwise(design, flank)
+    for other in seen[:2]:
+        found = mesh_cycle(other.design, other.flank)
+        assert found.changes.shape == cycle.changes.shape, other.name
+        assert np.array_equal(found.hand_over, cycle.hand_over[:: int(other.sign)])
+        assert abs(found.peak_to_peak - cycle.peak_to_peak) <= bound, other.name
+        assert np.abs(np.abs(found.harmonics) - np.abs(cycle.harmonics)).max() <= bound, other.name
+        assert abs(found.edge_share - cycle.edge_share) <= 4.0 * CHANGE_WIDTH * cycle.changes.size
+    swapped = mesh_cycle(exchanged(design), flank)
+    assert swapped.changes.shape == cycle.changes.shape
+    assert abs(swapped.peak_to_peak * 29.0 / 45.0 - cycle.peak_to_peak) <= bound
+
+
+@pytest.mark.parametrize("flank", OTHER)
+@pytest.mark.parametrize("name", DESIGNS)
+def test_contacts_of_meshes(name: str, flank: str) -> None:
+    """Polished: within the doubt that either states. Of the facets, the same grids have the same
+    separations: to rounding, for a mesh is one of exact points."""
+    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
+    path = path_of_contact(design, flank, 9)
+    pinion, gear = float(path.pinion_roll[3]), float(path.gear_roll[3])
+    found = mesh_contact(design, flank, 0.01, pinion_roll=pinion, gear_roll=gear)
+    assert found.status == Status.SOLVED
+    noise = OPERATIONS * EPS * 300.0  # of terms as large as E
+    sides = [
+        mesh_separation(design, flank, j, 0.01, pinion_roll=pinion, gear_roll=gear, polish=False)
+        for j in (0, 1)
+    ]
+    swapped = Seen("exchanged", exchanged(design), flank, first=1)
+    for seen in (*seen_otherwise(design, flank), swapped):
+        rolls = (gear, pinion) if seen.first else (seen.sign * pinion, seen.sign * gear)
+        pose: Pose = {"pinion_roll": rolls[0], "gear_roll": rolls[1]}
+        other = mesh_contact(seen.design, seen.flank, 0.01 * seen.factor, **pose)
+        assert other.status == Status.SOLVED
+        order = [seen.first, 1 - seen.first]
+        doubt = found.doubt + other.doubt / seen.factor
+        assert np.abs(other.l[order] / seen.factor - found.l).max() <= doubt, seen.name
+        assert np.abs(other.z[order] / seen.factor - found.z).max() <= doubt, seen.name
+        assert abs(other.separation / seen.factor - found.separation) <= noise, seen.name
+        for j in (0, 1):
+            side = mesh_separation(
+                seen.design, seen.flank, order[j], 0.01 * seen.factor, **pose, polish=False
+            )
+            assert np.array_equal(side.status, sides[j].status)
+            apart = side.separation / seen.factor - sides[j].separation
+            assert np.nanmax(np.abs(apart)) <= noise, seen.name
+
+
+@pytest.mark.parametrize("flank", OTHER)
+def test_least_separation_by_turning(flank: str) -> None:
+    design = table1((0.001, -0.001), Errors(0.05, 1e-4, 0.1, -0.2))
+    path = path_of_contact(design, flank, 3)
+    l, z = np.meshgrid(np.linspace(-5.0, 5.0, 9), np.linspace(-24.0, 24.0, 7), indexing="ij")
+    pinion, gear = path.pinion_roll[1], path.gear_roll[1]
+    met = separation(design, flank, 0, l, z, pinion, gear)
+    noise = OPERATIONS * EPS * 300.0
+    for seen in seen_otherwise(design, flank):
+        k = seen.factor
+        other = separation(seen.design, seen.flank, 0, l * k, z * k, seen.sign * pinion, seen.sign * gear)
+        assert np.array_equal(other.inside, met.inside)
+        assert np.abs(other.distance / k - met.distance)[met.inside].max() <= noise, seen.name
+    other = separation(exchanged(design), flank, 1, l, z, gear, pinion)
+    assert np.array_equal(other.inside, met.inside)
+    assert np.abs(other.distance - met.distance)[met.inside].max() <= noise
+
+
+def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
+    return np.isfinite(pattern.least)
+
+
+@pytest.mark.parametrize("flank", OTHER)
+def test_contact_patterns(flank: str) -> None:
+    """Of an unmodified pair, whose operation is not interpolated; the marking compound scales too."""
+    design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
+    pattern = contact_pattern(design, flank, 0.00635, resolution=5.0)
+    swapped = Seen("exchanged", exchanged(design), flank, first=1)
+    mirror, small, _, large = seen_otherwise(design, flank)
+    for seen in (mirror, small, large, swapped):
+        k = seen.factor
+        other = contact_pattern(seen.design, seen.flank, 0.00635 * k, resolution=5.0 * k)
+        members = (other.gear, other.pinion) if seen.first else (other.pinion, other.gear)
+        for one, same in zip((pattern.pinion, pattern.gear), members, strict=True):
+            assert np.array_equal(one.status, same.status), seen.name
+            assert np.array_equal(marked(one), marked(same))
+            assert np.nanmax(np.abs(same.least / k - one.least)) <= noise, seen.name
+            # The border goes with the root of the separation, which grows across it: the area is that to
+            # the noise over the thickness, as often as there are cells across the pattern.
+            assert abs(same.area / k**2 - one.area) <= one.least.size * noise / 0.00635 * one.area
+
+
+@pytest.mark.parametrize("flank", OTHER)
+def test_patterns_over_other_rolls(flank: str) -> None:
+    """The least separation does not hang on the rolls at which it is sampled first."""
+    design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
+    path = path_of_contact(design, flank, 3)
+    phase = float(path.gear_roll[1] + path.pinion_roll[1] * 29.0 / 45.0)
+    found = []
+    for early, late in ((0.35, 0.35), (0.3613, 0.3471)):
+        roll = float(path.pinion_roll[1]) + np.array((-early, late))
+        gear = phase - roll * 29.0 / 45.0
+        found.append(contact_pattern(design, flank, resolution=5.0, pinion_roll=roll, gear_roll=gear))
+    for one, other in ((found[0].pinion, found[1].pinion), (found[0].gear, found[1].gear)):
+        both = (one.status == PatternStatus.STANDSTILL) & (other.status == PatternStatus.STANDSTILL)
+        assert both.mean() > 0.5
+        assert np.abs(one.least - other.least)[both].max() <= noise

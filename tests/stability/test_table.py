@@ -1,0 +1,91 @@
+"""README's table of where methods fail is what its run gives, and what it trusts may be trusted."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beveloid_geom.path import path_of_contact
+from tests.oracle.table1 import table1
+
+from .outcomes import METHODS, WRONG, Case, of_five, of_meshes, of_path
+from .situations import SITUATIONS
+from .table import HEADINGS, Row, markdown, rows
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+STATUS = re.compile(r"`[A-Z_]+`|refused")
+names = [situation.name for situation in SITUATIONS]
+every = pytest.mark.parametrize("number", range(len(SITUATIONS)), ids=names)
+
+
+def words(row: Row, method: str) -> list[str]:
+    return row.cells[METHODS.index(method)].split(", ")
+
+
+def test_the_readme_holds_the_run() -> None:
+    section = README.split("\n## Where methods fail\n")[1].split("\n## ")[0]
+    table = "\n".join(line for line in section.splitlines() if line.startswith("|"))
+    assert table == markdown()
+    assert f"{len(SITUATIONS)} situations" in " ".join(section.split())
+
+
+@every
+def test_what_is_trusted_is_exact_or_says_that_nothing_is_there(number: int) -> None:
+    """Where the status is trusted no method but the facets, which know of no tangency, gives a number."""
+    row = rows()[number]
+    assert row.situation.trusted
+    assert "NOT TOLD" not in row.told
+    for method in row.situation.trusted:
+        if method == "status":
+            for other in ("one equation", "five equations", "polished"):
+                assert all(STATUS.fullmatch(word) for word in words(row, other)), other
+        elif method == "first contact":
+            assert all(STATUS.fullmatch(word) for word in words(row, method))
+        else:
+            assert words(row, method) == ["exact"]
+
+
+@every
+def test_the_equations_are_never_wrong(number: int) -> None:
+    """Trusted or not; and what facets and polish give is within their doubt."""
+    row = rows()[number]
+    for method in METHODS[:4]:
+        assert WRONG not in words(row, method)
+        assert "partly lost" not in words(row, method)
+        assert "another piece" not in words(row, method)
+
+
+def test_cells_fit_a_table() -> None:
+    assert len(set(names)) == len(names)
+    for line in markdown().splitlines():
+        cells = line[2:-2].split(" | ")
+        assert len(cells) == len(HEADINGS)
+        assert max(map(len, cells)) < 75
+
+
+def test_a_wrong_path_is_called_wrong() -> None:
+    """A micrometre, a microradian, a point off the face; another piece; a lost position."""
+    design = table1((0.001, -0.001))
+    path = path_of_contact(design, points=5)
+    assert of_path(design, path) == "exact"
+    for name, shift in (("u1", 1e-6), ("l2", 1e-6), ("gear_roll", 1e-6)):
+        assert of_path(design, replace(path, **{name: getattr(path, name) + shift})) == WRONG
+    beyond = path_of_contact(design, l1=path.l1 + 0.01)
+    assert of_path(design, replace(beyond, status=path.status)) == WRONG
+    half = path_of_contact(design, l1=path.l1[1:4])
+    part = replace(half, ends=replace(path.ends, l1=path.l1[[1, 3]]))
+    assert of_five(design, path, part) == "another piece"
+    lost = replace(path, status=np.where(np.arange(5) == 2, 2, path.status).astype(np.int8))
+    assert of_path(design, lost) == "partly lost"
+
+
+def test_meshes_elsewhere_are_called_wrong() -> None:
+    """A pair moved by a micrometre without being told so."""
+    case = Case(table1((0.001, -0.001)), "left")
+    assert of_meshes(case, True, (0.0, 0.0, 0.0)) == "exact"
+    assert of_meshes(case, True, (0.0, 1e-3, 0.0)) == WRONG
+    assert of_meshes(case, False, (0.0, 100.0, 0.0)) == WRONG
