@@ -518,11 +518,19 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     assert "Traceback" not in result.stderr
 
 
-def test_a_contact_that_the_five_equations_lose_is_said_in_a_line() -> None:
+def test_five_equations_follow_a_roll_that_turns_back() -> None:
     """With a1 = a2 = 0.0005 the roll turns back along the path."""
-    result = run(
-        "tca", "--parabola-pinion", "0.0005", "--parabola-gear", "0.0005", "--method", "five-equation"
-    )
+    options = ("tca", "--parabola-pinion", "0.0005", "--parabola-gear", "0.0005", "--json")
+    one, five = (json.loads(run(*options, *method).stdout) for method in ((), ("--method", "five-equation")))
+    assert five["contact_ratio"] == pytest.approx(one["contact_ratio"], abs=1e-9)
+    assert any("the roll turns back along the path" in note for note in one["notes"])
+
+
+def test_a_contact_that_the_five_equations_lose_is_said_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: object) -> None:
+        raise ArithmeticError("the five equations lose the contact at pinion roll 1.0000 deg")
+
+    monkeypatch.setattr("beveloid_geom.five_equations.follow_five_equations", lost)
+    result = CliRunner().invoke(main, ["tca", "--method", "five-equation"])
     assert (result.exit_code, result.stdout) == (1, "")
-    assert result.stderr.startswith("Error: the five equations lose the contact at pinion roll ")
-    assert result.stderr.count("\n") == 1
+    assert result.stderr == "Error: the five equations lose the contact at pinion roll 1.0000 deg\n"

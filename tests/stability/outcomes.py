@@ -129,8 +129,8 @@ def of_first_contact(case: Case, path: ContactPath) -> str:
     if path.l1.size:
         proof = certify(case.design, path)
         lost = proof.first.status != FirstStatus.SOLVED
-        names = np.where(lost, -proof.first.status, proof.verdict)
-        words = [_verdict(int(code)) for code in np.unique(names)]
+        codes = np.unique(np.where(lost, -proof.first.status, proof.verdict))
+        words = [_verdict(int(code)) for code in codes]
         # What is tangent does not overlap by a module: another tooth was taken for this one.
         overlap = proof.separation < -float(case.design.pinion.tool.normal_module)
         return in_a_cell([WRONG] if overlap.any() else words)

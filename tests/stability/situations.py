@@ -13,7 +13,7 @@ import numpy as np
 from beveloid_geom import proximity
 from beveloid_geom.design_file import DesignError, builtin_text, parse_design
 from beveloid_geom.inputs import Design, Errors
-from beveloid_geom.path import path_ends
+from beveloid_geom.path import path_ends, path_of_contact
 from beveloid_geom.posing import Frame, frames_at
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
@@ -25,7 +25,7 @@ from .outcomes import Case, Said, Situation, all_notes, checked
 from .test_cones_and_helices import PLAIN, with_cones
 from .test_misalignment import SPLIT
 from .test_named_cases import CASES
-from .test_odd_teeth import MANY, ONE, POINTED, UNDERCUT, of_module
+from .test_odd_teeth import APART, MANY, ONE, POINTED, UNDERCUT, of_module
 from .test_shaft_angles import fold, folding, right_angled
 
 PINION, GEAR = table1().members
@@ -91,7 +91,7 @@ def beside_the_fold(*where: float) -> list[Case]:
     for a in line_contact.FOLDS:
         design, middle = line_contact.concave(a), line_contact.fold(a)
         start, stop = path_ends(design).l1
-        path = line_contact.path_of_contact(design, l1=[middle + 0.1])
+        path = path_of_contact(design, l1=[middle + 0.1])
         up = np.sign(line_contact.smaller_curvature(a, path)[0])
         cases += [Case(design, share=float((middle + up * w - start) / (stop - start))) for w in where]
     return cases
@@ -225,20 +225,26 @@ SITUATIONS = (
         "take less profile shift or a lower addendum",
         checked,
     ),
-    Situation("one tooth", of(ONE), ALL),
+    Situation(
+        "flanks that never meet: no depth, far apart",
+        of(APART["no depth"], APART["axial"]),
+        STATUS,
+        "the path of contact does not meet the right flanks",
+    ),
+    Situation("one tooth", of(ONE), ALL, "a neighbouring tooth pair touch earlier", all_notes),
     Situation("1000 teeth: gear, both", of(*MANY.values()), ALL),
     Situation("module 0.05, 50 mm", late(lambda: of_module(0.05), lambda: of_module(50.0)), ALL),
     Situation(
         "misaligned off the face: offset, shaft angle",
         of(table1(errors=Errors(offset=1.3)), table1(errors=Errors(shaft_angle=radians(0.05)))),
         ("status", "first contact"),
-        "does not meet the right flanks: at mid-depth of the pinion it runs at z",
+        "the path of contact does not meet the right flanks",
     ),
     Situation(
         "off one member only",
         of(table1(errors=Errors(pinion_axial=60.0)), table1(errors=Errors(gear_axial=-70.0))),
         STATUS,
-        "does not meet the right flanks: at mid-depth of the pinion it runs at z",
+        "the path of contact does not meet the right flanks",
     ),
     Situation(
         "path in two pieces",
