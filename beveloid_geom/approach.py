@@ -18,7 +18,7 @@ and corners, whatever the sign of the curvatures; its corner or edge names the l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,8 @@ BLOCK = 1024
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Pinion rolls and poses, (n,): `roll` of the pinion, `start` (T0) of the gear, rad."""
+    """Pinion rolls and poses, (n,): `roll` of the pinion, `start` (T0) of the gear, rad. After a turn of
+    the gear by `period` (rad) the same two teeth can meet again."""
 
     own: Surface
     other: Surface
@@ -52,6 +53,7 @@ class Task:
     pose: Pose
     roll: FloatArray
     start: FloatArray
+    period: float = 2.0 * np.pi
 
     @property
     def depth(self) -> float:
@@ -61,7 +63,11 @@ class Task:
     def pick(self, index: NDArray[np.int_] | slice) -> Task:
         """The tasks `index`."""
         pose = Pose(*(value[..., index] for value in vars(self.pose).values()))
-        return Task(self.own, self.other, self.lever, pose, self.roll[index], self.start[index])
+        return replace(self, pose=pose, roll=self.roll[index], start=self.start[index])
+
+    def later(self, periods: NDArray[np.int_]) -> Task:
+        """The tasks counted from a roll of the gear so many `periods` (n,) on."""
+        return replace(self, start=self.start + self.period * periods)
 
 
 @dataclass(frozen=True, eq=False)

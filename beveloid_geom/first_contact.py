@@ -36,6 +36,8 @@ from .track import PHASE, exact_rows
 
 COARSE, FINE = (1, 5, 5), (4, 25, 19)
 """Points scanned: on the fillet, on the flank, along the face."""
+COARSE_TURN, FINE_TURN = 36, 72
+"""Points along the face for each turn of a tooth round its axis, if that is more."""
 SPARE = 0.25
 """Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
 REACH = 2
@@ -59,6 +61,9 @@ class FirstStatus(IntEnum):
     """A tip reaches down to the other member's bottom land."""
     UNDERCUT = 4
     """A fillet reaches into its flank: the surfaces used here are not those of the tooth."""
+    OUT_OF_STEP = 5
+    """Teeth overlap by half a pitch or more where the unmodified pair without errors would touch: which
+    of them meet is open."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +97,8 @@ class FirstContact:
 class Mesh:
     """Both surfaces; by position (n,) the pose, the pinion's roll, the gear's conjugate `phase`
     (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
-    gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`."""
+    gear's `lever` (mm), the module, and the tooth pairs `near` it that can matter. After the gear's turn
+    by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on."""
 
     own: Surface
     other: Surface
@@ -103,14 +109,16 @@ class Mesh:
     pitch: tuple[float, float]
     lever: float
     module: float
-    reach: int
+    near: NDArray[np.int_]
+    period: float
+    again: int
 
     def task(self, position: NDArray[np.int_], pair: NDArray[np.int_]) -> Task:
         """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
         pose = Pose(*(value[..., position] for value in vars(self.pose).values()))
-        return Task(self.own, self.other, self.lever, pose, roll, start)
+        return Task(self.own, self.other, self.lever, pose, roll, start, self.period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,9 +189,14 @@ def first_contact(
     mesh, phase = mesh_of(design, flank, roll)
     parts = []
     with np.errstate(invalid="ignore", divide="ignore"):
-        grids = [grid_of(mesh.own, design.pinion, flank, points) for points in (COARSE, FINE)]
-        for start in range(0, max(1, roll.size), POSITIONS):
-            positions = np.arange(start, min(start + POSITIONS, roll.size))
+        turns = 2.0 * mesh.own.half_width * abs(float(mesh.own.trace[1])) / (2.0 * np.pi * mesh.own.pitch_radius)
+        grids = [
+            grid_of(mesh.own, design.pinion, flank, (*points, max(face, int(np.ceil(turns * each)))))
+            for (*points, face), each in ((COARSE, COARSE_TURN), (FINE, FINE_TURN))
+        ]
+        block = max(1, POSITIONS * FINE[2] // grids[1].shape[1])
+        for start in range(0, max(1, roll.size), block):
+            positions = np.arange(start, min(start + block, roll.size))
             parts.append(_solved(mesh, positions, pairs, *grids))
     found = _Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
     return _result(mesh, phase, found, roll.shape)
@@ -212,16 +225,23 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
         pitch=pitch,
         lever=lever,
         module=float(tool.normal_module),
-        reach=REACH + int(np.ceil(spread(design, flank))),
+        near=_near(REACH + int(np.ceil(spread(design, flank))), teeth[0]),
+        period=min(teeth) * pitch[1],
+        again=teeth[0] if teeth[0] < teeth[1] else 0,
     )
     return mesh, phase
+
+
+def _near(reach: int, teeth: int) -> NDArray[np.int_]:
+    """Tooth pairs up to `reach` on either side, but every tooth of the pinion only once."""
+    return np.arange(-reach, reach + 1) if 2 * reach < teeth else np.arange(teeth) - teeth // 2
 
 
 def _solved(
     mesh: Mesh, positions: NDArray[np.int_], pairs: ArrayLike | None, coarse: Grid, fine: Grid
 ) -> _Found:
     """First contacts at a block of positions."""
-    near = np.arange(-mesh.reach, mesh.reach + 1) if pairs is None else np.atleast_1d(pairs)
+    near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]
@@ -236,7 +256,8 @@ def _solved(
     bottom[position[scan.bottom]] = True
     known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
     starts = starts_of(task, scan, fine, known, mesh.module)
-    task, position, pair = task.pick(starts.row), position[starts.row], pair[starts.row]
+    task, position = task.pick(starts.row).later(starts.periods), position[starts.row]
+    pair = pair[starts.row] - mesh.again * starts.periods
     least = least_approach(task, starts.place, starts.box)
     close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
     places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
@@ -279,6 +300,7 @@ def _chosen(
     cases = (
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
         (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
+        (np.minimum(f, scanned[positions]) < -0.5 * mesh.pitch[1] * mesh.lever, FirstStatus.OUT_OF_STEP),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

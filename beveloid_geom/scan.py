@@ -21,8 +21,9 @@ from .inputs import FloatArray, Member
 from .surface import Surface, angle_of, cut_at
 from .touch import BLOCK, Pose, met_by, seen_by_other
 
-STARTS = 3
-"""Local least values that are followed of each scan line, along the face and along the profile."""
+STARTS, STATIONS = 3, 8
+"""Local least values that are followed of each scan line, along the face and along the profile; stations
+along the face for each of them, if that is more: a tooth that winds round its axis is met on every turn."""
 SPARE, TIP_SPARE = 0.05, 0.01
 """Modules by which a scanned point, and an edge on a fillet, may stand further off than the nearest
 scanned and still be a start."""
@@ -53,9 +54,11 @@ class Grid:
 class Scan:
     """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell;
     `at_tips` (n, 2, points): distance, mm, from the gear's and the pinion's tip edge, finite where
-    it is near the other's fillet; the least f `within` the limits; whether a tip and a `bottom` land meet."""
+    it is near the other's fillet; the least f `within` the limits; whether a tip and a `bottom` land meet.
+    `periods` (n, points): how many periods of the task after its start f is counted from."""
 
     f: FloatArray
+    periods: NDArray[np.int_]
     at_tips: FloatArray
     within: FloatArray
     bottom: NDArray[np.bool_]
@@ -63,10 +66,11 @@ class Scan:
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Searches (n,): the number of the tooth pair, the `place` (2, n): s1 and z1, and the `box`
-    (2, n) for the first step, mm."""
+    """Searches (n,): the number of the tooth pair, `periods` of its task to count from, the `place`
+    (2, n): s1 and z1, and the `box` (2, n) for the first step, mm."""
 
     row: NDArray[np.int_]
+    periods: NDArray[np.int_]
     place: FloatArray
     box: FloatArray
 
@@ -96,11 +100,15 @@ def scan_of(task: Task, grid: Grid) -> Scan:
     root, above = r - other.root - other.root_taper * z, r - other.tip - other.taper * z
     outside = np.maximum(np.maximum(above, 0.0) / grid.cell[0], (np.abs(z) - other.half_width) / grid.cell[1])
     f, other_s = np.full(r.shape, np.inf), np.full(r.shape, np.inf)
+    periods = np.zeros(r.shape, dtype=np.int64)
     near = np.flatnonzero((outside <= 0.5) & (root > 0.0))
     x, y, z, start = x.reshape(-1)[near], y.reshape(-1)[near], z.reshape(-1)[near], task.start[near // n]
     for first in range(0, near.size, BLOCK):
         part = slice(first, first + BLOCK)
         angle, _, met, _, _ = met_by(other, x[part], y[part], z[part], start[part])
+        before = np.nan_to_num(np.floor((angle - _earliest(task.period)) / task.period))
+        angle -= before * task.period
+        periods.reshape(-1)[near[part]] = other.sigma * before
         f.reshape(-1)[near[part]] = np.where(np.isnan(angle), np.inf, angle * task.lever)
         other_s.reshape(-1)[near[part]] = met
     # Nearly a millimetre along the profile is a millimetre of the other's radius.
@@ -110,10 +118,19 @@ def scan_of(task: Task, grid: Grid) -> Scan:
     bottom = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
     return Scan(
         f=f,
+        periods=periods,
         at_tips=np.stack((np.where(deep, np.abs(above), np.inf), np.where(tip, 0.0, np.inf)), axis=1),
         within=np.where(within, f, np.inf).min(axis=1),
         bottom=np.asarray(bottom),
     )
+
+
+def _earliest(period: float) -> float:
+    """Angle (rad) of the gear, negative for overlap, from which on points are looked at over one `period`.
+
+    The same two teeth meet again after it, where one of them winds round its axis. A quarter of it may
+    be overlap: clearances, up to the next tooth, are larger. `met_by` gives half a turn either way."""
+    return -max(0.25 * period, period - np.pi)
 
 
 def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> Starts:
@@ -121,13 +138,13 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     row, point = _line_starts(scan.f, grid.shape, least + SPARE * module)
     cell = np.array(grid.cell)[:, None]
     place = np.stack((grid.s[point], grid.z[point]))
-    parts = [Starts(row, place, np.broadcast_to(cell, place.shape))]
+    parts = [Starts(row, scan.periods[row, point], place, np.broadcast_to(cell, place.shape))]
     bound = least + SPARE * module, least + TIP_SPARE * module
     for k, (tip, inwards) in enumerate(TIPS):
-        row, place = _edge_starts(task, scan.f, scan.at_tips[:, k], grid, bound, tip)
+        row, periods, place = _edge_starts(task, scan, scan.at_tips[:, k], grid, bound, tip)
         for step, moved in zip(TIP_STEPS, (0.0, inwards * grid.cell[0]), strict=True):
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
-            parts.append(Starts(row, place + np.array(((moved,), (0.0,))), box))
+            parts.append(Starts(row, periods, place + np.array(((moved,), (0.0,))), box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
@@ -142,7 +159,7 @@ def _line_starts(
         line = f.min(axis=axis)
         wide = np.pad(line, ((0, 0), (1, 1)), constant_values=np.inf)
         line = np.where((line <= wide[:, :-2]) & (line <= wide[:, 2:]), line, np.inf)
-        chosen = line.argsort(axis=1)[:, :STARTS]
+        chosen = line.argsort(axis=1)[:, : max(STARTS, shape[1] // STATIONS)]
         other = np.take_along_axis(best, chosen, axis=1)
         points.append(other * shape[1] + chosen if axis == 1 else chosen * shape[1] + other)
         values.append(np.take_along_axis(line, chosen, axis=1))
@@ -155,23 +172,24 @@ def _line_starts(
 
 
 def _edge_starts(
-    task: Task, f: FloatArray, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
-) -> tuple[NDArray[np.int_], FloatArray]:
-    """Tooth pairs and places (2, n) of a tip's edge near the other's fillet, at every station along
+    task: Task, scan: Scan, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
+) -> tuple[NDArray[np.int_], NDArray[np.int_], FloatArray]:
+    """Tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every station along
     the face: the scanned points least `away` from it (tasks, points), if f is within the first
     bound (tasks,) there, moved on to the edge, where f is within the second."""
     lines = away.reshape(-1, *grid.shape)
     row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
     point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station
-    near = f[row, point] <= bound[0][row]
+    near = scan.f[row, point] <= bound[0][row]
     row, point = row[near], point[near]
-    place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row)
+    periods = scan.periods[row, point]
+    place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
     if row.size:
         place = _on_edge(chosen, place, tip)
     here = local_at(chosen, *place)
     falls = here.slope[0] if tip == Limit.PINION_TIP else -here.slope[0]
     close = (here.f <= bound[1][row]) & (falls < TIP_SLOPE)
-    return row[close], place[:, close]
+    return row[close], periods[close], place[:, close]
 
 
 def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
@@ -187,7 +205,7 @@ def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
 
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     """More starts from what was found: at the same station on a tip's edge if it is on a fillet less
-    than a cell away, and beside that fillet. `row` counts the places (2, n)."""
+    than a cell away, and beside that fillet. `row` counts the places (2, n) of the tasks."""
     parts, cell = [], np.array(grid.cell)[:, None]
     for tip, inwards in TIPS:
         edge = _on_edge(task, place, tip)
@@ -199,5 +217,5 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
             moved = inside * inwards * grid.cell[0]
             moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
-            parts.append(Starts(row, moved_place, box))
+            parts.append(Starts(row, np.zeros_like(row), moved_place, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))

@@ -26,14 +26,14 @@ from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units
 LINES, SAMPLES, BEYOND = 33, 17, 0.05
 """Lines of the grid for each member, samples on each piece of a line, and how far, in flank depths, the
 grid reaches beyond root and tip."""
-FACES, STEEPEST, FARTHEST = 3.0, 0.03, 1e4
-"""How far from mid-face, in face widths, a curve is walked; further, to meet a line of the grid, where l1 and
-l2 hardly change along it: in the ratio of STEEPEST to the sine of the angle between the generators."""
+FARTHEST = 1e4
+"""How far from mid-face, in face widths, a curve is walked. Where the generators are nearly parallel or the
+parabolas strong, l1 and l2 hardly change along it, and it meets the next line of the grid only there."""
 HALVINGS, PASSES = (12, 50), 5
 """Of a change of sign before Newton, where it fails to rounding, as near n_x = 0; passes of Newton."""
-FIRST_STEP, LONGEST, SHORTEST = 0.02, 0.08, 1e-7
-"""Steps along the curve, in units of z; LONGEST is multiplied by the distance from mid-face in face widths
-where that is more than one."""
+FIRST_STEP, LONGEST, SHORTEST, GROWTH = 0.02, 0.08, 1e-7, 4.0
+"""Steps along the curve, in units of z. More than a face width from mid-face LONGEST grows by GROWTH a face
+width."""
 TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
@@ -187,9 +187,7 @@ def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[NDArray
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
     faces = np.max(np.abs(height) / (2.0 * pairing.half_width), axis=0)
     low, high = window_of(pairing)
-    crossing = np.abs(y[2] * pairing.layout.sin_angle)  # sine of the angle between the generators
-    most = FACES * np.clip(STEEPEST / crossing, 1.0, FARTHEST)
-    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0) & (faces <= most)
+    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0) & (faces <= FARTHEST)
     return np.asarray(inside[:, 0]), np.asarray(faces[:, 0])
 
 
@@ -247,7 +245,7 @@ def _walk(
         outside = np.zeros(len(active), dtype=bool)
         inside, faces[moved] = _within(pairing.cases(moved), z[moved, None], units[moved])
         outside[good] = ~inside
-        most = LONGEST * np.maximum(1.0, faces[active])
+        most = LONGEST * np.maximum(1.0, GROWTH * (faces[active] - 1.0))
         longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], most), step[active])
         step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]

@@ -206,8 +206,8 @@ SITUATIONS = (
         "the same, at the saddle", lambda: beside_the_fold(-0.3), PATHS, "the roll turns back along the path"
     ),
     Situation(
-        "the same, where the curvature is 0",
-        lambda: beside_the_fold(0.0),
+        "the same, 0.001 mm from where they are one",
+        lambda: beside_the_fold(1e-3),
         PATHS,
         "the roll turns back along the path",
     ),
