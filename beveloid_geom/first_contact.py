@@ -19,7 +19,7 @@ left out: with less than no backlash it touches before.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -34,10 +34,11 @@ from .surface import Surface, angle_of, cut_at, surface_of
 from .touch import Pose, pose_of
 from .track import PHASE, exact_rows
 
-COARSE, FINE = (1, 5, 5), (4, 25, 19)
-"""Points scanned: on the fillet, on the flank, along the face."""
-COARSE_TURN, FINE_TURN = 36, 72
-"""Points along the face for each turn of a tooth round its axis, if that is more."""
+GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
+"""Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
+each turn of a tooth round its axis, if that is more."""
+FAR = 0.5
+"""Tip radii by which a pitch point may miss the tip cylinder and still tell where the teeth mesh."""
 SPARE = 0.25
 """Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
 REACH = 2
@@ -64,6 +65,8 @@ class FirstStatus(IntEnum):
     OUT_OF_STEP = 5
     """Teeth overlap by half a pitch or more where the unmodified pair without errors would touch: which
     of them meet is open."""
+    UNDEFINED = 6
+    """The inputs leave nothing to search: a member that its tool cannot cut, no layout, NaN."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +100,9 @@ class FirstContact:
 class Mesh:
     """Both surfaces; by position (n,) the pose, the pinion's roll, the gear's conjugate `phase`
     (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
-    gear's `lever` (mm), the module, and the tooth pairs `near` it that can matter. After the gear's turn
-    by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on."""
+    gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`. After
+    the gear's turn by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on.
+    `conjugate`, `defined` (n,): whether the phase is known, and whether all else is."""
 
     own: Surface
     other: Surface
@@ -109,9 +113,23 @@ class Mesh:
     pitch: tuple[float, float]
     lever: float
     module: float
-    near: NDArray[np.int_]
+    reach: int
     period: float
     again: int
+    conjugate: NDArray[np.bool_]
+    defined: NDArray[np.bool_]
+
+    @property
+    def turns(self) -> float:
+        """Turns of a tooth of the pinion round its axis along the face."""
+        return abs(float(self.own.trace[1])) * self.own.half_width / (np.pi * self.own.pitch_radius)
+
+    @property
+    def near(self) -> NDArray[np.int_]:
+        """Tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
+        teeth = round(2.0 * np.pi / self.pitch[0])
+        every = np.arange(-self.reach, self.reach + 1)
+        return every if every.size <= teeth else np.arange(teeth) - teeth // 2
 
     def task(self, position: NDArray[np.int_], pair: NDArray[np.int_]) -> Task:
         """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
@@ -144,12 +162,15 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
 
 
 def middle_roll(design: Design, flank: str) -> FloatArray:
-    """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape."""
-    mounting, surface = mounting_of(design), surface_of(design.pinion, flank)
-    x, y = (np.nan_to_num(mounting.pitch_point[..., k]) for k in (0, 1))
+    """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape. Where
+    that is far from the teeth, as between nearly parallel axes, it passes where the gear is nearest."""
+    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
+    x, y = (mounting.pitch_point[..., k] for k in (0, 1))
+    far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < FAR * surface.tip))
+    across = np.nan_to_num(pose.position[0] * pose.sin * pose.cos)  # of the gear's axis, beside the offset
+    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
     z = _pitch_height(design, surface)
-    s = np.zeros_like(z)
-    return np.asarray(np.where(x == 0.0, 0.0, np.arctan2(y, x)) - angle_of(cut_at(surface, s, z)))
+    return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z), z)))
 
 
 def _pitch_height(design: Design, surface: Surface) -> FloatArray:
@@ -173,8 +194,9 @@ def first_contact(
 ) -> FirstContact:
     """First contact at the pinion rolls (positions) or (*batch, positions), rad.
 
-    `pairs`: numbers of the tooth pairs looked at; if left out all that can touch. Both members
-    must be single; pair and errors of the design may be arrays.
+    `pairs`: numbers of the tooth pairs looked at; if left out all that can touch. A tooth that winds
+    round its axis belongs to one pair on every turn. Both members must be single; pair and errors of
+    the design may be arrays.
 
     Raises ValueError for members of arrays and for rolls that are not finite or of another shape."""
     shape = design.batch_shape
@@ -189,12 +211,11 @@ def first_contact(
     mesh, phase = mesh_of(design, flank, roll)
     parts = []
     with np.errstate(invalid="ignore", divide="ignore"):
-        turns = 2.0 * mesh.own.half_width * abs(float(mesh.own.trace[1])) / (2.0 * np.pi * mesh.own.pitch_radius)
-        grids = [
-            grid_of(mesh.own, design.pinion, flank, (*points, max(face, int(np.ceil(turns * each)))))
-            for (*points, face), each in ((COARSE, COARSE_TURN), (FINE, FINE_TURN))
-        ]
-        block = max(1, POSITIONS * FINE[2] // grids[1].shape[1])
+        coarse, fine = ((*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS)
+        grids = [grid_of(mesh.own, design.pinion, flank, points) for points in (coarse, fine)]
+        if np.isnan(phase).any():
+            mesh = _in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids[1])
+        block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
         for start in range(0, max(1, roll.size), block):
             positions = np.arange(start, min(start + block, roll.size))
             parts.append(_solved(mesh, positions, pairs, *grids))
@@ -225,16 +246,26 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
         pitch=pitch,
         lever=lever,
         module=float(tool.normal_module),
-        near=_near(REACH + int(np.ceil(spread(design, flank))), teeth[0]),
+        reach=REACH + int(np.ceil(spread(design, flank))),
         period=min(teeth) * pitch[1],
         again=teeth[0] if teeth[0] < teeth[1] else 0,
+        conjugate=np.isfinite(phase),
+        defined=np.isfinite(sum(by_position) + own.highest + other.highest),
     )
     return mesh, phase
 
 
-def _near(reach: int, teeth: int) -> NDArray[np.int_]:
-    """Tooth pairs up to `reach` on either side, but every tooth of the pinion only once."""
-    return np.arange(-reach, reach + 1) if 2 * reach < teeth else np.arange(teeth) - teeth // 2
+def _in_step(mesh: Mesh, unknown: NDArray[np.bool_], fine: Grid) -> Mesh:
+    """The mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first position
+    of a case whose nearest tooth can touch, that of the touch."""
+    position = np.flatnonzero(unknown)
+    task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
+    f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()
+    f[position] = scan_of(task, fine).within
+    touches = np.isfinite(f).reshape(unknown.shape)
+    first = np.take_along_axis(f.reshape(unknown.shape), touches.argmax(axis=1)[:, None], axis=1)
+    added = np.where(unknown & np.isfinite(first), mesh.other.sigma * first / mesh.lever, 0.0)
+    return replace(mesh, phase=phase + added.reshape(-1))
 
 
 def _solved(
@@ -245,13 +276,13 @@ def _solved(
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]
-    rough = scan_of(mesh.task(position, pair), coarse)
+    rough = scan_of(mesh.task(position, pair), coarse, pairs is None)
     best, bottom = np.full(mesh.roll.size, np.inf), np.zeros(mesh.roll.size, dtype=bool)
     np.minimum.at(best, position, rough.within)
     kept = np.flatnonzero(rough.f.min(axis=1) <= best[position] + SPARE * mesh.module)
     position, pair = position[kept], pair[kept]
     task = mesh.task(position, pair)
-    scan = scan_of(task, fine)
+    scan = scan_of(task, fine, pairs is None)
     np.minimum.at(best, position, scan.within)
     bottom[position[scan.bottom]] = True
     known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
@@ -297,10 +328,12 @@ def _chosen(
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
     doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
+    step = np.where(mesh.conjugate[positions], 0.5 * mesh.pitch[1] * mesh.lever, np.inf)
     cases = (
+        (~mesh.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
         (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
-        (np.minimum(f, scanned[positions]) < -0.5 * mesh.pitch[1] * mesh.lever, FirstStatus.OUT_OF_STEP),
+        (np.minimum(f, scanned[positions]) < -step, FirstStatus.OUT_OF_STEP),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

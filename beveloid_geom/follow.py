@@ -45,6 +45,8 @@ from .walk import LONGEST, Walked, curves_of, window_of
 
 GUIDE = 12
 """Highest degree of a guide."""
+TURN_ROOM = 0.1
+"""rad of turn that take as much room along a guide as the longest step."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
 LOOSENED = 16.0
 """Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
@@ -205,10 +207,7 @@ def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
 def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
     """Tracks of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
-    guides = np.zeros((len(parts), 4, GUIDE + 1))
-    for k, part in enumerate(parts):
-        degree = min(GUIDE, max(1, len(part.points) // 2))
-        guides[k, :, : degree + 1] = chebyshev.chebfit(_share(part.points), part.points, degree).T
+    guides = np.stack([_guide(part.points) for part in parts])
     pending = np.arange(len(parts))
     for loosened, basis in product((1.0, LOOSENED), BASES):
         some, lines = pairing.cases(pending), [parts[k].points for k in pending]
@@ -227,10 +226,23 @@ def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.i
     yield pending, by_length(np.full((WIDTH, pending.size, 2), np.nan), lost)
 
 
+def _guide(points: FloatArray) -> FloatArray:
+    """Coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
+    guide, degree = np.zeros((GUIDE + 1, 4)), min(GUIDE, max(1, len(points) // 2))
+    guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
+    return guide.T
+
+
 def _share(points: FloatArray) -> FloatArray:
-    """Length along points (points, 4) from -1 to 1."""
-    length = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=-1))))
-    return np.asarray(2.0 * length / length[-1] - 1.0)
+    """How far along points (points, 4), from -1 to 1: by length, and by turns, which need as much room."""
+    sides = np.diff(points, axis=0)
+    length = np.linalg.norm(sides, axis=-1)
+    turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
+    room = length / LONGEST
+    room[1:] += 0.5 * turns / TURN_ROOM
+    room[:-1] += 0.5 * turns / TURN_ROOM
+    way = np.concatenate(([0.0], np.cumsum(room)))
+    return np.asarray(2.0 * way / way[-1] - 1.0)
 
 
 def _on_guides(
@@ -241,7 +253,7 @@ def _on_guides(
     values = chebyshev.chebvander(nodes, GUIDE)
     rates = chebyshev.chebder(np.eye(GUIDE + 1), axis=0).T
     point = np.einsum("nd,pcd->pnc", values, guides)
-    normal = np.einsum("nd,pcd->pnc", values[:, :GUIDE], guides @ rates)
+    normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     walked = np.array(
         [np.array([np.interp(nodes, _share(line), line[:, k]) for k in range(4)]).T for line in lines]

@@ -90,8 +90,9 @@ def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, in
     return Grid(s, z, radius, angle, shape=(fillet + profile, face), cell=cell)
 
 
-def scan_of(task: Task, grid: Grid) -> Scan:
-    """The approach at the points of a grid, for every tooth pair of the task."""
+def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
+    """The approach at the points of a grid, for every tooth pair of the task; with `turns` also where
+    the same teeth meet again periods later."""
     other, n, reach = task.other, grid.s.size, TIP_REACH * grid.cell[0]
     turned = grid.angle + task.roll[:, None]
     pose = Pose(*(value[..., None] for value in vars(task.pose).values()))
@@ -109,7 +110,8 @@ def scan_of(task: Task, grid: Grid) -> Scan:
         before = np.nan_to_num(np.floor((angle - _earliest(task.period)) / task.period))
         angle -= before * task.period
         periods.reshape(-1)[near[part]] = other.sigma * before
-        f.reshape(-1)[near[part]] = np.where(np.isnan(angle), np.inf, angle * task.lever)
+        lost = np.isnan(angle) if turns else np.isnan(angle) | (before != 0.0)
+        f.reshape(-1)[near[part]] = np.where(lost, np.inf, angle * task.lever)
         other_s.reshape(-1)[near[part]] = met
     # Nearly a millimetre along the profile is a millimetre of the other's radius.
     deep = (np.abs(above) <= 0.5 * grid.cell[0]) & (grid.s + above < task.own.joint + reach)
@@ -174,9 +176,9 @@ def _line_starts(
 def _edge_starts(
     task: Task, scan: Scan, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], FloatArray]:
-    """Tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every station along
-    the face: the scanned points least `away` from it (tasks, points), if f is within the first
-    bound (tasks,) there, moved on to the edge, where f is within the second."""
+    """Tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
+    station along the face: the scanned points least `away` from it (tasks, points), if f is within the
+    first bound (tasks,) there, moved on to the edge, where f is within the second."""
     lines = away.reshape(-1, *grid.shape)
     row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
     point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station

@@ -195,7 +195,7 @@ def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[fl
     if not 0.0 < bore < root:
         raise ValueError(f"bore_radius must be between 0 and the root radius {root:.6g} mm, got {bore:g}")
     at, pitch = len(first) // 2, _swept(flat)
-    if not (0.0 < pitch.min() and pitch.max() < MOST_PITCH):
+    if not (pitch.min() > 0.0 and pitch.max() < MOST_PITCH):
         turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
         raise ValueError(f"an outline must go round the axis by 180 deg at most, got {turn}: one tooth only?")
     wing, tall = (
