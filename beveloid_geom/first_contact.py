@@ -29,7 +29,7 @@ from .approach import FEASIBLE, Least, Task, least_approach
 from .contact import Limit, pairing_of
 from .inputs import Design, Errors, FloatArray
 from .mounting import mounting_of
-from .scan import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
+from .scan import TIP_SPARE, Grid, beside_fillets, earliest, grid_of, scan_of, starts_of
 from .surface import Surface, angle_of, cut_at, surface_of
 from .touch import Pose, pose_of
 from .track import PHASE, exact_rows
@@ -45,6 +45,8 @@ REACH = 2
 """Tooth pairs looked at on either side, beside those among which a face with a helix spreads."""
 TOGETHER = 1.6e-14
 """rad of the gear's roll within which tooth pairs count as touching together."""
+IN_STEP = 0.8
+"""Share of the overlap looked for that may be found: what is cut off there is the next turn's clearance."""
 LOWER = 1e-8
 """Share of the tooth depth by which a scanned point must lie lower to put a result in doubt."""
 POSITIONS = 256
@@ -63,8 +65,8 @@ class FirstStatus(IntEnum):
     UNDERCUT = 4
     """A fillet reaches into its flank: the surfaces used here are not those of the tooth."""
     OUT_OF_STEP = 5
-    """Teeth overlap by half a pitch or more where the unmodified pair without errors would touch: which
-    of them meet is open."""
+    """Few teeth, so far from where the unmodified pair without errors would touch that an overlap and
+    the clearance of the next turn cannot be told apart."""
     UNDEFINED = 6
     """The inputs leave nothing to search: a member that its tool cannot cut, no layout, NaN."""
 
@@ -102,7 +104,7 @@ class Mesh:
     (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
     gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`. After
     the gear's turn by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on.
-    `conjugate`, `defined` (n,): whether the phase is known, and whether all else is."""
+    `defined` (n,): whether all but the phase is known."""
 
     own: Surface
     other: Surface
@@ -116,7 +118,6 @@ class Mesh:
     reach: int
     period: float
     again: int
-    conjugate: NDArray[np.bool_]
     defined: NDArray[np.bool_]
 
     @property
@@ -211,7 +212,9 @@ def first_contact(
     mesh, phase = mesh_of(design, flank, roll)
     parts = []
     with np.errstate(invalid="ignore", divide="ignore"):
-        coarse, fine = ((*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS)
+        coarse, fine = (
+            (*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS
+        )
         grids = [grid_of(mesh.own, design.pinion, flank, points) for points in (coarse, fine)]
         if np.isnan(phase).any():
             mesh = _in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids[1])
@@ -249,7 +252,6 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
         reach=REACH + int(np.ceil(spread(design, flank))),
         period=min(teeth) * pitch[1],
         again=teeth[0] if teeth[0] < teeth[1] else 0,
-        conjugate=np.isfinite(phase),
         defined=np.isfinite(sum(by_position) + own.highest + other.highest),
     )
     return mesh, phase
@@ -328,12 +330,14 @@ def _chosen(
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
     doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
-    step = np.where(mesh.conjugate[positions], 0.5 * mesh.pitch[1] * mesh.lever, np.inf)
     cases = (
         (~mesh.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
         (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
-        (np.minimum(f, scanned[positions]) < -step, FirstStatus.OUT_OF_STEP),
+        (
+            np.minimum(f, scanned[positions]) < IN_STEP * mesh.lever * earliest(mesh.period),
+            FirstStatus.OUT_OF_STEP,
+        ),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

@@ -116,6 +116,10 @@ def _closest(first: _Action, second: _Action) -> tuple[FloatArray, FloatArray]:
     return middle, np.einsum("...i,...i", between, across) / size
 
 
+LEAST_PRESSURE = 0.25
+"""Share of the sine of the tool's pressure angle that the working one must have. Lines of action with
+opposite signs of n_x are nearly parallel for small cone angles: they pass close by each other, but not at
+a pitch point."""
 SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
 """Signs of n_x on the right and the left flank that can occur: their sum is positive."""
 
@@ -128,8 +132,12 @@ def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArra
         for r, s in SIGNS
     ]
     points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
-    sums = [pair[0].normal[..., 0] + pair[1].normal[..., 0] for pair in pairs]
-    cost = [np.where(total > 0.0, np.abs(gap), np.inf) for total, gap in zip(sums, gaps, strict=True)]
+    sums = [pair[0].normal + pair[1].normal for pair in pairs]  # 2 sin(a_w) N
+    least = 2.0 * LEAST_PRESSURE * np.sin(np.asarray(members.tool.normal_pressure_angle)[0])
+    cost = [
+        np.where((total[..., 0] > 0.0) & (np.linalg.norm(total, axis=-1) > least), np.abs(gap), np.inf)
+        for total, gap in zip(sums, gaps, strict=True)
+    ]
     best = np.argmin(cost, axis=0)
     gap = np.take_along_axis(np.stack(gaps), best[None], axis=0)[0]
     point = np.take_along_axis(np.stack(points), best[None, ..., None], axis=0)[0]

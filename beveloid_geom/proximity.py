@@ -135,7 +135,11 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
     if design.batch_shape:
         raise ValueError(f"meshes are those of one design, got a batch of the shape {design.batch_shape}")
-    return frames_at(design, pinion_roll, gear_roll)
+    frames = frames_at(design, pinion_roll, gear_roll)
+    if not all(np.isfinite(part).all() for frame in frames for part in frame):
+        why = "a quantity is not a number, or no mounting distances follow from the flanks"
+        raise ValueError(f"the design leaves nothing to solve, it cannot be posed: {why}")
+    return frames
 
 
 def _seen_from(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:

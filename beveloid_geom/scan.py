@@ -107,7 +107,7 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
     for first in range(0, near.size, BLOCK):
         part = slice(first, first + BLOCK)
         angle, _, met, _, _ = met_by(other, x[part], y[part], z[part], start[part])
-        before = np.nan_to_num(np.floor((angle - _earliest(task.period)) / task.period))
+        before = np.nan_to_num(np.floor((angle - earliest(task.period)) / task.period))
         angle -= before * task.period
         periods.reshape(-1)[near[part]] = other.sigma * before
         lost = np.isnan(angle) if turns else np.isnan(angle) | (before != 0.0)
@@ -127,7 +127,7 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
     )
 
 
-def _earliest(period: float) -> float:
+def earliest(period: float) -> float:
     """Angle (rad) of the gear, negative for overlap, from which on points are looked at over one `period`.
 
     The same two teeth meet again after it, where one of them winds round its axis. A quarter of it may

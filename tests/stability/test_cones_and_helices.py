@@ -158,3 +158,16 @@ def test_helix_angles_that_cancel_give_no_number() -> None:
         assert path_of_contact(opposite, flank).ends.status == Status.OFF_FLANK
     with pytest.raises(ValueError, match="helix angles nearly cancel"):
         zero_backlash_layout(opposite)
+
+
+@pytest.mark.parametrize("rounding", [0.0, 0.01, 1.0, 5.0])
+@pytest.mark.parametrize("cones", [(0.0, 1.0), (1.0, 0.0), (1.0, -1.0)])
+def test_small_cones_do_not_take_the_false_pitch_point(rounding: float, cones: tuple[float, float]) -> None:
+    """Lines of action of opposite n_x are nearly parallel then, and pass each other closely."""
+    offset = float(PLAIN.pair.offset) + rounding
+    free = replace(PLAIN, pair=Pair(offset, PLAIN.pair.shaft_angle))
+    for size in (1e-14, 1e-13, 1e-9, 1e-5, 1e-4, 5e-3, 0.02, 0.1):
+        mounting = mounting_of(with_cones(free, *(size * cone for cone in cones)))
+        assert np.abs(mounting.distance).max() < 1e-10 + 70.0 * size
+        assert mounting.branch.tolist() == [1.0, 1.0]
+        assert float(mounting.normal_backlash) == pytest.approx(0.727 * rounding, abs=1e-3 + 0.06 * size)

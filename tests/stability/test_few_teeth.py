@@ -1,0 +1,193 @@
+"""Few teeth, teeth that wind round their axis, nearly parallel axes, and inputs that leave nothing to solve.
+
+First contacts are compared with dense points of all the pinion's teeth, both flanks: the rolls at which
+one stands in a tooth of the gear are shut, and of what is left open the ends are first contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.certificate import certify
+from beveloid_geom.first_contact import FirstStatus, conjugate_phase, first_contact
+from beveloid_geom.five_equations import path_of_contact_five_equations
+from beveloid_geom.flank import tip_radius, tip_thickness
+from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair
+from beveloid_geom.mounting import mounting_of
+from beveloid_geom.operation import operating_ratio
+from beveloid_geom.outline import cut_sheets, tip_angle
+from beveloid_geom.path import contact_ratio, path_of_contact
+from beveloid_geom.proximity import mesh_contact
+from beveloid_geom.rack import reference_radius
+from beveloid_geom.sampling import sample_flank
+from beveloid_geom.section import section_of, section_size
+from beveloid_geom.solid import gear_solid
+from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
+from tests.test_independent_first_contact import Tooth
+
+from .answers import FLANKS, changed, closed
+
+PINION, GEAR = table1().members
+SIGNS = (1.0, -1.0)
+
+
+def few(teeth: int, helix: float, face: float, shift: float = 0.3, cone: float = 0.5, **more: float) -> Member:
+    """A pinion with a low addendum; angles in deg."""
+    angles = {"helix_angle": radians(helix), "cone_angle": radians(cone)}
+    return changed(
+        PINION, teeth=teeth, face_width=face, profile_shift=shift, addendum=0.7, **angles, **more
+    )
+
+
+def pair_of(pinion: Member, gear_helix: float = 5.0) -> Design:
+    return closed(pinion, changed(GEAR, helix_angle=radians(gear_helix), addendum=0.7))
+
+
+def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Radii, angles and z of points of one flank with its fillet."""
+    member = tooth.member
+    turns = float(np.abs(np.tan(member.helix_angle)) * member.face_width / reference_radius(member)) / 2.0 / np.pi
+    z = 0.5 * float(member.face_width) * np.linspace(-1.0, 1.0, 41 + int(per_turn * turns))
+    top = tooth.profile(tooth.tip(z), z)
+    low = np.linspace(0.02, 0.98, rows // 4)[:, None] + 0.0 * z
+    w = np.concatenate((low, 1.0 + np.linspace(0.0, 1.0, rows)[:, None] * (top - 1.0)))
+    z = z + 0.0 * w
+    return *tooth.polar(w, z), z
+
+
+def shut(design: Design, roll: float, sign: float, rows: int = 40, per_turn: int = 160) -> FloatArray:
+    """Rolls of the gear (2, n), rad, at which its right flank meets points of a flank of any of the
+    pinion's teeth and its left flank leaves them."""
+    errors, distance = design.errors, mounting_of(design).distance
+    hand = -1.0 if design.pinion.helix_angle + design.gear.helix_angle < 0.0 else 1.0
+    angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
+    radius, theta, z = dense_points(Tooth(design.pinion, sign), rows, per_turn)
+    teeth = np.arange(int(design.pinion.teeth))[:, None, None]
+    turned = theta + roll + 2.0 * np.pi * teeth / design.pinion.teeth
+    y1, z1 = radius * np.sin(turned), z + distance[0] + errors.pinion_axial
+    x = design.pair.offset + errors.offset - radius * np.cos(turned)
+    y = np.sin(angle) * z1 - np.cos(angle) * y1
+    z = np.sin(angle) * y1 + np.cos(angle) * z1 - distance[1] - errors.gear_axial
+    reach, right, left = np.hypot(x, y), *(Tooth(design.gear, sign) for sign in SIGNS)
+    inside = (np.abs(z) <= 0.5 * design.gear.face_width) & (reach <= right.tip(z))
+    at, reach, z = np.arctan2(y, x)[inside], reach[inside], z[inside]
+    meets, leaves = (at - flank.polar(flank.profile(reach, z), z)[1] for flank in (right, left))
+    assert np.isfinite(meets).all()
+    assert np.isfinite(leaves).all()
+    return np.stack((meets, meets + np.remainder(leaves - meets, 2.0 * np.pi)))
+
+
+def open_ends(design: Design, roll: float) -> tuple[float, float, float]:
+    """First contacts of the right and the left flanks at a roll of the pinion, by points: the rolls of the
+    gear (rad, up to whole pitches) to which it can turn from its middle position; and the pitch."""
+    pitch = 2.0 * np.pi / float(design.gear.teeth)
+    parts = [shut(design, roll, sign) for sign in SIGNS]
+    low, high = np.concatenate(parts, axis=1)
+    high = high - low
+    low = np.remainder(low, pitch)
+    low, high = np.concatenate((low - pitch, low)), np.concatenate((low - pitch + high, low + high))
+    order = np.argsort(low)
+    low, high = low[order], np.maximum.accumulate(high[order])
+    widths = np.where(low[1:] >= 0.0, low[1:] - high[:-1], -1.0)
+    widest = int(np.argmax(widths))
+    assert widths[widest] > 0.0
+    middle = 0.5 * (low[widest + 1] + high[widest])
+    right = middle + np.remainder(parts[0][0] - middle, pitch).min(initial=np.inf)
+    left = middle - np.remainder(middle - parts[1][1], pitch).min(initial=np.inf)
+    return float(right), float(left), pitch
+
+
+def assert_first_contacts(design: Design, roll: float, within: float = 0.01) -> None:
+    """They are those by points, and what lies between points makes them earlier by little (mm)."""
+    right, left, pitch = open_ends(design, roll)
+    lever = 0.5 * float(GEAR.tool.normal_module) * design.gear.teeth * np.cos(GEAR.tool.normal_pressure_angle)
+    found = [first_contact(design, flank, roll) for flank in FLANKS]
+    for first, end, sign in zip(found, (right, left), SIGNS, strict=True):
+        assert first.status[0] == FirstStatus.SOLVED
+        assert np.isfinite(first.gear_roll[0])
+        late = sign * (end - float(first.gear_roll[0]))
+        late = np.remainder(late + 0.5 * pitch, pitch) - 0.5 * pitch
+        assert -1e-9 < lever * late < within
+    if np.isfinite(conjugate_phase(design, "right")):
+        # Not pitches off: between both flanks of a tooth there is a pitch less the clearance.
+        between = lever * (found[1].gear_roll[0] - found[0].gear_roll[0])
+        assert between == pytest.approx(lever * (pitch - right + left), abs=2.0 * within)
+
+
+CASES = [
+    (1, 75.0, 20.0, 0.3, 0.5, 5.0),
+    (1, 70.0, 50.0, 0.8, 2.0, 15.0),
+    (1, 80.0, 100.0, 0.6, 0.0, -10.0),
+    (2, 60.0, 50.0, 0.8, 0.0, 5.0),
+    (2, 75.0, 100.0, 0.3, 0.5, 5.0),
+    (3, 75.0, 50.0, 0.8, 2.0, 15.0),
+    (4, 70.0, 20.0, 0.3, 0.5, 5.0),
+    (5, 80.0, 100.0, 0.6, 0.0, -10.0),
+    (8, 60.0, 100.0, 0.3, 0.5, 5.0),
+    (8, 20.0, 20.0, 0.8, 2.0, 15.0),
+]
+
+
+@pytest.mark.parametrize(("teeth", "helix", "face", "shift", "cone", "gear_helix"), CASES)
+def test_few_teeth_touch_where_their_points_do(
+    teeth: int, helix: float, face: float, shift: float, cone: float, gear_helix: float
+) -> None:
+    design = pair_of(few(teeth, helix, face, shift, cone), gear_helix).with_errors(Errors(offset=0.3))
+    roll = float(np.random.default_rng(teeth).uniform(-np.pi, np.pi))
+    assert_first_contacts(design, roll)
+    # A turn of the pinion is as many pitches of the gear.
+    turns = first_contact(design, "right", roll + 2.0 * np.pi * np.arange(-1, 2))
+    steps = np.diff(turns.gear_roll) * float(design.gear.teeth) / (2.0 * np.pi)
+    np.testing.assert_allclose(steps, -teeth, rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(np.diff(turns.pair), -teeth)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("face", [5.0, 20.0])
+def test_a_single_thread_is_certified(face: float, flank: str) -> None:
+    """Its next turns stand at other teeth of the gear, and overlap nothing."""
+    design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
+    proof = certify(design, path_of_contact(design, flank, 5))
+    assert proof.holds
+    np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_a_single_thread_operates_with_the_ratio_of_eq_16(flank: str) -> None:
+    """Of pair 0 only that turn counts which meets the gear's tooth 0."""
+    design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
+    assert operating_ratio(design, flank) == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
+
+
+def parallel(shaft_angle_deg: float) -> Design:
+    """Cylindrical gears of opposite helix angles with their mid-faces on the common perpendicular."""
+    pinion = changed(PINION, cone_angle=0.0)
+    gear = changed(GEAR, cone_angle=0.0, helix_angle=-PINION.helix_angle)
+    shifts = float(pinion.tool.normal_module) * (pinion.profile_shift + gear.profile_shift)
+    offset = float(reference_radius(pinion) + reference_radius(gear)) + shifts + 0.3
+    return Design(pinion, gear, Pair(offset, radians(shaft_angle_deg), 0.0, 0.0))
+
+
+@pytest.mark.parametrize("shaft_angle", [0.1, 0.01, 1e-7])
+def test_teeth_touch_though_their_pitch_point_is_far_away(shaft_angle: float) -> None:
+    design = parallel(shaft_angle)
+    assert np.abs(mounting_of(design).pitch_point).max() > 1e5
+    assert_first_contacts(design, 0.03)
+    roll = 0.03 + 2.0 * np.pi / float(PINION.teeth) * np.arange(3)
+    first = first_contact(design, "left", roll)
+    moved = first.gear_roll + PINION.teeth / GEAR.teeth * roll
+    np.testing.assert_allclose(moved, moved[0], rtol=0.0, atol=1e-12)
+
+
+def test_teeth_far_out_of_step_are_named() -> None:
+    """Pushed together by more than the teeth are high: no number, but what it is."""
+    design = table1(errors=Errors(offset=-30.0))
+    first = first_contact(design, "right", np.linspace(0.0, 0.2, 3))
+    refused = (FirstStatus.OUT_OF_STEP, FirstStatus.MEETS_BOTTOM)
+    assert np.isin(first.status, refused).all()
+    assert np.isnan(first.gear_roll).all()
