@@ -27,7 +27,10 @@ if TYPE_CHECKING:
         builtin_design as builtin_design,
         read_design as read_design,
     )
-    from .five_equations import path_of_contact_five_equations as path_of_contact_five_equations
+    from .five_equations import (
+        path_of_contact_five_equations as path_of_contact_five_equations,
+        refine as refine,
+    )
     from .flank import base_cylinder as base_cylinder, flank_patch as flank_patch, flank_point as flank_point
     from .hexahedra import tooth_hexahedra as tooth_hexahedra
     from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
@@ -79,6 +82,7 @@ _HOME = {
     "path_ends": "path",
     "path_of_contact": "path",
     "path_of_contact_five_equations": "five_equations",
+    "refine": "five_equations",
     "read_design": "design_file",
     "remarks_on": "closing",
     "sample_flank": "sampling",

@@ -39,6 +39,8 @@ PENALTY = 150.0
 A cost in proportion would stop every step along a curved edge."""
 FEASIBLE, NOISE = 1e-10, 1e-12
 """Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
+OVERLAP = 0.25
+"""Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
 BLOCK = 1024
 
 
@@ -64,6 +66,16 @@ class Task:
         """The tasks `index`."""
         pose = Pose(*(value[..., index] for value in vars(self.pose).values()))
         return replace(self, pose=pose, roll=self.roll[index], start=self.start[index])
+
+    @property
+    def earliest(self) -> float:
+        """Angle (rad) of the gear, negative for overlap, from which on points are looked at over one period."""
+        return -OVERLAP * self.period
+
+    def counted(self, angle: FloatArray) -> FloatArray:
+        """Angles (rad) from half a turn either way to one turn, with that period in its middle."""
+        least = -np.pi - self.earliest
+        return np.where(angle < least, angle + 2.0 * np.pi, angle)
 
     def later(self, periods: NDArray[np.int_]) -> Task:
         """The tasks counted from a roll of the gear so many `periods` (n,) on."""
@@ -178,7 +190,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     slope, margin, rate = _first_order(task, s + step[0], z + step[1], other_s)
     bend, curve = slope.imag / COMPLEX_STEP, rate.imag / COMPLEX_STEP
     return Local(
-        f=angle * task.lever,
+        f=task.counted(angle) * task.lever,
         slope=slope.real[:, 0],
         bend=0.5 * (bend + bend.swapaxes(0, 1)),
         margin=margin.real[:, 0],

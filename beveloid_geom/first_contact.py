@@ -25,11 +25,11 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .approach import FEASIBLE, Least, Task, least_approach
+from .approach import FEASIBLE, OVERLAP, Least, Task, least_approach
 from .contact import Limit, pairing_of
 from .inputs import Design, Errors, FloatArray
 from .mounting import mounting_of
-from .scan import TIP_SPARE, Grid, beside_fillets, earliest, grid_of, scan_of, starts_of
+from .scan import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
 from .surface import Surface, angle_of, cut_at, surface_of
 from .touch import Pose, pose_of
 from .track import PHASE, exact_rows
@@ -330,14 +330,12 @@ def _chosen(
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
     doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
+    most = IN_STEP * OVERLAP * mesh.period * mesh.lever
     cases = (
         (~mesh.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
         (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
-        (
-            np.minimum(f, scanned[positions]) < IN_STEP * mesh.lever * earliest(mesh.period),
-            FirstStatus.OUT_OF_STEP,
-        ),
+        (np.minimum(f, scanned[positions]) < -most, FirstStatus.OUT_OF_STEP),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

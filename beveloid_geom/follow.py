@@ -61,6 +61,8 @@ VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
 NEARLY_PARALLEL = 0.1
 """Sine of the shaft angle below which the window of common normals may fall between samples."""
+ONE_PLACE = 1e-9
+"""Share of the size of the pair within which two ends are one."""
 SPARE = 0.1
 """Depths, or face widths, by which a limit must be missed all along for a part to count as off."""
 
@@ -181,12 +183,15 @@ def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
         part = pairing.cases(found)
         fits.append(Group(found, part, track, find_ends(part, track)))
     span, pieces = np.full(len(parts), -1.0), np.zeros(len(parts), dtype=int)
-    doubtful = np.zeros(len(parts), dtype=bool)
+    doubtful, corners = np.zeros(len(parts), dtype=bool), np.full((len(parts), 4), np.nan)
     for fit in fits:
         state = fit.ends.status
         span[fit.cases] = np.where(state == Status.SOLVED, fit.ends.span, -1.0)
         pieces[fit.cases] = fit.ends.pieces
         doubtful[fit.cases] = (state != Status.SOLVED) & (state != Status.OFF_FLANK)
+        corners[fit.cases] = np.concatenate(tuple(fit.ends.l), axis=-1)
+    again = _repeated(case, corners, pairing.scale[:, 0])
+    span[again], pieces[again] = -1.0, 0
     total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
     order = np.lexsort((-span, case))
     best = order[np.unique(case[order], return_index=True)[1]]
@@ -202,6 +207,14 @@ def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
         ends = replace(ends, pieces=np.where(ends.status == Status.SOLVED, total[owner], 0))
         groups.append(Group(owner, part, track, ends))
     return groups
+
+
+def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+    """Which parts end where one before them of the same case does: a curve walked twice."""
+    same = case[:, None] == case
+    for value in ends.T:
+        same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
+    return np.asarray(np.tril(same, -1).any(axis=1))
 
 
 def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:

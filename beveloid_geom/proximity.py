@@ -161,8 +161,8 @@ def mesh_separation(
     """Separation of the grid points of a `member`'s flank (0 pinion, 1 gear) from the other's flank.
 
     Both flanks are sampled to `tolerance` (mm). Without `polish` separations and feet are those of
-    the other's triangles, else of its flank. Raises ValueError for a batch of designs, and as
-    `sample_flank` does."""
+    the other's triangles, else of its flank. Raises ValueError for a batch of designs, for one that
+    cannot be posed, and as `sample_flank` does."""
     meshes = [flank_mesh(part, flank, tolerance) for part in design.members]
     frames = _frames(design, pinion_roll, gear_roll)
     own, other = meshes[member].grid, 1 - member

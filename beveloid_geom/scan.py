@@ -107,7 +107,8 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
     for first in range(0, near.size, BLOCK):
         part = slice(first, first + BLOCK)
         angle, _, met, _, _ = met_by(other, x[part], y[part], z[part], start[part])
-        before = np.nan_to_num(np.floor((angle - earliest(task.period)) / task.period))
+        angle = task.counted(angle)
+        before = np.nan_to_num(np.floor((angle - task.earliest) / task.period))
         angle -= before * task.period
         periods.reshape(-1)[near[part]] = other.sigma * before
         lost = np.isnan(angle) if turns else np.isnan(angle) | (before != 0.0)
@@ -125,14 +126,6 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
         within=np.where(within, f, np.inf).min(axis=1),
         bottom=np.asarray(bottom),
     )
-
-
-def earliest(period: float) -> float:
-    """Angle (rad) of the gear, negative for overlap, from which on points are looked at over one `period`.
-
-    The same two teeth meet again after it, where one of them winds round its axis. A quarter of it may
-    be overlap: clearances, up to the next tooth, are larger. `met_by` gives half a turn either way."""
-    return -max(0.25 * period, period - np.pi)
 
 
 def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> Starts:

@@ -263,11 +263,18 @@ def _walk(
 def _one_step(
     part: Pairing, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points and tangents a step further, cosines of the turn, and whether the steps are good."""
+    """Points and tangents a step further, cosines of the turn, and whether the steps are good.
+
+    Of long steps, far from the faces, w1 counts less: l1, l2 and n_x tell one curve from the next."""
     predicted = (z + step[:, None] * tangent)[:, None]
     ahead, solved = onto_curve(part, predicted, tangent[:, None], units, PASSES)
     turned = direction_of(linearised(part, ahead, units)[1])[:, 0]
-    cosine = np.einsum("...i,...i", turned, tangent)
-    drift = np.linalg.norm(ahead - predicted, axis=-1)[:, 0]
-    good = solved[:, 0] & (np.abs(cosine) > TURN) & (drift < DRIFT * step)
+    weight = np.ones(z.shape)
+    weight[:, 3] = np.minimum(1.0, LONGEST / step)
+    before, after = weight * tangent, weight * turned
+    size = np.linalg.norm(before, axis=-1) * np.linalg.norm(after, axis=-1)
+    cosine = np.einsum("...i,...i", after, before) / size
+    drift = np.linalg.norm(weight * (ahead - predicted)[:, 0], axis=-1)
+    moved = np.linalg.norm(weight * (ahead[:, 0] - z), axis=-1)
+    good = solved[:, 0] & (np.abs(cosine) > TURN) & (drift < DRIFT * moved) & (moved < 2.0 * LONGEST)
     return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good

@@ -251,3 +251,10 @@ def test_rows_of_a_followed_track_hold_the_limits() -> None:
     track = tracked(TURNING["a -0.002/-0.002"])
     assert track.coefficients.shape[0] == HEIGHT + 8
     assert track.coefficients.shape[-1] < 60  # smooth in its length
+
+
+def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
+    """Walked in long steps it was, and its piece on the flanks was counted twice."""
+    design = CROSSING["4.15/2.03 deg"].with_parabola(0.0012891466317091031, 0.000607238206935391)
+    assert path_ends(design).pieces == 1
+    assert path_ends(exchanged(design)).pieces == 1

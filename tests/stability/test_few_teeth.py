@@ -6,7 +6,6 @@ one stands in a tooth of the gear are shut, and of what is left open the ends ar
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -23,7 +22,7 @@ from beveloid_geom.outline import cut_sheets, tip_angle
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.proximity import mesh_contact
 from beveloid_geom.rack import reference_radius
-from beveloid_geom.sampling import sample_flank
+from beveloid_geom.sampling import grid_of, sample_flank
 from beveloid_geom.section import section_of, section_size
 from beveloid_geom.solid import gear_solid
 from beveloid_geom.solve import Status
@@ -36,12 +35,12 @@ PINION, GEAR = table1().members
 SIGNS = (1.0, -1.0)
 
 
-def few(teeth: int, helix: float, face: float, shift: float = 0.3, cone: float = 0.5, **more: float) -> Member:
+def few(
+    teeth: int, helix: float, face: float, shift: float = 0.3, cone: float = 0.5, **more: float
+) -> Member:
     """A pinion with a low addendum; angles in deg."""
     angles = {"helix_angle": radians(helix), "cone_angle": radians(cone)}
-    return changed(
-        PINION, teeth=teeth, face_width=face, profile_shift=shift, addendum=0.7, **angles, **more
-    )
+    return changed(PINION, teeth=teeth, face_width=face, profile_shift=shift, addendum=0.7, **angles, **more)
 
 
 def pair_of(pinion: Member, gear_helix: float = 5.0) -> Design:
@@ -51,7 +50,9 @@ def pair_of(pinion: Member, gear_helix: float = 5.0) -> Design:
 def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Radii, angles and z of points of one flank with its fillet."""
     member = tooth.member
-    turns = float(np.abs(np.tan(member.helix_angle)) * member.face_width / reference_radius(member)) / 2.0 / np.pi
+    turns = (
+        float(np.abs(np.tan(member.helix_angle)) * member.face_width / reference_radius(member)) / 2.0 / np.pi
+    )
     z = 0.5 * float(member.face_width) * np.linspace(-1.0, 1.0, 41 + int(per_turn * turns))
     top = tooth.profile(tooth.tip(z), z)
     low = np.linspace(0.02, 0.98, rows // 4)[:, None] + 0.0 * z
@@ -157,17 +158,16 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
-def test_a_single_thread_operates_with_the_ratio_of_eq_16(flank: str) -> None:
+def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
     """Of pair 0 only that turn counts which meets the gear's tooth 0."""
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
-    assert operating_ratio(design, flank) == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
+    assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
 
 
 def parallel(shaft_angle_deg: float) -> Design:
     """Cylindrical gears of opposite helix angles with their mid-faces on the common perpendicular."""
     pinion = changed(PINION, cone_angle=0.0)
-    gear = changed(GEAR, cone_angle=0.0, helix_angle=-PINION.helix_angle)
+    gear = changed(GEAR, cone_angle=0.0, helix_angle=-float(PINION.helix_angle))
     shifts = float(pinion.tool.normal_module) * (pinion.profile_shift + gear.profile_shift)
     offset = float(reference_radius(pinion) + reference_radius(gear)) + shifts + 0.3
     return Design(pinion, gear, Pair(offset, radians(shaft_angle_deg), 0.0, 0.0))
@@ -184,10 +184,95 @@ def test_teeth_touch_though_their_pitch_point_is_far_away(shaft_angle: float) ->
     np.testing.assert_allclose(moved, moved[0], rtol=0.0, atol=1e-12)
 
 
-def test_teeth_far_out_of_step_are_named() -> None:
-    """Pushed together by more than the teeth are high: no number, but what it is."""
-    design = table1(errors=Errors(offset=-30.0))
-    first = first_contact(design, "right", np.linspace(0.0, 0.2, 3))
-    refused = (FirstStatus.OUT_OF_STEP, FirstStatus.MEETS_BOTTOM)
-    assert np.isin(first.status, refused).all()
+def test_a_single_thread_far_out_of_step_is_right_or_named() -> None:
+    """Moved along its axis it is in step with the gear again and again; between, no number is given."""
+    plain = pair_of(few(1, 75.0, 20.0, 0.6, 0.0))
+    moved = np.linspace(-30.0, 30.0, 13)
+    design = plain.with_errors(Errors(offset=0.3, pinion_axial=moved))
+    first = first_contact(design, "right", np.full((13, 1), 0.3))
+    assert np.isin(first.status, (FirstStatus.SOLVED, FirstStatus.OUT_OF_STEP)).all()
+    solved = (first.status == FirstStatus.SOLVED)[:, 0]
+    assert np.isnan(first.gear_roll[~solved]).all()
+    assert 4 < solved.sum() < 13
+    for k in np.flatnonzero(solved)[::2]:
+        right, _, pitch = open_ends(design.with_errors(Errors(0.3, 0.0, float(moved[k]))), 0.3)
+        late = np.remainder(right - first.gear_roll[k, 0] + 0.5 * pitch, pitch) - 0.5 * pitch
+        assert -1e-9 < late < 1e-3 * pitch
+
+
+UNSOLVABLE = {
+    "spur": Design(
+        changed(PINION, helix_angle=0.0, cone_angle=0.0),
+        changed(GEAR, helix_angle=0.0, cone_angle=0.0),
+        Pair(240.0, 0.2),
+    ),
+    "parallel": Design(PINION, GEAR, Pair(247.0, 0.0)),
+    "not a number": Design(PINION, GEAR, Pair(float("nan"), 0.2)),
+}
+
+
+@pytest.mark.parametrize("design", UNSOLVABLE.values(), ids=UNSOLVABLE)
+def test_a_design_that_leaves_nothing_to_solve_says_so(design: Design) -> None:
+    path = path_of_contact_five_equations(design, "right", 5)
+    assert path.ends.status == Status.UNDEFINED
+    assert path.l1.size == 0
+    with pytest.raises(ValueError, match=r"^the design leaves nothing to solve, it cannot be posed: .*$"):
+        mesh_contact(design, "right", 0.1, pinion_roll=0.0, gear_roll=0.0)
+    first = first_contact(design, "right", [0.0, 0.1])
+    assert (first.status == FirstStatus.UNDEFINED).all()
     assert np.isnan(first.gear_roll).all()
+
+
+def test_a_tool_that_cannot_cut_is_named_and_not_solved() -> None:
+    folding = table1((0.05, 0.0))
+    assert path_of_contact_five_equations(folding, "right", 5).ends.status == Status.UNDEFINED
+    steep = changed(PINION, cone_angle=radians(40.0), helix_angle=radians(45.0))
+    for member, key in ((folding.pinion, "parabola"), (steep, "cone_angle_deg")):
+        for cut in (lambda m: sample_flank(m, "right", 0.1), lambda m: gear_solid(m, 0.1)):
+            with pytest.raises(ValueError, match=rf"^the flanks cannot be cut: {key} must be between .*$"):
+                cut(member)
+
+
+def test_a_single_tooth_makes_no_solid() -> None:
+    """Its section lies all round the axis; it once led to rows of no height, without end."""
+    member = few(1, 60.0, 6.0, 0.8, 0.0)
+    with pytest.raises(ValueError, match=r"^teeth must be at least 2 for a solid, got 1: the section .*$"):
+        gear_solid(member, 0.1)
+    z = np.linspace(-3.0, 3.0, 3)
+    outline = {}
+    for name, sheet in cut_sheets(member).items():
+        points = grid_of(sheet, np.linspace(0.0, 1.0, 9), z).points
+        outline[name] = points[::-1] if name.startswith("right") else points
+    sizes: tuple[Callable[..., object], ...] = (section_size, section_of)
+    for size in sizes:
+        with pytest.raises(ValueError, match=r"^an outline must go .* by 180 deg at most, got .* one tooth"):
+            size(outline, 1.0)
+
+
+@pytest.mark.parametrize(("helix", "face"), [(60.0, 20.0), (80.0, 2.0), (80.0, 60.0), (-80.0, 60.0)])
+def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
+    """They wind by up to a turn and a half along the face; half a turn is a pitch."""
+    solid = gear_solid(few(2, helix, face, 0.5, 0.0), 0.1)
+    edges = solid.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    assert len(np.unique(edges, axis=0)) == len(edges)
+    np.testing.assert_array_equal(np.unique(edges, axis=0), np.unique(edges[:, ::-1], axis=0))
+    a, b, c = np.moveaxis(solid.points[solid.faces], 1, 0)
+    assert np.einsum("ni,ni->n", np.cross(a, b), c).sum() > 0.0
+    x, y, _ = solid.points.T
+    turned = np.lexsort(np.round(np.stack((-x, -y, solid.points[:, 2])), 6))
+    same = np.lexsort(np.round(np.stack((x, y, solid.points[:, 2])), 6))
+    np.testing.assert_allclose(
+        solid.points[turned] * (-1.0, -1.0, 1.0), solid.points[same], rtol=0.0, atol=2e-6
+    )
+
+
+@pytest.mark.parametrize("teeth", [1, 2, 3])
+def test_the_tip_of_a_winding_tooth_turns_on(teeth: int) -> None:
+    member = few(teeth, 80.0, 60.0, 0.3, 0.0)
+    z = np.linspace(-30.0, 30.0, 101)
+    right, left = (tip_angle(member, flank, z) for flank in FLANKS)
+    turn = z * np.tan(member.helix_angle) / reference_radius(member)
+    np.testing.assert_allclose(right - right[50], np.sign(right[-1] - right[50]) * turn, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        (right - left) * tip_radius(member, z), tip_thickness(member, z), rtol=0.0, atol=1e-9
+    )
