@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         remarks_on as remarks_on,
         zero_backlash_layout as zero_backlash_layout,
     )
+    from .conditioning import rounding_error as rounding_error
     from .contact import Limit as Limit
     from .curvature import contact_ellipse as contact_ellipse
     from .design_file import (
@@ -86,6 +87,7 @@ _HOME = {
     "read_design": "design_file",
     "remarks_on": "closing",
     "sample_flank": "sampling",
+    "rounding_error": "conditioning",
     "separation": "touch",
     "tooth_hexahedra": "hexahedra",
     "undercut_of": "undercut",

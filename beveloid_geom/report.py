@@ -19,6 +19,7 @@ import numpy as np
 
 from .certificate import Certificate, Verdict, certify
 from .closing import INTERFERENCE_TOLERANCE, OFFSET_TOLERANCE, closing_offset
+from .conditioning import rounding_error
 from .contact import Limit
 from .fillet import tool_round
 from .first_contact import FirstStatus
@@ -28,6 +29,8 @@ from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
 from .solve import Status
 
+ROUNDING_TOLERANCE = 1e-9
+"""mm by which rounding may move a contact without a note."""
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
 """Units of the fields of a path where they are not mm."""
 PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in ("flank", "ends"))
@@ -143,6 +146,11 @@ def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -
         notes.append("the roll turns back along the path: the flanks are tangent twice at some rolls")
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
         notes.append("the common normal crosses n_x = 0 on the path, which small errors move far there")
+    moved = rounding_error(design, path).max(initial=0.0)
+    if moved > ROUNDING_TOLERANCE:
+        notes.append(
+            f"rounding of the inputs alone moves the contact by about {moved:.1g} mm: mind the errors"
+        )
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
         notes.append(f"{missing} of {path.status.size} positions are not solved")

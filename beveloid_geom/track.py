@@ -58,8 +58,8 @@ LARGEST = 400
 """Highest degree of a track."""
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
-LOOSEST = 2e-10
-"""mm of rounding, relative to which a track may be loosened."""
+LOOSEST = 1.6e-11
+"""Rounding, as a share of a flank's depth, up to which a track may be loosened: 2e-10 mm on Table 1."""
 STEEP, NEAR, PASSES = 0.05, 1e-4, 5
 """|n_x| below which a position is solved again with n_x as an unknown; how far, in units of z, that may
 move it; passes of Newton."""
@@ -155,7 +155,8 @@ def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
     size = pairing.scale[:, 0]
     scale = np.ones((WIDTH, len(size)))
     if loosened > 1.0:
-        size = np.maximum(size, np.minimum(loosened * size, LOOSEST / NOISE))
+        depth = (pairing.highest - pairing.lowest).min(axis=0)[:, 0]
+        size = np.maximum(size, np.minimum(loosened * size, LOOSEST / NOISE * depth))
         scale[[ROLL, ROLL + 1, PHASE]] = np.maximum(
             1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
         )
