@@ -69,7 +69,7 @@ class Task:
 
     @property
     def earliest(self) -> float:
-        """Angle (rad) of the gear, negative for overlap, from which on points are looked at over one period."""
+        """Angle (rad), negative for overlap, from which on points are looked at over one period."""
         return -OVERLAP * self.period
 
     def counted(self, angle: FloatArray) -> FloatArray:

@@ -43,11 +43,11 @@ from .mounting import mounting_of
 from .rack import rack_of
 from .undercut import CURE, cut_fault, pointed_part, undercut_of, words_of
 
-OFFSET_TOLERANCE = 0.1
+OFFSET_TOLERANCE = 1.0 / 60.0
 SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
-"""Differences (mm, rad) beyond which a design does not count as closed."""
-INTERFERENCE_TOLERANCE = 1e-3
-"""Overlap (mm) that rounded input explains."""
+"""Differences (modules of the pinion, rad) beyond which a design does not count as closed."""
+INTERFERENCE_TOLERANCE = 1.0 / 6000.0
+"""Overlap (modules of the pinion) that rounded input explains."""
 THIN_TIP = 0.2
 """Tip thickness in modules below which a tooth is apt to be hardened through or to chip."""
 SMALL_CLEARANCE = 0.1
@@ -276,11 +276,11 @@ def closing_of(design: Design) -> Closing:
     )
 
 
-def _closing_remarks(closing: Closing) -> Iterator[Remark]:
+def _closing_remarks(closing: Closing, module: float) -> Iterator[Remark]:
     for reason in closing.reasons:
         yield Remark("warning", reason)
     off, turned = closing.offset_difference, closing.shaft_angle_difference
-    closed = abs(off) <= OFFSET_TOLERANCE and abs(turned) <= SHAFT_ANGLE_TOLERANCE
+    closed = abs(off) <= OFFSET_TOLERANCE * module and abs(turned) <= SHAFT_ANGLE_TOLERANCE
     meets = []
     if not math.isnan(off):
         meets.append(f"an offset of {closing.offset:.4f} mm ({off:+.4f})")
@@ -291,7 +291,7 @@ def _closing_remarks(closing: Closing) -> Iterator[Remark]:
         apart = "" if math.isnan(closing.gap) else f" pass {closing.gap:.4g} mm apart and"
         text = f"the design does not close: its lines of action{apart} meet at {' or '.join(meets)}"
         yield Remark("warning", text)
-    if closing.normal_backlash < -INTERFERENCE_TOLERANCE:
+    if closing.normal_backlash < -INTERFERENCE_TOLERANCE * module:
         text = f"the teeth interfere by {-closing.normal_backlash:.4f} mm along the normal"
         yield Remark("warning", f"{text}: take a larger offset or less profile shift" if closed else text)
 
@@ -370,7 +370,7 @@ def remarks_on(design: Design, closing: Closing | None = None) -> tuple[Remark, 
     an active flank is undercut, a tooth is pointed; notes: undercut below the active flank, a
     thin tooth tip, a small tip clearance. Raises ValueError for arrays."""
     closing = closing_of(design) if closing is None else closing
-    found = list(_closing_remarks(closing))
+    found = list(_closing_remarks(closing, float(design.pinion.tool.normal_module)))
     for name, member in (("pinion", design.pinion), ("gear", design.gear)):
         found += _tooth_remarks(name, member)
     found += _clearance_remarks(design)

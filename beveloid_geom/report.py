@@ -130,11 +130,12 @@ def _reason(design: Design, path: ContactPath) -> str | None:
 def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -> tuple[str, ...]:
     notes = []
     difference = closing_offset(design) - float(design.pair.offset)
-    if abs(difference) > OFFSET_TOLERANCE:
+    module = float(design.pinion.tool.normal_module)
+    if abs(difference) > OFFSET_TOLERANCE * module:
         closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
         notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
     backlash = float(mounting_of(design).normal_backlash)
-    if backlash < -INTERFERENCE_TOLERANCE:
+    if backlash < -INTERFERENCE_TOLERANCE * module:
         notes.append(f"the normal backlash is {backlash:.4f} mm: the other flanks interfere")
     if path.ends.pieces > 1:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"

@@ -101,6 +101,8 @@ def _reason(flank: str, first: FirstContact) -> str:
         FirstStatus.NO_CONTACT: "at some rolls no tooth reaches the other member",
         FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
         FirstStatus.UNDERCUT: "a member is undercut",
+        FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
+        FirstStatus.UNDEFINED: "the inputs leave nothing to search",
     }
     return f"no first contact of the {flank} teeth: {words.get(status, 'a position did not converge')}"
 

@@ -24,6 +24,8 @@ from beveloid_geom.fillet import root_radius
 from beveloid_geom.flank import tip_radius
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair, Quantity, Tool
 from beveloid_geom.mounting import mounting_of
+from tests.oracle.table1 import table1
+from tests.symmetry import scaled
 
 TABLE1 = builtin_design()
 
@@ -336,3 +338,11 @@ def test_small_clearance_is_a_note_and_a_negative_one_a_warning() -> None:
             if "tip" in r.text
         ]
         assert [(remark.level, remark.text.startswith(text)) for remark in found] == [(level, True)]
+
+
+@pytest.mark.parametrize("size", [0.01, 100.0])
+def test_the_same_pair_of_another_size_is_told_the_same(size: float) -> None:
+    for difference in (0.09, 0.11):
+        design = replace(table1(), pair=Pair(229.075 + difference, math.radians(15.0)))
+        told, also = ([r.level for r in remarks_on(each)] for each in (design, scaled(design, size)))
+        assert told == also

@@ -25,7 +25,8 @@ FLOORS = (
     *("outline", "section", "solid", "tooth", "volume", "hexahedra"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
-    *("report", "report_closing", "report_operation", "cli_support", "cli_mesh", "cli_operation", "cli"),
+    *("report", "report_closing", "report_operation", "tolerance", "report_tolerance"),
+    *("cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage
 imports itself."""
