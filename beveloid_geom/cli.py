@@ -10,6 +10,8 @@ import click
 
 from .cli_mesh import mesh
 from .cli_operation import operation
+from .cli_optimise import optimise
+from .cli_statements import statements
 from .cli_support import (
     BUILTIN_DESIGN,
     changed_design,
@@ -21,6 +23,7 @@ from .cli_support import (
     require_one_format,
     write_out,
 )
+from .cli_tolerance import tolerance
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -73,9 +76,9 @@ def tca(
     """Tooth contact analysis: path of contact of a pair of flanks.
 
     Rolls count from the position in which each member's generating rack is centred; z counts
-    from mid-face towards the heel. JSON and CSV give each position a status: solved,
-    no_common_normal, not_converged, off_flank or several_contacts. Exit status 1 if there is no
-    contact on the flanks.
+    from mid-face towards the heel. JSON and CSV give each position a status, and JSON the path:
+    solved, no_common_normal, not_converged, off_flank, several_contacts, endless or undefined.
+    Exit status 1 if there is no contact on the flanks.
     """
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
@@ -129,3 +132,6 @@ def check(design: str, as_json: bool, **changes: float | None) -> None:
 
 main.add_command(mesh)
 main.add_command(operation)
+main.add_command(statements)
+main.add_command(optimise)
+main.add_command(tolerance)

@@ -128,9 +128,13 @@ def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
     if edges.size == 0:
         return np.zeros(2), 0
-    runs = cuts[edges].reshape(-1, 2)
-    span = np.abs(np.diff(evaluate(coefficients[ROLL, None, None], runs.ravel())[0, 0].reshape(-1, 2)))
-    return runs[int(span.argmax())], len(runs)
+    runs, roll = cuts[edges].reshape(-1, 2), coefficients[ROLL : ROLL + 1]
+    turns = real_roots(with_derivative(roll[:, None])[1, 0], -1.0, 1.0)
+    spans = []
+    for first, last in runs:
+        reached = np.concatenate(([first], turns[(turns > first) & (turns < last)], [last]))
+        spans.append(np.ptp(evaluate(roll[:, None], reached)))
+    return runs[int(np.argmax(spans))], len(runs)
 
 
 def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:

@@ -33,7 +33,7 @@ from .five_equations_curve import (
 )
 from .inputs import Design, Errors, FloatArray, flank_sign
 from .mounting import mounting_of
-from .path import ContactPath, PathEnds, path_of_contact
+from .path import ContactPath, PathEnds, path_of_contact, require_points
 from .solve import Status
 
 UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
@@ -53,8 +53,7 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     flanks, and if the inputs leave nothing to solve (UNDEFINED). Raises ValueError for a batch or fewer
     than two points, and ArithmeticError where the solver finds no contact, or loses it on the flanks."""
     _only_single(design)
-    if points < 2:
-        raise ValueError(f"points must be at least 2, got {points}")
+    require_points(points)
     guide = path_of_contact(design, flank, 3)
     if guide.ends.status == Status.UNDEFINED:
         return guide
@@ -121,7 +120,11 @@ def refine(
 
 
 def _refined(system: FiveEquations, unknowns: tuple[ArrayLike, ...]) -> Refined:
-    given = np.stack(np.broadcast_arrays(*unknowns), axis=-1).astype(float)
+    try:
+        given = np.stack(np.broadcast_arrays(*unknowns), axis=-1).astype(float)
+    except ValueError:
+        shapes = ", ".join(f"{name} {np.shape(x)}" for name, x in zip(UNKNOWNS, unknowns, strict=True))
+        raise ValueError(f"the positions must have shapes that fit each other, got {shapes}") from None
     start = given.reshape(-1, 6)
     found, gaps = np.full_like(start, np.nan), np.full((len(start), 2), np.nan)
     for k in np.flatnonzero(np.isfinite(start).all(axis=-1)):
@@ -145,7 +148,7 @@ def _refined(system: FiveEquations, unknowns: tuple[ArrayLike, ...]) -> Refined:
 
 def _only_single(design: Design) -> None:
     if design.batch_shape:
-        raise ValueError("the five-equation method takes single designs, not batches")
+        raise ValueError("the five equations are solved for single designs, not for batches")
 
 
 def _span(curve: FiveCurve, piece: FloatArray) -> float:

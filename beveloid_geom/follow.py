@@ -144,19 +144,20 @@ def _other_path_possible(pairing: Pairing) -> NDArray[np.bool_]:
 
 
 def _followed(pairing: Pairing) -> list[Group]:
-    """Paths by length. OFF_FLANK and NO_COMMON_NORMAL are said for certain, as all curves are
-    known; NOT_CONVERGED is a curve lost near the flanks or not resolved there."""
+    """Paths by length. OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where
+    they leave the window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
     curves, missing = curves_of(pairing)
+    lost = [curve for curve in curves if curve.lost]
     status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
     status[pairing.undefined] = Status.UNDEFINED
     status[_vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
     parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
-    lost = [curve for curve in curves if curve.lost]
     status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
     parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
-    groups = _best_of(pairing, parts) if parts else []
+    status[[curve.case for curve in lost]] = Status.NOT_CONVERGED
+    groups = _best_of(pairing, parts, status == Status.NOT_CONVERGED) if parts else []
     done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
     rest = np.setdiff1d(np.arange(len(status)), done)
     if rest.size == 0:
@@ -174,8 +175,9 @@ def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
     return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
-def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
-    """One path for each case that has parts: that which covers most roll."""
+def _best_of(pairing: Pairing, parts: list[_Part], incomplete: NDArray[np.bool_]) -> list[Group]:
+    """One path for each case that has parts: that which covers most roll. Where a curve of the case was lost
+    (`incomplete`) and no part lies on the flanks, it is not said that none does."""
     case = np.array([part.case for part in parts])
     pairing = pairing.cases(case)
     fits = []
@@ -193,6 +195,7 @@ def _best_of(pairing: Pairing, parts: list[_Part]) -> list[Group]:
     again = _repeated(case, corners, pairing.scale[:, 0])
     span[again], pieces[again] = -1.0, 0
     total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
+    unsure |= (np.bincount(case, span > 0.0) == 0) & incomplete[: len(unsure)]
     order = np.lexsort((-span, case))
     best = order[np.unique(case[order], return_index=True)[1]]
     groups = []

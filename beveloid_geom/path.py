@@ -115,8 +115,8 @@ def path_of_contact(
 
     Array quantities of the design broadcast to its batch shape. Source: Eqs. 15 and 16.
     """
-    if l1 is None and points < 2:
-        raise ValueError(f"points must be at least 2, got {points}")
+    if l1 is None:
+        require_points(points)
     pairing, shape = _solvable(design, flank), design.batch_shape
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
@@ -156,24 +156,32 @@ def path_blocks(
     Raises ValueError for a batch: give it in slices of its cases."""
     if design.batch_shape:
         raise ValueError("path_blocks takes single designs; call path_of_contact on slices of a batch")
-    if points < 2 or positions_per_block < 1:
-        raise ValueError(
-            f"points must be at least 2 and positions_per_block at least 1, got {points} and"
-            f" {positions_per_block}"
-        )
+    require_points(points)
+    if positions_per_block < 1:
+        raise ValueError(f"positions_per_block must be at least 1, got {positions_per_block}")
+    return _blocks(design, flank, points, positions_per_block)
+
+
+def _blocks(design: Design, flank: str, points: int, size: int) -> Iterator[ContactPath]:
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         (group,) = paths_on_flanks(pairing)
         way = _way_of(group)
     limits = _path_ends(pairing, [group], ())
     found = points if limits.status == Status.SOLVED else 0
-    for start in range(0, max(found, 1), positions_per_block):
-        index = np.arange(start, min(start + positions_per_block, found))
+    for start in range(0, max(found, 1), size):
+        index = np.arange(start, min(start + size, found))
         share = np.where(index == points - 1, 1.0, index * (2.0 / (points - 1)) - 1.0)  # as np.linspace
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             table = way.rows(share)
         status = np.broadcast_to(group.ends.status[:, None], table.shape[1:])
         yield _result(flank, table, status, limits, ())
+
+
+def require_points(points: object) -> None:
+    """Raise ValueError unless `points` is a number of positions along a path."""
+    if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 2:
+        raise ValueError(f"points must be at least 2, a whole number, got {points!r}")
 
 
 def _solvable(design: Design, flank: str) -> Pairing:
@@ -186,7 +194,8 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """The flank parameters asked for, (cases, positions)."""
     given = np.atleast_1d(np.asarray(l1, dtype=float))
     if given.shape[:-1] not in ((), shape):
-        raise ValueError(f"l1 must have the shape (positions) or {(*shape, 'positions')}, got {given.shape}")
+        batch = f" or {(*shape, 'positions')}" if shape else ""
+        raise ValueError(f"l1 must have the shape (positions){batch}, got {given.shape}")
     if given.size == 0 or not np.isfinite(given).all():
         raise ValueError("l1 must hold finite numbers, at least one")
     return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])

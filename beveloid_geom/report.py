@@ -11,26 +11,21 @@ import io
 import json
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from .certificate import Certificate, Verdict, certify
-from .closing import INTERFERENCE_TOLERANCE, OFFSET_TOLERANCE, closing_offset
-from .conditioning import rounding_error
 from .contact import Limit
 from .fillet import tool_round
-from .first_contact import FirstStatus
-from .flank import highest_parameter, root_parameter
 from .inputs import Design, Errors
 from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
+from .report_notes import notes_of, reason_of
 from .solve import Status
 
-ROUNDING_TOLERANCE = 1e-9
-"""mm by which rounding may move a contact without a note."""
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
 """Units of the fields of a path where they are not mm."""
 PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in ("flank", "ends"))
@@ -69,7 +64,7 @@ class ContactReport:
 
     @property
     def contact_ratio(self) -> float:
-        """Contact ratio: 0 without contact on the flanks, NaN where the path could not be followed."""
+        """Contact ratio: 0 without contact on the flanks, NaN where that is not known."""
         return float(self.path.ends.contact_ratio)
 
 
@@ -84,10 +79,10 @@ def contact_report(
         path = path_of_contact_five_equations(design, flank, points)
     else:
         path = path_of_contact(design, flank, points)
-    reason = _reason(design, path)
+    reason = reason_of(design, path)
     fault = first_contact_fault(design)
     certificate = certify(design, path) if certified and not reason and not fault else None
-    notes = () if reason else _notes(design, path, certificate)
+    notes = () if reason else notes_of(design, path, certificate)
     if fault and certified and not reason:
         notes = (*notes, f"whether something touches earlier is not known: {fault}")
     return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)
@@ -101,90 +96,6 @@ def first_contact_fault(design: Design) -> str | None:
         except ValueError as error:
             return f"{name}: {error}"
     return None
-
-
-def _reason(design: Design, path: ContactPath) -> str | None:
-    """Why a path has no point on the flanks."""
-    status = Status(int(path.ends.status))
-    if status == Status.SOLVED:
-        return None
-    if status == Status.NO_COMMON_NORMAL or bool(np.isnan(mounting_of(design).gap)):
-        return f"the {path.flank} flanks have no common normal in this layout: is the shaft angle right?"
-    if status != Status.OFF_FLANK:
-        words = status_name(status).replace("_", " ")
-        return f"the path of contact on the {path.flank} flanks could not be followed: {words}"
-    text = f"the path of contact does not meet the {path.flank} flanks"
-    middle = 0.5 * (root_parameter(design.pinion) + highest_parameter(design.pinion))
-    beyond = path_of_contact(design, path.flank, l1=[float(middle)])
-    where = [
-        f"{axial[0]:+.4g} mm on the {member} (half face width {0.5 * float(teeth.face_width):g} mm)"
-        for member, axial, teeth in (
-            ("pinion", beyond.pinion_z, design.pinion),
-            ("gear", beyond.gear_z, design.gear),
-        )
-        if math.isfinite(axial[0])
-    ]
-    return f"{text}: at mid-depth of the pinion it runs at z = {' and '.join(where)}" if where else text
-
-
-def _notes(design: Design, path: ContactPath, certificate: Certificate | None) -> tuple[str, ...]:
-    notes = []
-    difference = closing_offset(design) - float(design.pair.offset)
-    module = float(design.pinion.tool.normal_module)
-    if abs(difference) > OFFSET_TOLERANCE * module:
-        closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
-        notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
-    backlash = float(mounting_of(design).normal_backlash)
-    if backlash < -INTERFERENCE_TOLERANCE * module:
-        notes.append(f"the normal backlash is {backlash:.4f} mm: the other flanks interfere")
-    if path.ends.pieces > 1:
-        pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
-        notes.append(f"{pieces}: this is the one that covers most roll, the contact ratio is its own")
-    if 0.0 < path.ends.contact_ratio < 1.0:
-        notes.append("the contact ratio is below 1: one tooth pair leaves before the next one enters")
-    steps = np.diff(path.pinion_roll)
-    if steps.size and steps.min() < 0.0 < steps.max():
-        notes.append("the roll turns back along the path: the flanks are tangent twice at some rolls")
-    if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
-        notes.append("the common normal crosses n_x = 0 on the path, which small errors move far there")
-    moved = rounding_error(design, path).max(initial=0.0)
-    if moved > ROUNDING_TOLERANCE:
-        notes.append(
-            f"rounding of the inputs alone moves the contact by about {moved:.1g} mm: mind the errors"
-        )
-    missing = int(np.count_nonzero(path.status != Status.SOLVED))
-    if missing:
-        notes.append(f"{missing} of {path.status.size} positions are not solved")
-    return (*notes, *(_certificate_notes(certificate) if certificate is not None else ()))
-
-
-def _certificate_notes(certificate: Certificate) -> Iterator[str]:
-    """Where the tangency of the flanks is not the contact of the teeth."""
-    verdict, all_positions = certificate.verdict, certificate.verdict.size
-    said = {
-        Verdict.NEXT_PAIR: "the flanks of a neighbouring tooth pair touch earlier",
-        Verdict.EDGE_CONTACT: f"an edge touches earlier ({_edges_of(certificate)})",
-        Verdict.INTERFERENCE: "the flanks cut into each other beside their tangency, or a tip into a fillet",
-    }
-    for code, words in said.items():
-        found = verdict == code
-        if found.any():
-            depth = -1e3 * float(certificate.separation[found].min())
-            count = f"at {np.count_nonzero(found)} of {all_positions} positions"
-            yield f"{count} {words}, by up to {depth:.3g} um"
-    if np.isin(verdict, tuple(said)).any():
-        yield "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
-    unknown = np.unique(certificate.first.status[verdict == Verdict.NOT_SOLVED])
-    for status in unknown:
-        found = status == FirstStatus.SOLVED  # but not as near as the position itself
-        words = "the search missed it" if found else FirstStatus(int(status)).name.lower().replace("_", " ")
-        yield f"whether something touches earlier is not known at all positions: {words}"
-
-
-def _edges_of(certificate: Certificate) -> str:
-    """Names of the edges that touch earlier."""
-    codes = certificate.first.limit[certificate.verdict == Verdict.EDGE_CONTACT]
-    return ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))
 
 
 def verdict_name(verdict: int) -> str:
@@ -242,6 +153,7 @@ def contact_json(report: ContactReport) -> str:
         "design": report.name,
         "flank": path.flank,
         "method": report.method,
+        "status": status_name(int(path.ends.status)),
         "contact_ratio": report.contact_ratio,
         **layout_data(report.design, report.mounting),
         "parabola": {"pinion": report.design.pinion.tool.parabola, "gear": report.design.gear.tool.parabola},
@@ -302,7 +214,7 @@ def line(label: str, text: str) -> str:
 def _stand_words(mounting: Mounting) -> str:
     if np.isnan(mounting.distance).any():
         return "no mounting distances: the flanks have no common normal"
-    return "dw1 = {:.6f} mm, dw2 = {:.6f} mm".format(*mounting.distance)
+    return "dw1 = {:z.6f} mm, dw2 = {:z.6f} mm".format(*mounting.distance)
 
 
 def _axes_words(offset: float, shaft_angle: float) -> str:
@@ -363,7 +275,7 @@ def contact_table(report: ContactReport) -> str:
     if report.certificate is not None:
         good = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
         text += line(
-            "certified", f"{good} of {path.status.size} positions: nothing on this side touches earlier"
+            "certified", f"at {good} of {path.status.size} positions nothing on this side touches earlier"
         )
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):

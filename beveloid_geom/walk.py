@@ -34,6 +34,8 @@ HALVINGS, PASSES = (12, 50), 5
 FIRST_STEP, LONGEST, SHORTEST, GROWTH = 0.02, 0.08, 1e-7, 4.0
 """Steps along the curve, in units of z. More than a face width from mid-face LONGEST grows by GROWTH a face
 width."""
+ONWARD = 0.2
+"""Face widths along the axis of either member that a step near its face may take."""
 TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
@@ -66,20 +68,21 @@ def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
     """All curves of contact in the window, and for which cases a sampled normal was missing."""
     units = units_of(pairing)
     case, z, solved, missing = _points_on_curves(pairing, units)
-    untouched = solved.copy()
+    untouched = np.ones(case.size, dtype=bool)
     curves: list[Walked] = []
     for _ in range(MOST_WALKS):
-        cases, first = np.unique(case[untouched], return_index=True)
+        left = np.flatnonzero(untouched & solved)
+        cases, first = np.unique(case[left], return_index=True)
         if cases.size == 0:
             break
-        start = np.flatnonzero(untouched)[first]
+        start = left[first]
         for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases):
             curves.append(curve)
             mine = np.flatnonzero(untouched & (case == curve.case))
             untouched[mine[_distance(z[mine], curve.points) < SAME]] = False
         untouched[start] = False
-    left = np.union1d(case[untouched], np.setdiff1d(case, case[solved]))
-    return [*curves, *(Walked(k, z[case == k], False, True) for k in left.tolist())], missing
+    lost = np.unique(case[untouched])
+    return [*curves, *(Walked(k, z[untouched & (case == k)], False, True) for k in lost.tolist())], missing
 
 
 def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
@@ -182,13 +185,14 @@ def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -
 
 
 def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Whether points (cases, 1, 4) lie in the window, and how far from mid-face, in face widths."""
+    """Whether points (cases, 1, 4) lie in the window, and how far along the axes of both members from
+    mid-face, (cases, 2), in face widths."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
-    faces = np.max(np.abs(height) / (2.0 * pairing.half_width), axis=0)
+    faces = (height / (2.0 * pairing.half_width))[..., 0].T
     low, high = window_of(pairing)
-    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0) & (faces <= FARTHEST)
-    return np.asarray(inside[:, 0]), np.asarray(faces[:, 0])
+    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0)[:, 0] & (np.abs(faces) <= FARTHEST).all(axis=-1)
+    return np.asarray(inside), np.asarray(faces)
 
 
 def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
@@ -228,29 +232,27 @@ def _walk(
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
     """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units)
-    step = FIRST_STEP * np.maximum(1.0, faces)
+    step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
     stops = np.full(len(start), int(Stop.LOST))
     active, steps = np.arange(len(start)), [start.copy()]
     for _ in range(MOST_STEPS):
-        ahead, turned, cosine, good = _one_step(
-            pairing.cases(active), units[active], z[active], tangent[active], step[active]
-        )
+        part, far = pairing.cases(active), _far(faces[active])
+        ahead, turned, cosine, good = _one_step(part, units[active], z[active], tangent[active], step[active])
+        inside, reached = _within(part, ahead[:, None], units[active])
+        good &= (np.abs(reached - faces[active]) < ONWARD * far).all(axis=-1)
         moved = active[good]
-        z[moved], tangent[moved] = ahead[good], turned[good]
+        z[moved], tangent[moved], faces[moved] = ahead[good], turned[good], reached[good]
         taken[moved] += 1
         trace = np.full(z.shape, np.nan)
         trace[moved] = z[moved]
         steps.append(trace)
-        outside = np.zeros(len(active), dtype=bool)
-        inside, faces[moved] = _within(pairing.cases(moved), z[moved, None], units[moved])
-        outside[good] = ~inside
-        most = LONGEST * np.maximum(1.0, GROWTH * (faces[active] - 1.0))
+        most = LONGEST * _far(faces[active]).max(axis=-1)
         longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], most), step[active])
         step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
         home &= np.einsum("...i,...i", tangent[active], first[active]) > 0.5
-        closed = good & home & (taken[active] > 4)
+        outside, closed = good & ~inside, good & home & (taken[active] > 4)
         stops[active[outside]], stops[active[closed]] = Stop.WINDOW, Stop.CLOSED
         steps[-1][active[closed]] = start[active[closed]]
         active = active[~(outside | closed | (step[active] < SHORTEST))]
@@ -258,6 +260,11 @@ def _walk(
             break
     history = np.stack(steps)
     return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], stops
+
+
+def _far(faces: FloatArray) -> FloatArray:
+    """How much longer than near the flanks steps may be, for each member."""
+    return np.asarray(np.maximum(1.0, GROWTH * (np.abs(faces) - 1.0)))
 
 
 def _one_step(

@@ -183,9 +183,12 @@ def test_blocks_of_no_path_and_of_bad_input() -> None:
     assert empty.l1.size == 0
     assert empty.ends.status != Status.SOLVED
     with pytest.raises(ValueError, match="single designs"):
-        next(path_blocks(table1(errors=Errors(offset=np.zeros(2)))))
+        path_blocks(table1(errors=Errors(offset=np.zeros(2))))
     with pytest.raises(ValueError, match="points must be at least 2"):
-        next(path_blocks(table1(), points=1))
+        path_blocks(table1(), points=1)
+    for useless in (True, 2.0, "7", None):
+        with pytest.raises(ValueError, match="a whole number"):
+            path_of_contact(table1(), points=useless)  # type: ignore[arg-type]
 
 
 def on_the_curve(pairing: Pairing, path: ContactPath) -> FloatArray:
@@ -240,7 +243,7 @@ def test_walks_leave_the_window_and_pass_through_the_path(design: Design) -> Non
         assert steps.max(axis=1).min() < 0.05
     for curve in curves:
         part = pairing.cases(np.zeros(len(curve.points), dtype=int))
-        _, faces = _within(part, curve.points[:, None], units_of(part))
+        faces = np.abs(_within(part, curve.points[:, None], units_of(part))[1]).max(axis=-1)
         steps = np.linalg.norm(np.diff(curve.points, axis=0), axis=-1)
         far = np.maximum(1.0, 4.0 * np.maximum(faces[1:], faces[:-1]))
         assert (steps < 0.1 * far).all()

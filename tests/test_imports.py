@@ -21,12 +21,15 @@ FLOORS = (
     *("fillet", "undercut", "closing"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
     *("operating_rolls", "foot", "curvature", "pattern"),
+    *("sensitivity", "statement_measures", "statement_verdicts", "modification_statements"),
+    *("error_statements", "statements", "statement_readings"),
     *("sampling", "closest", "proximity", "comparison_methods", "comparison", "job_size"),
     *("outline", "section", "solid", "tooth", "volume", "hexahedra"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
-    *("report", "report_closing", "report_operation", "tolerance", "report_tolerance"),
-    *("cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli"),
+    *("report_notes", "report", "report_closing", "report_operation", "report_statements"),
+    *("tolerance", "report_tolerance", "optimise", "report_optimise"),
+    *("cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise", "cli_statements", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage
 imports itself."""

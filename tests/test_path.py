@@ -259,7 +259,7 @@ def test_a_path_across_n_x_0_is_followed() -> None:
 
 
 def test_arguments_are_checked() -> None:
-    with pytest.raises(ValueError, match="points must be at least 2, got 1"):
+    with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
         path_of_contact(table1(), points=1)
     with pytest.raises(ValueError, match="without elements"):
         path_of_contact(table1(errors=Errors(offset=np.empty(0))))

@@ -150,6 +150,26 @@ def test_a_design_without_contact_is_drawn_and_said(tmp_path: Path) -> None:
     assert os.path.getsize(out / "fig-01.png") > 1000
 
 
+def test_an_interrupt_in_the_last_figure_is_one(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with subprocess.Popen(
+        [COMMAND, "--out", str(out), "--size", "400x300", "--only", "separation"],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        seen = ""
+        while "separation" not in seen:
+            seen += process.stderr.read(1)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "stopping after this figure" in errors
+    assert "interrupted: 1 of 1 figures" in errors
+    assert (out / "separation.csv").exists()
+
+
 def only(*names: str) -> list[str]:
     return [word for name in names for word in ("--only", name)]
 

@@ -43,7 +43,11 @@ def stop_between_figures() -> threading.Event:
 
     def ask(*_: object) -> None:
         stop.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        click.echo("\nstopping after this figure; once more stops at once", err=True)
+        signal.signal(signal.SIGINT, at_once)
+
+    def at_once(*_: object) -> None:
+        raise Interrupted("interrupted in the middle of a figure, which is not written")
 
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, ask)
@@ -164,8 +168,6 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
     stop = stop_between_figures()
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:
-        if stop.is_set():
-            raise Interrupted(f"interrupted: {len(summary)} of {len(figures)} figures are in {folder}")
         bar.set_postfix_str(figure.name)
         start = time.perf_counter()
         try:
@@ -173,6 +175,8 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
         except OSError as error:
             raise Refusal([f"cannot write {figure.name} to {folder} ({error.strerror})"]) from None
         summary.append((figure, triangles, time.perf_counter() - start))
+        if stop.is_set():
+            raise Interrupted(f"interrupted: {len(summary)} of {len(figures)} figures are in {folder}")
     lines = [
         f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}"
         for figure, triangles, seconds in summary
