@@ -11,6 +11,7 @@ import click
 from .cli_mesh import mesh
 from .cli_operation import operation
 from .cli_optimise import optimise
+from .cli_sensitivity import sensitivity
 from .cli_statements import statements
 from .cli_support import (
     BUILTIN_DESIGN,
@@ -133,5 +134,6 @@ def check(design: str, as_json: bool, **changes: float | None) -> None:
 main.add_command(mesh)
 main.add_command(operation)
 main.add_command(statements)
+main.add_command(sensitivity)
 main.add_command(optimise)
 main.add_command(tolerance)

@@ -44,8 +44,10 @@ from .comparison_methods import (
     mesh_answer,
     newton_answer,
     path_answer,
+    positive_numbers,
     prepared,
     true_positions,
+    whole_numbers,
 )
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
@@ -67,7 +69,8 @@ class Settings:
 
     `passes`: iterations of Newton runs over the batch sizes; `batch`: batch of those over the
     iterations; `run`: positions of a warm run of the five equations; `repeat`: measurements of a time,
-    of which the least counts. Batches of a path are rounded to 10 k + 1, as is `run`."""
+    of which the least counts. Batches of a path are rounded to 10 k + 1, as is `run`. Raises TypeError
+    for what are no numbers, ValueError for numbers out of range."""
 
     tolerances: tuple[float, ...] = (0.1, 0.01, 0.001, 0.0003)
     xtols: tuple[float, ...] = (1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-14)
@@ -77,6 +80,14 @@ class Settings:
     batch: int = 1_000
     run: int = 21
     repeat: int = 4
+
+    def __post_init__(self) -> None:
+        positive_numbers("tolerances", self.tolerances)
+        positive_numbers("xtols", self.xtols)
+        whole_numbers("iterations", self.iterations, 0)
+        whole_numbers("batches", self.batches, 1)
+        for name, least in (("passes", 0), ("batch", 1), ("run", 1), ("repeat", 0)):
+            whole_numbers(name, (getattr(self, name),), least)
 
 
 @dataclass(frozen=True)
@@ -113,7 +124,10 @@ class _Trial:
 def compare(design: Design, flank: str = "right", settings: Settings | None = None) -> tuple[Row, ...]:
     """Rows of all methods at all settings; a method that fails has its row, with the reason.
 
-    Raises ValueError as `true_positions` does."""
+    Raises TypeError and ValueError as `true_positions` does, and TypeError for other settings than
+    `Settings`."""
+    if not isinstance(settings, Settings | None):
+        raise TypeError(f"settings must be Settings, got {type(settings).__name__}")
     positions, settings = true_positions(design, flank), settings or Settings()
     rows, methods, collecting = [], set[str](), gc.isenabled()
     gc.disable()  # as timeit does

@@ -9,7 +9,7 @@ said at `mesh_answer`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -55,15 +55,47 @@ class Positions:
     point: FloatArray
 
 
+def one_design(design: Design, what: str) -> None:
+    """Raises TypeError for what is no design, ValueError for a batch of designs."""
+    if not isinstance(design, Design):
+        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
+    if design.batch_shape:
+        raise ValueError(f"{what} on one design, got a batch of the shape {design.batch_shape}")
+
+
+def whole_numbers(name: str, values: Iterable[object], least: int) -> None:
+    """Raises TypeError for what is no row of whole numbers, ValueError for one under `least`."""
+    for value in _row_of(name, values):
+        if isinstance(value, bool) or not isinstance(value, int | np.integer):
+            raise TypeError(f"{name} must be whole numbers, got {value!r}")
+        if value < least:
+            raise ValueError(f"{name} must be at least {least}, got {value}")
+
+
+def positive_numbers(name: str, values: Iterable[object]) -> None:
+    """Raises TypeError for what is no row of numbers, ValueError for one that is not finite and positive."""
+    for value in _row_of(name, values):
+        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+            raise TypeError(f"{name} must be numbers, got {value!r}")
+        if not 0.0 < float(value) < np.inf:
+            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
+
+
+def _row_of(name: str, values: Iterable[object]) -> list[object]:
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
+    return list(values)
+
+
 def true_positions(design: Design, flank: str) -> Positions:
     """The positions compared, by the five equations at 60 digits.
 
-    The path of contact says at which rolls, and where to start. Raises ValueError for a batch of
-    designs, where the flanks have no contact, and where the equations are singular."""
+    The path of contact says at which rolls, and where to start. Raises TypeError for what is no
+    design, ValueError for a batch of designs, where the flanks have no contact, and where the equations
+    are singular."""
     from .reference.five_equations_mp import solve_mp
 
-    if design.batch_shape:
-        raise ValueError(f"methods are compared on one design, got a batch of the shape {design.batch_shape}")
+    one_design(design, "methods are compared")
     path = path_of_contact(design, flank, 2 * COUNT + 1)
     if not path.l1.size or (path.status != Status.SOLVED).any():
         status = Status(int(path.status.max() if path.l1.size else path.ends.status))

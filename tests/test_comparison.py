@@ -225,7 +225,7 @@ def test_cases_are_spread_evenly() -> None:
     offset = np.array([-0.1, 0.0, 0.1])
     expected = [float(contact_ratio(table1(errors=Errors(offset=float(x))))) for x in offset]
     for size, wanted in ((3, max(expected)), (1, expected[0])):
-        (found,) = job_size.blocks_of(table1(), "right", job_size.CASES, False, size)
+        (found,) = job_size.blocks_of(table1(), "right", job_size.CASES, None, size)
         assert found == pytest.approx(wanted, rel=1e-12)
     assert np.ptp(expected) > 1e-4
 
@@ -268,10 +268,9 @@ def test_without_contact_there_is_nothing_to_compare() -> None:
 def test_jobs_in_blocks_do_the_same_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     design = table1(PARABOLAS[1])
     monkeypatch.setattr(job_size, "POSITIONS_PER_BLOCK", 1_000)
-    monkeypatch.setattr(job_size, "CASES_PER_BLOCK", 8)
     for unit, size, number in ((job_size.POSITIONS, 20_000, 20), (job_size.CASES, 60, 8)):
-        (whole,) = job_size.blocks_of(design, "right", unit, False, size)
-        blocks = list(job_size.blocks_of(design, "right", unit, True, size))
+        (whole,) = job_size.blocks_of(design, "right", unit, None, size)
+        blocks = list(job_size.blocks_of(design, "right", unit, -(-size // number), size))
         assert len(blocks) == number
         assert max(blocks) == pytest.approx(whole, rel=1e-13)
         assert np.ptp(blocks) > 1e-6
@@ -288,12 +287,15 @@ def test_a_job_that_would_take_too_long_says_so(monkeypatch: pytest.MonkeyPatch)
     assert done.status == "solved"
     assert undone.status.startswith("not done: would take about")
     assert np.isnan(undone.seconds)
-    assert "were not done" in fig_job_size.finding(fig_job_size.JobFigure((*jobs_of(10), done, undone)))
+    text = fig_job_size.finding(fig_job_size.JobFigure((*jobs_of(10), done, undone)))
+    assert text.count("Not done, as they would take more than") == 1
+    assert f"{job_size.POSITIONS} in blocks: 1,000 (about" in text
+    assert undone.expected > 0.0
 
 
 def jobs_of(size: int) -> tuple[job_size.Job, ...]:
     units = (job_size.POSITIONS, job_size.CASES)
-    return tuple(job_size.Job(u, way, size, 0.1234, 5.67e6) for u in units for way in (False, True))
+    return tuple(job_size.Job(u, way, size, 0.1234, 5.67e6) for u in units for way in (None, 50))
 
 
 def test_the_speed_figures_words_and_numbers() -> None:
@@ -329,12 +331,12 @@ def test_the_speed_figures_words_and_numbers() -> None:
     words = [text.get_text().replace("\n", " ") for axes in page.axes for text in axes.texts]
     assert "the left flanks have no contact" in words
     assert "0 steps" in words
-    assert not any(text.startswith("not found") for text in words)
+    assert "ot found" not in " ".join(text.get_text() for text in page.texts)
     failed = replace(exact[0], status="astray", error_mm=float("nan"))
     with theme.style():
         page = fig_speed.draw((replace(cases[0], rows=(failed, *exact[1:])), *cases[1:]), (400, 300)).page
-    words = [text.get_text().replace("\n", " ") for axes in page.axes for text in axes.texts]
-    assert "not found: mesh alone (1\u00a0of\u00a02)" in words
+    below = " ".join(" ".join(text.get_text().split()) for text in page.texts)
+    assert "for reasons in the table: (a) mesh alone (1 of 2)." in below
 
 
 def test_the_job_figures_words_and_numbers() -> None:

@@ -29,7 +29,8 @@ FLOORS = (
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
     *("report_notes", "report", "report_closing", "report_operation", "report_statements"),
     *("tolerance", "report_tolerance", "optimise", "report_optimise"),
-    *("cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise", "cli_statements", "cli"),
+    *("report_sensitivity", "cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise"),
+    *("cli_statements", "cli_sensitivity", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage
 imports itself."""

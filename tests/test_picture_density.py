@@ -103,7 +103,8 @@ def test_the_default_is_that_of_the_figures(small: tuple[Series, ...]) -> None:
     pair, flank, teeth = (series.shots[series.default] for series in small)
     assert pair.pixels == MESH_PX
     assert flank.pixels == panels.OUTLINE_PX
-    assert teeth.tolerance == pytest.approx(fig_posed.TOLERANCE)
+    assert teeth.tolerance == pytest.approx(fig_posed.tolerance_of(builtin_design()))
+    assert teeth.tolerance == pytest.approx(fig_posed.EXPORTED)
 
 
 def test_rows_are_complete(small: tuple[Series, ...]) -> None:
@@ -116,7 +117,9 @@ def test_rows_are_complete(small: tuple[Series, ...]) -> None:
     assert all(len(row) == len(header) for row in found)
     assert len(found) == sum(len(series.shots) for series in small)
     assert {row[0] for row in found} == set(density.VIEWS)
-    assert np.isfinite(np.array([row[1:] for row in found], dtype=float)).all()
+    assert np.isfinite(np.array([row[1:-1] for row in found], dtype=float)).all()
+    assert header[-1] == "status"
+    assert {row[-1] for row in found} == {"drawn"}
 
 
 def test_every_picture_is_on_the_page_with_its_verdict(small: tuple[Series, ...]) -> None:
@@ -141,7 +144,7 @@ def test_a_tolerance_suffices_if_all_finer_ones_do(
     series = replace(flank, shots=(*shots, flank.shots[-1]), default=1)
     found = fig_density.unseen_from(series)
     assert found is (None if suffices is None else shots[suffices])
-    verdict = {None: "no tolerance charted", 0: "as does 2 pixels", 2: "too coarse"}[suffices]
+    verdict = {None: "no tolerance in (a)", 0: "as does 2 pixels", 2: "too coarse"}[suffices]
     assert verdict in fig_density.finding(series)
 
 
@@ -215,8 +218,13 @@ def test_without_teeth_the_reason_is_on_the_page(
         assert bool(series.shots) is not bool(reason)
         assert reason in series.reason
         assert reason in words
-    header, rows = fig_density.rows(data)
+    header, lines = fig_density.rows(data)
+    rows = list(lines)
     assert all(len(row) == len(header) for row in rows)
+    for series in data:
+        own = [row for row in rows if row[0] == series.name]
+        assert len(own) == max(1, len(series.shots))
+        assert {row[-1] for row in own} == {series.reason or "drawn"}
 
 
 def test_a_page_without_any_picture() -> None:

@@ -154,7 +154,7 @@ def teeth_view(design: Design, size: Size) -> View:
         return replace(scene, items=[_without_lines(item) for item in scene.items])
 
     px_per_mm = size[1] / (2.0 * fig_posed.close(data).camera.half_height)
-    return View(size, px_per_mm, fig_posed.TOLERANCE * px_per_mm, build)
+    return View(size, px_per_mm, fig_posed.tolerance_of(design) * px_per_mm, build)
 
 
 def _without_lines(item: Item) -> Item:

@@ -11,9 +11,10 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from beveloid_geom.inputs import Design
 
@@ -24,13 +25,16 @@ from . import density
 from .density import NOTICEABLE, Series, Shot
 
 COLOURS = (theme.BLUE, theme.RED, theme.GREEN)
+DRAWN = "drawn"
 FLOOR = 1e-6
 """Share of pixels drawn in place of none."""
+SHORT = 2.0
+"""Decades up to which an axis is short."""
 NOTE = (
     f"A difference is just noticeable at {NOTICEABLE} of 255 levels. (a) is its mean over the pixels on"
     f" outlines, or over those beside them, in the worst window of {density.WINDOW} \u00d7 {density.WINDOW}"
     " pixels; single pixels on an outline change whenever one sample of the anti-aliasing changes sides, by"
-    " up to {single:.0f} levels at the finest tolerance charted. A tolerance suffices if (a) stays below what"
+    " up to {single:.0f} levels at the finest tolerance in (a). A tolerance suffices if (a) stays below what"
     " is noticed from there on. Triangles are those of all that is drawn, shafts and the path included. "
 )
 
@@ -52,8 +56,8 @@ def draw(data: tuple[Series, ...], size: Size) -> Drawing:
     page = theme.new_page(
         size,
         "Where a finer mesh stops being seen",
-        f"Pictures as on a page of {width} \u00d7 {height} pixels, against those of a mesh"
-        f" {1.0 / density.FINER:g} times as fine as the finest charted; stars: the figures' defaults",
+        f"Pictures as on a page of {width} \u00d7 {height} pixels, against those of the finest mesh,"
+        f" {1.0 / density.FINER:g} times as fine as the next; stars: the figures' defaults",
     )
     found = [(series, colour) for series, colour in zip(data, COLOURS, strict=True) if series.shots]
     single = max((series.shots[-2].difference.greatest for series, _ in found), default=0.0)
@@ -67,12 +71,22 @@ def draw(data: tuple[Series, ...], size: Size) -> Drawing:
     for column, chart in enumerate(charts):
         axes = page.add_axes((0.06 + 0.325 * column, bottom, 0.26, high))
         axes.set(xscale="log", yscale="log", xlabel="tolerance (pixels), finer to the right")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         chart(axes, found)
+        _ticks(axes)
         axes.invert_xaxis()
         axes.grid(True)
     return Drawing(page, {})
+
+
+def _ticks(axes: Axes) -> None:
+    """Plain numbers at powers of ten; on a short axis at twice and five times these, too."""
+    axes.minorticks_off()
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        steps = (1.0,) if abs(np.log10(high / low)) > SHORT else (1.0, 2.0, 5.0)
+        axis.set_major_locator(LogLocator(subs=steps, numticks=20))
+        axis.set_major_formatter(
+            FuncFormatter(lambda value, _: np.format_float_positional(value, 6, trim="-"))
+        )
 
 
 def _curve(axes: Axes, series: Series, colour: str, values: list[float], style: str = "-") -> None:
@@ -98,12 +112,16 @@ def _worst(axes: Axes, found: list[tuple[Series, str]]) -> None:
 
 def _shares(axes: Axes, found: list[tuple[Series, str]]) -> None:
     axes.set_title("(b)  pixels that differ", loc="left", pad=10.0)
-    axes.set_ylabel("share of the picture")
+    axes.set_ylabel("share of the picture (%)")
     for series, colour in found:
         shots = series.shots[:-1]
-        _curve(axes, series, colour, [max(shot.difference.noticeable_share, FLOOR) for shot in shots])
-        _curve(axes, series, colour, [max(shot.difference.differing_share, FLOOR) for shot in shots], ":")
+        _curve(axes, series, colour, _percent([shot.difference.noticeable_share for shot in shots]))
+        _curve(axes, series, colour, _percent([shot.difference.differing_share for shot in shots]), ":")
     _lines(axes, ("at all", ":"), ("noticeably", "-"))
+
+
+def _percent(shares: list[float]) -> list[float]:
+    return [100.0 * max(share, FLOOR) for share in shares]
 
 
 def _seconds(axes: Axes, found: list[tuple[Series, str]]) -> None:
@@ -167,29 +185,42 @@ def finding(series: Series) -> str:
         f" noticeably, in {own_time:.2f}\u00a0s (coarsest {coarse:.2f}\u00a0s, finest {fine:.2f}\u00a0s); "
     )
     if limit is None:
-        return text + "no tolerance charted suffices."
+        return text + "no tolerance in (a) suffices."
     if limit is own:
-        return text + "it suffices, and no coarser one charted does."
+        return text + "it suffices, and no coarser one in (a) does."
     if limit.pixels > own.pixels:
         return text + f"it suffices, as does {limit.pixels:.2g} pixels."
     return text + f"it is too coarse, {limit.pixels:.2g} pixels suffice ({limit.seconds:.2f}\u00a0s)."
 
 
 def rows(data: tuple[Series, ...]) -> Table:
-    """Every picture at every tolerance; the last of each is the one compared with."""
+    """Every picture at every tolerance; the last of each is the one compared with. A picture that could
+    not be drawn has one row, with the reason as its status."""
     size = ("picture", "tolerance_mm", "tolerance_px", "triangles", "sampling_seconds", "render_seconds")
     difference = ("differing_share", "greatest_difference", "mean_difference")
+    header = (*size, *difference, "noticeable_share", "worst_place_difference", "status")
 
     def body() -> Iterator[list[object]]:
         for series in data:
+            if not series.shots:
+                yield [series.name, *[float("nan")] * (len(header) - 2), series.reason]
             for shot in series.shots:
                 seconds = [shot.sampling, shot.rendering]
                 found = shot.difference
                 values = [found.differing_share, found.greatest, found.mean]
                 more = [found.noticeable_share, found.worst_place]
-                yield [series.name, shot.tolerance, shot.pixels, shot.triangles, *seconds, *values, *more]
+                yield [
+                    series.name,
+                    shot.tolerance,
+                    shot.pixels,
+                    shot.triangles,
+                    *seconds,
+                    *values,
+                    *more,
+                    DRAWN,
+                ]
 
-    return (*size, *difference, "noticeable_share", "worst_place_difference"), body()
+    return header, body()
 
 
 RECIPES = {"picture-density": Recipe(compute, draw, rows)}

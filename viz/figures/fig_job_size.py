@@ -9,12 +9,13 @@ import numpy as np
 
 from beveloid_geom.inputs import Design
 from beveloid_geom.job_size import (
+    BLOCK_BYTES,
     CASES,
     CASES_PER_BLOCK,
+    LONGEST,
     POSITIONS,
-    POSITIONS_PER_BLOCK,
     SIZES,
-    TRACED_CASES,
+    TRACED_BLOCKS,
     Job,
     job_sizes,
 )
@@ -22,7 +23,7 @@ from beveloid_geom.job_size import (
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
 from ..theme import Size
-from .curves import Look, curve, duration, log_axes, say
+from .curves import Look, curve, duration, log_axes, say, whole_decades
 
 FLANK = "right"
 JOBS = SIZES
@@ -35,10 +36,8 @@ LOOKS = {
 }
 NOTE = (
     "A position is all that a path holds of it. A misalignment case is a mounted pair of its own, with the"
-    f" exact ends of its path and its contact ratio. Blocks are {POSITIONS_PER_BLOCK:,} positions and"
-    f" {CASES_PER_BLOCK:,} cases, each reduced to a number before the next is made. Peak memory is what a job"
-    f" allocates at most at a time (tracemalloc; in blocks of cases, over the first {TRACED_CASES:,})."
-    " {finding}"
+    " exact ends of its path and its contact ratio. {blocks}Peak memory is what a job allocates at most at a"
+    f" time (tracemalloc; in blocks of cases, over the first {TRACED_BLOCKS} blocks). {{finding}}"
 )
 
 
@@ -51,8 +50,11 @@ class JobFigure:
 
     def of(self, unit: str, in_blocks: bool) -> list[Job]:
         """The jobs of one kind that were done, by size."""
-        kind = [job for job in self.jobs if (job.unit, job.in_blocks) == (unit, in_blocks)]
-        return [job for job in kind if np.isfinite(job.seconds)]
+        return [job for job in self.kind(unit, in_blocks) if np.isfinite(job.seconds)]
+
+    def kind(self, unit: str, in_blocks: bool) -> list[Job]:
+        """The jobs of one kind, done or not."""
+        return [job for job in self.jobs if (job.unit, job.in_blocks) == (unit, in_blocks)]
 
 
 def compute(design: Design) -> JobFigure:
@@ -70,8 +72,17 @@ def draw(data: JobFigure, size: Size) -> Drawing:
         "Time and memory against the size of the job",
         f"Paths of contact on the {FLANK} flanks, in one call and block by block",
     )
-    low = theme.caption(page, NOTE.format(finding=finding(data))) + theme.inches(page, 0.75)
-    height = theme.top(page) - theme.inches(page, 0.5) - low
+    note = NOTE.format(blocks=block_sizes(data), finding=finding(data))
+    low = theme.caption(page, note, 176) + theme.inches(page, 0.75)
+    height = theme.top(page) - theme.inches(page, 0.9) - low
+    page.legend(
+        handles=[look.line() for look in LOOKS.values()],
+        loc="center left",
+        bbox_to_anchor=(0.068, theme.top(page) - theme.inches(page, 0.15)),
+        ncols=len(LOOKS),
+        fontsize=theme.SMALL,
+        handlelength=3.2,
+    )
     for column, label in enumerate(("processor time (s)", "peak memory (MB)")):
         axes = page.add_axes((0.075 + 0.495 * column, low, 0.415, height))
         axes.set_title(f"({'ab'[column]})  {label.split(' (')[0]}", loc="left", pad=10.0)
@@ -88,17 +99,41 @@ def draw(data: JobFigure, size: Size) -> Drawing:
             values = [job.peak_bytes / MEGA if column else job.seconds for job in jobs]
             curve(axes, look, [job.size for job in jobs], values, order)
         axes.autoscale_view(scalex=False)
+        whole_decades(axes)
         axes.minorticks_off()
-        if column == 0:
-            axes.legend(loc="upper left")
     return Drawing(page, {})
+
+
+def block_sizes(data: JobFigure) -> str:
+    """How large the blocks are, and why those of cases are smaller than they may be."""
+    blocks = {job.unit: job.per_block for job in data.jobs if job.per_block is not None}
+    if not blocks:
+        return ""
+    sizes = " and ".join(f"{per_block:,} {unit}" for unit, per_block in blocks.items())
+    text = f"Blocks are {sizes}, each reduced to a number before the next is made. "
+    if blocks.get(CASES, CASES_PER_BLOCK) < CASES_PER_BLOCK:
+        text += (
+            f"{CASES_PER_BLOCK:,} cases are usual, but here so many would take more than"
+            f" {BLOCK_BYTES / MEGA:.0f} MB: paths that are followed by their length take more. "
+        )
+    return text
 
 
 def finding(data: JobFigure) -> str:
     """What the chart shows, in numbers of this run."""
     parts = [_part(unit, data.of(unit, False), data.of(unit, True)) for unit in (POSITIONS, CASES)]
-    undone = [f"{job.size:,} {job.unit} were {job.status}" for job in data.jobs if np.isnan(job.seconds)]
-    return "; ".join(part for part in (*parts, *undone) if part) + "." if any(parts) else ""
+    undone = [_undone(unit, way, data.kind(unit, way)) for unit, way in LOOKS]
+    text = "; ".join(part for part in parts if part)
+    missing = "; ".join(part for part in undone if part)
+    if missing:
+        missing = f" Not done, as they would take more than {LONGEST:.0f} s: {missing}."
+    return (text and f"{text}.") + missing
+
+
+def _undone(unit: str, in_blocks: bool, jobs: Sequence[Job]) -> str:
+    """Which jobs of one kind were not done, and how long they would have taken."""
+    left = [f"{job.size:,} (about {job.expected:,.0f} s)" for job in jobs if np.isnan(job.seconds)]
+    return f"{unit} {'in blocks' if in_blocks else 'in one call'}: {', '.join(left)}" if left else ""
 
 
 def _part(unit: str, whole: Sequence[Job], blocks: Sequence[Job]) -> str:
@@ -114,14 +149,24 @@ def _part(unit: str, whole: Sequence[Job], blocks: Sequence[Job]) -> str:
 
 def rows(data: JobFigure) -> Table:
     """Time and memory of every job."""
-    header = ("unit", "way", "size", "seconds", "seconds_per_unit", "peak_memory_bytes", "status")
+    header = (
+        "unit",
+        "way",
+        "per_block",
+        "size",
+        "seconds",
+        "seconds_per_unit",
+        "peak_memory_bytes",
+        "status",
+    )
 
     def body() -> Iterator[list[object]]:
         if data.reason:
-            yield ["", "", "", float("nan"), float("nan"), float("nan"), data.reason]
+            yield ["", "", "", "", float("nan"), float("nan"), float("nan"), data.reason]
         for job in data.jobs:
             way = "blocks" if job.in_blocks else "one call"
-            yield [job.unit, way, job.size, job.seconds, job.seconds / job.size, job.peak_bytes, job.status]
+            cost = (job.seconds, job.seconds / job.size, job.peak_bytes)
+            yield [job.unit, way, job.per_block or job.size, job.size, *cost, job.status]
 
     return header, body()
 

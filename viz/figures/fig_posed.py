@@ -20,8 +20,11 @@ from . import annotate, posed, solved
 from .posed import PosedPair
 from .solved import SolvedPath
 
-TOLERANCE = 0.01
-"""mm, as `beveloid-geom mesh` takes it unless told otherwise."""
+TOLERANCE = 1.0 / 600.0
+"""In normal modules, so that teeth of any size look alike: a tenth of a pixel of the close picture on a
+page of 1000 x 750."""
+EXPORTED = 0.01
+"""mm: the tolerance of `beveloid-geom mesh` unless told otherwise."""
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 NEAR = np.array([-0.12, 0.45, 0.88])
 CLOSE = 4.6
@@ -39,9 +42,14 @@ class PosedFigure:
     path: SolvedPath
 
 
+def tolerance_of(design: Design) -> float:
+    """By how much (mm) the meshes of a design may miss the exact surfaces."""
+    return TOLERANCE * float(design.pinion.tool.normal_module)
+
+
 def compute(design: Design) -> PosedFigure:
     """Both gears to the tolerance, and their path."""
-    meshes = tuple(posed.teeth_of(member, TOLERANCE) for member in design.members)
+    meshes = tuple(posed.teeth_of(member, tolerance_of(design)) for member in design.members)
     return PosedFigure(posed.pose(design), meshes, solved.solve(design, "right"))
 
 
@@ -50,7 +58,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     page = theme.new_page(
         size,
         "The posed pair as exported",
-        f"Closed surfaces within {TOLERANCE:g} mm of the exact ones, "
+        f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, "
         + (
             "right flanks in contact in the middle of their path"
             if np.isfinite(data.pair.contact).all()
@@ -65,7 +73,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         page,
         f"{counts.capitalize()}. (b) looks at the heels along the teeth in mesh, the gear as if of glass;"
         " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
-        " the pinion's right flanks.",
+        f" the pinion's right flanks.{_export_note(data.pair.design)}",
     )
     pictures: dict[str, Picture] = {}
     heading = theme.top(page) - theme.inches(page, 0.25)
@@ -75,11 +83,21 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         pictures[name] = render(scene, box.size)
         axes = theme.show(page, box, pictures[name])
         page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
+        if (pictures[name].image == 255).all():
+            words = "the right flanks share no contact point to look at"
+            axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center")
         if column == 0:
             _label(axes, pictures[name], data)
         else:
             _draw_paths(axes, pictures[name], data)
     return Drawing(page, pictures)
+
+
+def _export_note(design: Design) -> str:
+    """How to export what is drawn, where `mesh` by itself would take another tolerance."""
+    tolerance = tolerance_of(design)
+    usual = abs(tolerance - EXPORTED) < 1e-9 * EXPORTED
+    return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
 
 
 def _label(axes: Axes, picture: Picture, data: PosedFigure) -> None:

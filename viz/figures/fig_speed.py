@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,16 +15,22 @@ from beveloid_geom.inputs import Design
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
 from ..theme import Page, Size
-from .curves import Look, curve, duration, log_axes, say
+from .curves import Labels, Look, curve, duration, log_axes, say, whole_decades
 
 FLANKS = ("right", "left")
+COLUMNS = 176
+"""Characters in a line of the caption."""
 MODIFIED = (0.001, -0.001)
+BATCHES = (0.6, 3e5)
+"""Limits of panel (e)."""
 SETTINGS = Settings()
 COST = "processor time of a position (s)"
-EXACT = 1e-9
-"""mm: an error under it counts as exact in the text."""
+EXACT, EXACT_TURN = 1e-9, 1e-4
+"""mm, and arcsec of transmission error: errors under them count as exact in the text."""
 FLOOR = 1e-14
 """mm: what is nearer to the truth than this is drawn there."""
+USUAL = (1.2e-8, 0.4), (0.3 * FLOOR, 3e3)
+"""Limits of the times (s) and errors (mm) of a panel; what is beyond widens them."""
 LOOKS = {
     "mesh alone": Look("mesh alone (tolerance)", theme.RED, "o", True),
     "mesh, polished": Look("mesh, then polish (tolerance)", theme.RED, "o"),
@@ -39,25 +45,26 @@ LOOKS = {
 }
 """Methods in the order of the legend, each with what varies along its curve."""
 LABELS = (
-    ("mesh alone", 0, "{:g} mm", (-2, 9), "right"),
-    ("mesh alone", -1, "{:g} mm", (6, -17), "right"),
-    ("five equations, NumPy, cold", 0, "xtol {:g}", (0, 9), "center"),
-    ("five equations, NumPy, warm", -1, "{:g}", (8, 3), "left"),
-    ("Newton on F", 0, "0 steps", (9, 0), "left"),
-    ("Newton on F", 1, "{:g}", (9, -1), "left"),
-    ("Newton on F", 2, "{:g}", (9, 1), "left"),
-    ("Newton on F", 3, "{:g}", (9, -3), "left"),
-    ("one equation, given l1", 0, "batch 1", (8, -20), "center"),
-    ("one equation, path", -1, "{:,.0f}", (-6, -20), "left"),
+    ("Newton on F", 0, "0 steps", ((9, 0, "left"), (-9, 0, "right"))),
+    ("Newton on F", 1, "{:g}", ((9, -1, "left"), (-9, -1, "right"))),
+    ("Newton on F", 2, "{:g}", ((9, 1, "left"), (-9, 1, "right"))),
+    ("Newton on F", 3, "{:g}", ((9, -3, "left"), (-9, -3, "right"))),
+    ("one equation, path", -1, "{:,.0f}", ((-6, -20, "left"), (-6, 10, "left"))),
+    ("one equation, given l1", 0, "batch 1", ((8, -20, "center"), (8, 10, "center"))),
+    ("mesh alone", 0, "{:g} mm", ((-2, 9, "right"), (-2, 9, "left"), (9, 6, "left"), (9, -4, "left"))),
+    ("mesh alone", -1, "{:g} mm", ((6, -17, "right"), (6, 9, "center"), (-9, -17, "left"))),
+    ("five equations, NumPy, cold", 0, "xtol {:g}", ((0, 9, "center"), (9, 6, "left"), (-9, 0, "right"))),
+    ("five equations, NumPy, warm", -1, "{:g}", ((8, 3, "left"), (8, -16, "left"), (-8, 3, "right"))),
 )
-"""Settings written beside their marks: method, which of its rows, text, shift in points, alignment."""
+"""Settings written beside their marks: method, which of its rows, text, and where, best first; what has
+no room at any of them is left out."""
 NOTE = (
     "Errors are the largest of five positions of the path, against the five equations at 60 digits. Times are"
     " processor times of a call over its positions; what is kept between calls (mounting, meshes, the flanks'"
     " constants) is listed apart, as setup. Meshes turn the gear until the flanks touch, from 1e-4 rad off. A"
     " cold start is the pitch point, a warm one the position before. Newton starts in the middle of the"
     " gear's flank, in batches of 1,000; without parabola one step is exact, and the point does not depend on"
-    " it. {finding}"
+    " it. {finding}{failures}"
 )
 
 
@@ -91,7 +98,10 @@ class SpeedCase:
         lost = {
             method: [row.status != SOLVED for row in self.rows if row.method == method] for method in methods
         }
-        return [f"{method} ({sum(bad)}\u00a0of\u00a0{len(bad)})" for method, bad in lost.items() if any(bad)]
+        counts = {
+            m: "all" if all(bad) else f"{sum(bad)} of {len(bad)}" for m, bad in lost.items() if any(bad)
+        }
+        return [f"{_plain(LOOKS[m].label)} ({count})".replace(" ", "\u00a0") for m, count in counts.items()]
 
 
 def compute(design: Design) -> tuple[SpeedCase, ...]:
@@ -115,7 +125,8 @@ def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",
     )
-    low = theme.caption(page, NOTE.format(finding=finding(data))) + theme.inches(page, 0.75)
+    note = NOTE.format(finding=finding(data), failures=failures(data))
+    low = theme.caption(page, note, COLUMNS) + theme.inches(page, 0.75)
     gap = theme.inches(page, 0.95)
     height = (theme.top(page) - theme.inches(page, 0.4) - low - gap) / 2.0
     shown = next((number for number in (2, 3, 0, 1) if data[number].rows), None)
@@ -123,7 +134,7 @@ def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
         row, column = divmod(number, len(FLANKS))
         axes = page.add_axes((0.065 + 0.325 * column, low + (1 - row) * (height + gap), 0.265, height))
         axes.set_title(f"({'abcd'[number]})  {case.title}", loc="left", pad=8.0)
-        _panel(axes, case, number == shown)
+        _panel(axes, case, limits(data), number == shown)
         if column == 0:
             axes.set_ylabel("error of the contact point (mm)")
         if row == 1:
@@ -134,12 +145,29 @@ def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
     return Drawing(page, {})
 
 
-def _panel(axes: Axes, case: SpeedCase, labelled: bool) -> None:
+def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Limits of times and of errors, alike in all panels: the usual ones, widened to hold every mark."""
+    found = [row for case in data for row in case.rows if np.isfinite(row.error_mm)]
+    times = [row.seconds_per_position for row in found]
+    errors = [max(FLOOR, row.error_mm) for row in found]
+    (fast, slow), (low, high) = USUAL
+    return (
+        (min([fast, *(0.5 * time for time in times)]), max([slow, *(2.0 * time for time in times)])),
+        (low, max([high, *(10.0 * error for error in errors)])),
+    )
+
+
+def _panel(
+    axes: Axes, case: SpeedCase, within: tuple[tuple[float, float], tuple[float, float]], labelled: bool
+) -> None:
     log_axes(axes)
-    axes.set_xlim(1.2e-8, 0.4)
-    axes.set_ylim(0.3 * FLOOR, 3e3)
-    axes.set_xticks(10.0 ** np.arange(-7, 0))
-    axes.set_yticks(10.0 ** np.arange(-14, 4, 2))
+    for axis, set_limits, ends, step in (
+        (axes.xaxis, axes.set_xlim, within[0], 1),
+        (axes.yaxis, axes.set_ylim, within[1], 2),
+    ):
+        set_limits(*ends)
+        first, last = (int(f(np.log10(end))) for f, end in zip((np.ceil, np.floor), ends, strict=True))
+        axis.set_ticks(10.0 ** np.arange(first + first % step, last + 1, step, dtype=float))
     axes.minorticks_off()
     if case.reason:
         say(axes, case.reason)
@@ -147,23 +175,12 @@ def _panel(axes: Axes, case: SpeedCase, labelled: bool) -> None:
         rows = [row for row in case.curve(method) if np.isfinite(row.error_mm)]
         x, y = [row.seconds_per_position for row in rows], [max(FLOOR, row.error_mm) for row in rows]
         curve(axes, look, x, y, order)
-    if case.failures:
-        text = "\n".join(("not found:", *(textwrap.fill(failure, 15) for failure in case.failures)))
-        axes.text(0.99, 0.47, text, transform=axes.transAxes, ha="right", va="center", fontsize=theme.SMALL)
-    for method, index, text, shift, side in LABELS if labelled else ():
+    labels = Labels(axes)
+    for method, index, text, shifts in LABELS if labelled else ():
         rows = case.curve(method)
         if rows and np.isfinite(rows[index].error_mm):
             at = (rows[index].seconds_per_position, max(FLOOR, rows[index].error_mm))
-            _beside(axes, text.format(rows[index].value), at, (shift, side), LOOKS[method].colour)
-
-
-def _beside(
-    axes: Axes, text: str, at: tuple[float, float], where: tuple[tuple[int, int], str], colour: str
-) -> None:
-    shift, side = where
-    axes.annotate(
-        text, at, xytext=shift, textcoords="offset points", ha=side, fontsize=theme.SMALL, color=colour
-    )
+            labels.put(text.format(rows[index].value), at, shifts, LOOKS[method].colour)
 
 
 def _legend(page: Page, top: float) -> None:
@@ -195,15 +212,21 @@ def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
         rows = [row for row in rows if np.isfinite(row.seconds_per_position)]
         curve(axes, look, [row.value for row in rows], [row.seconds_per_position for row in rows], order)
     axes.autoscale_view()
-    for method in ("five equations, math, warm", "five equations, NumPy, warm"):
-        row, colour = fastest(data[shown].rows, method), LOOKS[method].colour
-        if row:
-            axes.axhline(row.seconds_per_position, color=colour, linewidth=1.6, zorder=1.5)
-            at = (3e5, row.seconds_per_position)
-            _beside(axes, f"five equations, {method.split(', ')[1]}", at, ((0, 5), "right"), colour)
-    axes.set_xlim(0.6, 3e5)
+    levels = {name: fastest(data[shown].rows, f"five equations, {name}, warm") for name in ("math", "NumPy")}
+    known = {name: row.seconds_per_position for name, row in levels.items() if row}
+    colours = {name: LOOKS[f"five equations, {name}, warm"].colour for name in known}
+    for name, level in known.items():
+        axes.axhline(level, color=colours[name], linewidth=1.6, zorder=1.5)
+    axes.set_xlim(*BATCHES)
+    whole_decades(axes)
     axes.set_xticks(10.0 ** np.arange(6))
     axes.minorticks_off()
+    labels = Labels(axes)
+    places = ((BATCHES[1], "right"), (BATCHES[0] * 1.1, "left"))
+    for name, level in known.items():
+        for text, (end, side) in product((f"five equations, {name}", name), places):
+            if labels.put(text, (end, level), ((0, 6, side), (0, -16, side)), colours[name]):
+                break
 
 
 def fastest(rows: Sequence[Row], method: str) -> Row | None:
@@ -217,9 +240,25 @@ def finding(data: Sequence[SpeedCase]) -> str:
     last = {case.flank: case for case in data if case.rows}
     texts = []
     for case in last.values():
-        title = case.title.replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
+        title = _plain(case.title)
         texts.append(f"{title[:1].upper()}{title[1:]}: {'; '.join(_parts(case.rows))}.")
     return " ".join(texts)
+
+
+def _plain(text: str) -> str:
+    """A title, or the label of a method without what varies, for the caption."""
+    return text.split(" (")[0].replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
+
+
+def failures(data: Sequence[SpeedCase]) -> str:
+    """Which methods did not find all positions, and where there was nothing to find."""
+    lost = {letter: "; ".join(case.failures) for letter, case in zip("abcd", data, strict=True)}
+    texts = ". ".join(f"({letter}) {words}" for letter, words in lost.items() if words)
+    return (
+        f" Not found at some of their settings, or at all, for reasons in the table: {texts}."
+        if texts
+        else ""
+    )
 
 
 def _parts(rows: Sequence[Row]) -> Iterator[str]:
@@ -240,11 +279,24 @@ def _parts(rows: Sequence[Row]) -> Iterator[str]:
     if found:
         times = f"{five.seconds_per_position / one.seconds_per_position:,.0f} times" if one and five else ""
         yield f"under 1e-9 mm takes {', '.join(found)}" + (f" ({times} as fast)" if times else "")
+    never = [name.replace("in math", "the five equations in math") for name, row in best.items() if not row]
+    if never:
+        yield f"{', '.join(never)}: never under 1e-9 mm"
+    yield from _steps(rows)
+
+
+def _steps(rows: Sequence[Row]) -> Iterator[str]:
+    """How many Newton steps give point and rolls, and how near single precision comes."""
     steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
-    enough = next((row for row in steps if row.error_mm < EXACT), None)
+    exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
     single = [row.error_mm for row in rows if row.method == "Newton on F, single precision"]
-    if enough and np.isfinite(single).any():
-        yield f"{enough.value:.0f} Newton steps do, and single precision stays {np.nanmin(single):.0e} mm off"
+    if exact and exact[0].value > 0:
+        count = exact[0].value
+        yield f"{count:.0f} Newton step{'s do' if count > 1 else ' does'}"
+    elif steps and not exact:
+        yield f"Newton does not get there in {steps[-1].value:.0f} steps"
+    if np.isfinite(single).any():
+        yield f"single precision stays {np.nanmin(single):.0e} mm off"
 
 
 def rows(data: tuple[SpeedCase, ...]) -> Table:

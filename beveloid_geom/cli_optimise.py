@@ -1,0 +1,92 @@
+"""The command `beveloid-geom optimise`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+
+import click
+
+from .cli_support import BUILTIN_DESIGN, Command, Refusal, flank_option, load_design, write_out
+
+BOUNDS = (-0.002, 0.002)
+
+
+def _error(option: str, metavar: str, text: str) -> Callable[[Command], Command]:
+    return click.option(option, type=float, default=0.0, show_default=True, metavar=metavar, help=text)
+
+
+def _bounds(option: str, text: str) -> Callable[[Command], Command]:
+    help_text = f"Least and greatest coefficient of the {text}'s tool, 1/mm."
+    return click.option(
+        option, type=(float, float), default=BOUNDS, show_default=True, metavar="A A", help=help_text
+    )
+
+
+@click.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@flank_option
+@_error("--offset", "MM", "Error of the offset, taken both ways.")
+@_error("--shaft-angle-deg", "DEG", "Error of the shaft angle, taken both ways.")
+@_error("--pinion-axial", "MM", "Axial error of the pinion, taken both ways.")
+@_error("--gear-axial", "MM", "Axial error of the gear, taken both ways.")
+@click.option(
+    "--contact-ratio",
+    type=float,
+    default=1.6,
+    show_default=True,
+    metavar="RATIO",
+    help="Contact ratio (Eq. 16) to be reached.",
+)
+@click.option(
+    "--off-centre",
+    type=float,
+    default=1.0,
+    show_default=True,
+    metavar="MM",
+    help="How far the middle of the path may lie from mid-face.",
+)
+@click.option(
+    "--transmission-error",
+    type=float,
+    metavar="ARCSEC",
+    help="Greatest transmission error of the path, peak to peak. Default: any.",
+)
+@_bounds("--pinion-bounds", "pinion")
+@_bounds("--gear-bounds", "gear")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
+def optimise(
+    design: str,
+    flank: str,
+    offset: float,
+    shaft_angle_deg: float,
+    pinion_axial: float,
+    gear_axial: float,
+    contact_ratio: float,
+    off_centre: float,
+    transmission_error: float | None,
+    pinion_bounds: tuple[float, float],
+    gear_bounds: tuple[float, float],
+    as_json: bool,
+) -> None:
+    """Find the parabola coefficients with which errors shift the path of contact least.
+
+    The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
+    each other. Give at least one error; some seconds. Exit status 2 if nothing meets the aim.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+    given = load_design(design)
+    from . import report_optimise as report
+    from .inputs import Errors
+    from .optimise import Aim, optimise_parabola
+
+    errors = Errors(offset, math.radians(shaft_angle_deg), pinion_axial, gear_axial)
+    swing = math.inf if transmission_error is None else math.radians(transmission_error / 3600.0)
+    aim = Aim(errors, contact_ratio, off_centre, swing, pinion_bounds, gear_bounds)
+    try:
+        found = optimise_parabola(given, aim, flank)
+    except ValueError as error:
+        raise Refusal([str(error)]) from None
+    shown = report.optimum_json if as_json else report.optimum_table
+    write_out(shown(click.format_filename(design), given, aim, flank, found))

@@ -1,0 +1,146 @@
+"""The command `beveloid-geom tolerance`."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import click
+
+from .cli_support import (
+    BUILTIN_DESIGN,
+    Command,
+    Refusal,
+    changed_design,
+    flank_option,
+    load_design,
+    parabola_options,
+    require_one_format,
+    write_out,
+)
+
+if TYPE_CHECKING:
+    from .inputs import Design
+    from .tolerance import Distribution, Tolerances, ToleranceStudy
+
+LARGEST = click.FloatRange(0.0, 1000.0)
+MOST_CASES, MOST_JOBS = 1_000_000, 1024
+
+
+def _tolerance(
+    option: str, metavar: str, text: str, kind: click.FloatRange = LARGEST
+) -> Callable[[Command], Command]:
+    return click.option(option, type=kind, default=0.0, show_default=True, metavar=metavar, help=text)
+
+
+@click.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@flank_option
+@_tolerance("--offset", "MM", "Tolerance of the offset, to either side.")
+@_tolerance(
+    "--shaft-angle-deg", "DEG", "Tolerance of the shaft angle, to either side.", click.FloatRange(0.0, 5.0)
+)
+@_tolerance("--pinion-axial", "MM", "Tolerance of the pinion's axial position.")
+@_tolerance("--gear-axial", "MM", "Tolerance of the gear's axial position.")
+@click.option("--distribution", type=click.Choice(["normal", "uniform"]), default="normal", show_default=True)
+@click.option(
+    "--sigmas",
+    type=click.FloatRange(0.0, 100.0, min_open=True),
+    default=3.0,
+    show_default=True,
+    help="Standard deviations in a tolerance, if normal.",
+)
+@click.option(
+    "--cases", type=click.IntRange(1, MOST_CASES), default=100_000, show_default=True, help="Mountings drawn."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MOST_JOBS),
+    default=1,
+    show_default=True,
+    help="Processes; their number does not change the result.",
+)
+@parabola_options
+@click.option("--json", "as_json", is_flag=True, help="Print JSON of the summary, mm and rad.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one mounting a row, mm and rad.")
+@click.pass_context
+def tolerance(
+    context: click.Context,
+    /,
+    design: str,
+    flank: str,
+    offset: float,
+    shaft_angle_deg: float,
+    pinion_axial: float,
+    gear_axial: float,
+    distribution: str,
+    sigmas: float,
+    cases: int,
+    seed: int,
+    jobs: int,
+    as_json: bool,
+    as_csv: bool,
+    **changes: float | None,
+) -> None:
+    """Paths of contact under drawn assembly errors: how often they leave the flank, how they spread.
+
+    Errors add to those of the design. Quantiles are those of the mountings with a path on the
+    flanks. Exit status 1 if no mounting has one.
+    """
+    require_one_format(as_json, as_csv)
+    if not (offset or shaft_angle_deg or pinion_axial or gear_axial):
+        raise Refusal(["no tolerances: give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial"])
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+    changed = changed_design(load_design(design), changes)
+    from . import report_tolerance as report
+    from .tolerance import Tolerances
+
+    angle = math.radians(shaft_angle_deg)
+    spread: Distribution = "uniform" if distribution == "uniform" else "normal"
+    given = Tolerances(offset, angle, pinion_axial, gear_axial, spread, sigmas)
+    try:
+        study = _study(changed, given, flank, cases, seed, jobs)
+    except ValueError as error:
+        raise Refusal([str(error)]) from None
+    name = click.format_filename(design)
+    if as_json:
+        write_out(report.tolerance_json(name, changed, study))
+    else:
+        write_out(report.tolerance_csv(study) if as_csv else report.tolerance_table(name, changed, study))
+    if not study.mountings.solved.any():
+        click.echo(f"No contact: no mounting has a path on the {flank} flanks", err=True)
+        context.exit(1)
+
+
+def _study(
+    design: Design, tolerances: Tolerances, flank: str, cases: int, seed: int, jobs: int
+) -> ToleranceStudy:
+    """The study with a bar of its progress on standard error, if that is a terminal."""
+    import multiprocessing
+    import signal
+    from concurrent.futures import ProcessPoolExecutor
+    from contextlib import nullcontext
+
+    from tqdm import tqdm
+
+    from .tolerance import tolerance_study
+
+    # Fresh processes, as on all systems; Ctrl-C is the parent's business.
+    pool = (
+        nullcontext()
+        if jobs == 1
+        else ProcessPoolExecutor(
+            jobs, multiprocessing.get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
+        )
+    )
+    with (
+        pool as executor,
+        tqdm(total=cases, desc="mountings", unit="mounting", file=sys.stderr, disable=None) as bar,
+    ):
+        return tolerance_study(
+            design, tolerances, flank, cases, seed=seed, executor=executor, progress=bar.update
+        )
