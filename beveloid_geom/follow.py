@@ -261,6 +261,12 @@ def _share(points: FloatArray) -> FloatArray:
     return np.asarray(2.0 * way / way[-1] - 1.0)
 
 
+def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
+    """The line through points (points, 4) at `nodes` of its way."""
+    share = _share(points)
+    return np.stack([np.interp(nodes, share, values) for values in points.T], axis=-1)
+
+
 def _on_guides(
     pairing: Pairing, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -271,9 +277,7 @@ def _on_guides(
     point = np.einsum("nd,pcd->pnc", values, guides)
     normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    walked = np.array(
-        [np.array([np.interp(nodes, _share(line), line[:, k]) for k in range(4)]).T for line in lines]
-    )
+    walked = np.array([_between(line, nodes) for line in lines])
     off = np.einsum("...i,...i", point - walked, normal)
     start = walked + off[..., None] * normal
     z, solved = onto_curve(pairing, start, normal, units, PASSES)

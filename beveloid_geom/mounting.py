@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -80,10 +81,17 @@ def across_action(
     seen = moment[1] - layout.offset * normal_y[1]
     shared = layout.cos_angle + axial[0] * axial[1]
     x_squared = 1.0 - axial[0] * axial[0] - normal_y[0] * normal_y[0]
-    own, arm = square[0], moment[0] / square[0]
-    first = -(own * seen + arm * shared) / layout.sin_angle
-    side = layout.offset * axial[1] + arm / own * layout.sin_angle
-    return np.array((first, (shared / own * first - x_squared * side) / square[1]))
+    first = -(square[0] * seen + moment[0] / square[0] * shared) / layout.sin_angle
+    return np.array((first, across_of_gear(layout, axial, square, moment, first, x_squared)))
+
+
+def across_of_gear(
+    layout: Layout, axial: FloatArray, square: FloatArray, moment: FloatArray, first: Any, normal_x: Any
+) -> Any:
+    """w_2 from w_1 (`first`) and n_x; n_x w_2 from n_x w_1 and n_x^2: see `across_action`."""
+    shared = layout.cos_angle + axial[0] * axial[1]
+    side = layout.offset * axial[1] + moment[0] / (square[0] * square[0]) * layout.sin_angle
+    return (shared / square[0] * first - normal_x * side) / square[1]
 
 
 def _action(layout: Layout, members: Member, flank: str, sign: float, distance: FloatArray) -> _Action:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from .assembly import common_normal
 from .contact import COMPLEX_STEP, Meeting, Pairing, terms_of
 from .inputs import FloatArray
-from .mounting import across_action
+from .mounting import across_action, across_of_gear
 from .rack import Numbers
 
 NORMAL_UNIT = 0.1
@@ -54,9 +54,7 @@ def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
     v, square, moment = terms.own[2], terms.square, terms.moment
     normal = common_normal(layout, v)
     reach = across_action(layout, v, square, normal.y, moment)
-    other = (layout.cos_angle + v[0] * v[1]) * w / square[0]
-    other = other - nx * (layout.offset * v[1] + moment[0] * layout.sin_angle / (square[0] * square[0]))
-    across = np.array((w, other / square[1]))
+    across = np.array((w, across_of_gear(layout, v, square, moment, w, nx)))
     along = terms.level + terms.slope * across
     gap = along[0] + along[1] - layout.offset * nx
     size = pairing.scale
