@@ -16,13 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
-from .first_contact import TOGETHER, first_contact, mesh_of, middle_roll
+from .approach import OVERLAP
+from .first_contact import TOGETHER, FirstStatus, Mesh, first_contact, mesh_of, middle_roll
 from .inputs import Design, Errors, FloatArray, Pair
 
 Numbers: TypeAlias = NDArray[np.int_]
@@ -41,6 +43,34 @@ NODES, BETWEEN = 20, 96
 """Gauss-Legendre points of a piece, and points at which their polynomial is integrated."""
 EXTREMUM_PASSES = 4
 """Newton steps from the greatest and the least of 4 NODES points of a piece to its extremes."""
+STRIDE = 8
+"""A tooth pair alone is looked at on every so many of SAMPLES, and on all where it is near enough to come
+to touch between. Its clearance is taken to change by no more than the mesh advances; by a third was seen."""
+AT_LEAST = 1.0 - 1e-6
+"""Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
+
+
+class RatioStatus(IntEnum):
+    """What is known of an operating contact ratio."""
+
+    KNOWN = 0
+    NO_FIRST_CONTACT = 1
+    """A position of the cycle has no first contact."""
+    NOT_CONVERGED = 2
+    """At a roll the clearance of a tooth pair taken alone is not known."""
+    TOO_THICK = 3
+    """The thickness reaches tooth pairs beyond those looked at, or the next turn of the same teeth."""
+    UNSTEADY = 4
+    """Rolls at which a tooth pair begins and ceases to touch cannot be told apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingRatios:
+    """Operating contact ratios (thicknesses, *batch), NaN where not known, and their `status`, codes of
+    `RatioStatus`."""
+
+    ratio: FloatArray
+    status: NDArray[np.int8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +102,13 @@ class Cycle:
 @dataclass(frozen=True, eq=False)
 class _Curve:
     """First contacts (intervals, rolls): the transmission error (rad), the carrier's number, its
-    tooth pair, and whether it is an edge."""
+    tooth pair, whether it is an edge, and whether it is in doubt what touches, if anything."""
 
     error: FloatArray
     carrier: Numbers
     pair: Numbers
     edge: NDArray[np.bool_]
+    doubt: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +136,14 @@ def _curve_at(
     for part in (*np.moveaxis(first.limit, -1, 0), *np.moveaxis(first.on_fillet, -1, 0)):
         code = 16 * code + part + 1
     edge = first.limit[..., 0] >= 0
-    shape = roll.shape
-    error = first.transmission_error.reshape(shape)
-    return _Curve(error, code.reshape(shape), first.pair.reshape(shape), edge.reshape(shape))
+    doubt = (first.status != FirstStatus.SOLVED) & (first.status != FirstStatus.NO_CONTACT)
+    return _Curve(
+        error=first.transmission_error.reshape(roll.shape),
+        carrier=code.reshape(roll.shape),
+        pair=first.pair.reshape(roll.shape),
+        edge=edge.reshape(roll.shape),
+        doubt=doubt.reshape(roll.shape),
+    )
 
 
 def _at_cases(design: Design, case: Numbers) -> Design:
@@ -284,20 +320,70 @@ def error_over_cycles(
 def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> FloatArray:
     """Operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
     touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the
-    pitch. NaN where a first contact is not found.
+    pitch. NaN where it is not known; `operating_ratios` says why.
 
     Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays
     and a negative thickness."""
-    if not thickness >= 0.0:
-        raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
+    return np.asarray(operating_ratios(design, flank, (thickness,)).ratio[0])
+
+
+def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...]) -> OperatingRatios:
+    """`operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its status.
+
+    Raises ValueError as that does."""
+    for thickness in thicknesses:
+        if not thickness >= 0.0:
+            raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
     shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
     start = np.broadcast_to(middle_roll(design, flank), shape)
     case = np.arange(start.size)
     mesh, _ = mesh_of(design, flank, np.broadcast_to(start[..., None], (*shape, 1)))
-    share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
-    roll = start.reshape(-1, 1) + pitch * share
-    lever = mesh.own.sigma * mesh.lever
-    cycle = _curve_at(design, flank, case, roll[:, :SAMPLES])
+    cycle = _curve_at(design, flank, case, start.reshape(-1, 1) + pitch * np.arange(SAMPLES) / SAMPLES)
+    lost = np.isnan(cycle.error).any(axis=1)
+    ratio = np.full((len(thicknesses), start.size), np.nan)
+    status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
+    if not lost.all():
+        share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
+        again = np.arange(share.size) % SAMPLES  # the curve of all pairs repeats itself
+        first = _Curve(*(value[:, again] for value in vars(cycle).values()))
+        roll = start.reshape(-1, 1) + pitch * share
+        useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
+        curves = first, _alone(design, flank, mesh, roll, first, max(useful, default=0.0))
+        for k, thickness in enumerate(thicknesses):
+            ratio[k], status[k] = _ratio(design, flank, mesh, roll, curves, thickness)
+        status[:, lost] = RatioStatus.NO_FIRST_CONTACT
+    ratio[status != RatioStatus.KNOWN] = np.nan
+    shape = (len(thicknesses), *shape)
+    return OperatingRatios(ratio.reshape(shape), status.reshape(shape))
+
+
+def _alone(
+    design: Design, flank: str, mesh: Mesh, roll: FloatArray, first: _Curve, thickness: float
+) -> _Curve:
+    """Pair 0 alone at rolls (cases, rolls); NaN, as without contact, where it is too far off to matter."""
+    case, n = np.arange(len(roll)), roll.shape[1]
+    rough = _curve_at(design, flank, case, roll[:, ::STRIDE], (0,))
+    off = mesh.own.sigma * mesh.lever * (rough.error - first.error[:, ::STRIDE])
+    advance = mesh.lever * mesh.pitch[1] * 0.5 * STRIDE / SAMPLES  # to the nearer of two looked at
+    near = ((off <= thickness + advance) | rough.doubt).any(axis=0).repeat(STRIDE)
+    # The stride before and the one after each of these.
+    shifted = np.append(near[STRIDE:], np.zeros(STRIDE, dtype=bool))
+    chosen = (near | shifted)[:n]
+    chosen[::STRIDE] = True
+    found = _curve_at(design, flank, case, roll[:, chosen], (0,))
+    filled = {}
+    for name, value in vars(found).items():
+        filled[name] = np.full(roll.shape, np.nan if name == "error" else 0, dtype=value.dtype)
+        filled[name][:, chosen] = value
+    return _Curve(**filled)
+
+
+def _ratio(
+    design: Design, flank: str, mesh: Mesh, roll: FloatArray, curves: tuple[_Curve, _Curve], thickness: float
+) -> tuple[FloatArray, Numbers]:
+    """Ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
+    (cases, rolls)."""
+    pitch, lever = mesh.pitch[0], mesh.own.sigma * mesh.lever
 
     def touching(first: _Curve, alone: _Curve) -> Numbers:
         # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
@@ -308,11 +394,24 @@ def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> Float
         alone = _curve_at(design, flank, cases, rolls, (0,))
         return touching(_curve_at(design, flank, cases, rolls), alone)
 
-    again = np.arange(share.size) % SAMPLES  # the curve of all pairs repeats itself
-    first = _Curve(*(value[:, again] for value in vars(cycle).values()))
-    inside = touching(first, _curve_at(design, flank, case, roll, (0,)))
-    ends = _divided(_with_change(case, roll, inside), touches, CHANGE_WIDTH * pitch)
-    ratio = np.zeros(start.size)
+    # Further off than this the same teeth are those of another turn.
+    latest = np.nan_to_num(lever * curves[0].error).max(axis=1)
+    most = (1.0 - OVERLAP) * mesh.period * mesh.lever - latest
+    if (thickness >= most).all():
+        return np.full(len(roll), np.nan), np.full(len(roll), RatioStatus.TOO_THICK)
+    inside = touching(*curves)
+    ends = _divided(_with_change(np.arange(len(roll)), roll, inside), touches, CHANGE_WIDTH * pitch)
+    ratio, balance, wide = np.zeros(len(roll)), np.zeros(len(roll)), np.zeros(len(roll), dtype=bool)
     leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)
-    np.add.at(ratio, ends.case, np.where(leaves, 1.0, -1.0) * 0.5 * (ends.low + ends.high) / pitch)
-    return np.where(np.isnan(cycle.error).any(axis=1), np.nan, ratio).reshape(shape)
+    sign = np.where(leaves, 1.0, -1.0)
+    np.add.at(ratio, ends.case, sign * 0.5 * (ends.low + ends.high) / pitch)
+    np.add.at(balance, ends.case, sign)
+    wide[ends.case[ends.high - ends.low > CHANGE_WIDTH * pitch]] = True
+    beyond = (inside[:, [0, -1]] != 0).any(axis=1) | (thickness >= most)
+    cases = (
+        (curves[1].doubt.any(axis=1), RatioStatus.NOT_CONVERGED),
+        (beyond, RatioStatus.TOO_THICK),
+        (wide | (balance != 0.0) | ~(ratio >= AT_LEAST), RatioStatus.UNSTEADY),
+    )
+    found = np.select([where for where, _ in cases], [code for _, code in cases], RatioStatus.KNOWN)
+    return ratio, found

@@ -12,7 +12,7 @@ from .contact import Limit
 from .first_contact import FirstContact, FirstStatus, first_contact
 from .inputs import Design, FloatArray
 from .mounting import Mounting, mounting_of
-from .operation import Cycle, mesh_cycle, operating_ratio
+from .operation import Cycle, RatioStatus, mesh_cycle, operating_ratios
 from .path import contact_ratio
 from .report import (
     csv_text,
@@ -36,6 +36,7 @@ FIELDS = (
     ("z2", "_mm"),
 )
 """Numbers of a position, with the units in a CSV's header."""
+RATIOS = ("operating_contact_ratio", "operating_contact_ratio_within_film")
 SHOWN = 12
 """Intervals of the cycle between the positions of a table."""
 
@@ -44,7 +45,7 @@ SHOWN = 12
 class OperationReport:
     """One mesh cycle of a flank pair: its `cycle`, first contacts at even rolls, and the contact
     ratios by Eq. 16, in operation, and within `film` (mm) of touching. `reason` says why the
-    cycle is not known, None if it is."""
+    cycle is not known, None if it is; `doubts` the same of the last two ratios."""
 
     name: str
     design: Design
@@ -57,6 +58,7 @@ class OperationReport:
     film: float
     within_film: float
     reason: str | None
+    doubts: tuple[str | None, str | None]
 
     @property
     def carriers(self) -> list[str]:
@@ -83,14 +85,36 @@ def operation_report(
     cycle = mesh_cycle(design, flank, harmonics)
     share: FloatArray = np.linspace(0.0, 1.0, points)
     first = first_contact(design, flank, float(cycle.start) + cycle.pitch * share)
-    known = not bool(cycle.lost)
-    ratios = [float(operating_ratio(design, flank, size)) if known else math.nan for size in (0.0, film)]
-    eq16 = float(contact_ratio(design, flank))
-    reason = None if known else _reason(flank, first)
-    mounting = mounting_of(design)
+    ratios = [math.nan, math.nan]
+    doubts: tuple[str | None, str | None] = (None, None)
+    if not cycle.lost:
+        found = operating_ratios(design, flank, (0.0, film))
+        ratios, doubts = found.ratio.tolist(), (_doubt(found.status[0]), _doubt(found.status[1]))
     return OperationReport(
-        name, design, flank, mounting, cycle, first, eq16, ratios[0], film, ratios[1], reason
+        name=name,
+        design=design,
+        flank=flank,
+        mounting=mounting_of(design),
+        cycle=cycle,
+        first=first,
+        eq16=float(contact_ratio(design, flank)),
+        operating=ratios[0],
+        film=film,
+        within_film=ratios[1],
+        reason=_reason(flank, first) if cycle.lost else None,
+        doubts=doubts,
     )
+
+
+def _doubt(code: int) -> str | None:
+    """Why an operating contact ratio is not known, if it is not."""
+    words = {
+        RatioStatus.NO_FIRST_CONTACT: "at some rolls there is no first contact",
+        RatioStatus.NOT_CONVERGED: "the clearance of a tooth pair did not converge",
+        RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs looked at, take a thinner one",
+        RatioStatus.UNSTEADY: "the rolls at which a tooth pair touches cannot be told apart",
+    }
+    return words.get(RatioStatus(int(code)))
 
 
 def _reason(flank: str, first: FirstContact) -> str:
@@ -114,9 +138,9 @@ def operation_json(report: OperationReport) -> str:
         "design": report.name,
         "flank": report.flank,
         "contact_ratio": report.eq16,
-        "operating_contact_ratio": report.operating,
+        RATIOS[0]: report.operating,
         "film": report.film,
-        "operating_contact_ratio_within_film": report.within_film,
+        RATIOS[1]: report.within_film,
         **layout_data(report.design, report.mounting),
         "parabola": {"pinion": report.design.pinion.tool.parabola, "gear": report.design.gear.tool.parabola},
         "pitch": cycle.pitch,
@@ -134,6 +158,9 @@ def operation_json(report: OperationReport) -> str:
     }
     if report.reason:
         data["reason"] = report.reason
+    for key, doubt in zip(RATIOS, report.doubts, strict=True):
+        if doubt:
+            data[f"{key}_reason"] = doubt
     return json_text(data)
 
 
@@ -153,8 +180,12 @@ def operation_table(report: OperationReport) -> str:
     eq16 = "not known" if math.isnan(report.eq16) else f"{report.eq16:.6f}"
     if report.reason:
         return text + line("contact ratio", f"{eq16} by Eq. 16")
-    near = f"{report.within_film:.6f} within {1e3 * report.film:g} um of touching"
-    text += line("contact ratio", f"{eq16} by Eq. 16; in operation {report.operating:.6f}, {near}")
+    operating, near = (
+        f"not known ({doubt})" if doubt else f"{value:.6f}"
+        for value, doubt in zip((report.operating, report.within_film), report.doubts, strict=True)
+    )
+    near += f" within {1e3 * report.film:g} um of touching"
+    text += line("contact ratio", f"{eq16} by Eq. 16; in operation {operating}, {near}")
     cycle = report.cycle
     text += line("transmission error", f"{ARCSEC * float(cycle.peak_to_peak):z.4f} arcsec peak to peak")
     amplitudes = ", ".join(f"{value:z.4f}" for value in ARCSEC * np.abs(cycle.harmonics))

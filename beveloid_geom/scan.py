@@ -175,7 +175,7 @@ def _edge_starts(
     lines = away.reshape(-1, *grid.shape)
     row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
     point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station
-    near = scan.f[row, point] <= bound[0][row]
+    near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
     row, point = row[near], point[near]
     periods = scan.periods[row, point]
     place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)

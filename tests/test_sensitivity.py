@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 
+from beveloid_geom.cli_sensitivity import sensitivity as command
 from beveloid_geom.contact import Limit
+from beveloid_geom.design_file import builtin_design
 from beveloid_geom.flank import flank_point
 from beveloid_geom.inputs import Design, Errors, FloatArray
 from beveloid_geom.mounting import mounting_of
@@ -20,6 +24,7 @@ from beveloid_geom.solve import Status
 
 from .oracle.table1 import table1
 from .symmetry import mirrored
+from .test_follow import LOST
 
 FLANKS = ("right", "left")
 VALUES = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
@@ -46,7 +51,7 @@ class Exact:
         given = [MP.mpf(getattr(self.design.errors, name)) for name in ERRORS]
         total = dict(zip(ERRORS, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
         design = self.design.with_errors(Errors(**total))
-        found = solve_mp(design, self.flank, guess, ("l1", l1), self.mounting)
+        found = solve_mp(design, self.flank, guess.tolist(), ("l1", l1), self.mounting)
         x, y, z = found.point
         offset = MP.mpf(design.pair.offset) + total["offset"]
         angle = MP.mpf(design.pair.shaft_angle) + total["shaft_angle"]
@@ -148,7 +153,8 @@ def test_transmission_error_up_to_a_smooth_extreme_against_60_digits() -> None:
     path = path_of_contact(design, case[0], 401)
     error = path.transmission_error
     lowest, greatest = int(error.argmin()), int(error.argmax())
-    assert 0 < lowest < 400 and greatest == 0
+    assert 0 < lowest < 400
+    assert greatest == 0
     exact = Exact(design, case[0])
     fields = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
     guess, none = np.array([field[lowest] for field in fields]), (MP.zero,) * 4
@@ -256,7 +262,8 @@ def test_batches_and_what_has_no_path() -> None:
             scale = np.abs(np.nan_to_num(expected)).max()
             np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-10 * scale)
         assert (single.limit == batch.limit[index]).all()
-    assert batch.status[0, 2] == Status.OFF_FLANK and (batch.limit[0, 2] == -1).all()
+    assert batch.status[0, 2] == Status.OFF_FLANK
+    assert (batch.limit[0, 2] == -1).all()
     assert batch.status[1, 1] == Status.UNDEFINED
     with pytest.raises(ValueError, match="without elements"):
         path_sensitivity(table1(errors=Errors(np.zeros(0))))
@@ -269,8 +276,60 @@ def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:
     found = path_sensitivity(design, "right")
     roll = path_of_contact(design, "right", 401).pinion_roll
     assert np.ptp(np.sign(np.diff(roll))) == 2.0
-    assert np.isnan(found.z[1]).all() and np.isfinite(found.z[::2]).all()
+    assert np.isnan(found.z[1]).all()
+    assert np.isfinite(found.z[::2]).all()
     assert found.contact_ratio == pytest.approx(29 / (2 * np.pi) * np.ptp(roll), rel=1e-4)
     for k, (name, step) in enumerate(zip(ERRORS, (1e-4, 5e-8, 1e-3, 1e-3), strict=True)):
         a, b, c, d = differences(design, "right", name, step).contact_ratio
         assert found.contact_ratio_by[k] == pytest.approx((8 * (c - b) - (d - a)) / (12 * step), rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["4.15/2.03 deg", "a -0.0022/-0.0017"])
+def test_paths_followed_by_their_length(name: str) -> None:
+    """Across n_x = 0, and where l1 turns back along the path."""
+    design = LOST[name]
+    found = path_sensitivity(design, "right")
+    assert found.status == Status.SOLVED
+    for k, (error, step) in enumerate(zip(ERRORS, (5e-5, 2e-8, 5e-4, 5e-4), strict=True)):
+        near = differences(design, "right", error, step)
+        for field in ("z", "r", "contact_ratio", "peak_to_peak"):
+            a, b, c, d = getattr(near, field)
+            expected, ours = (8.0 * (c - b) - (d - a)) / (12.0 * step), getattr(found, field + "_by")[..., k]
+            assert np.abs(ours - expected).max() <= 1e-4 * max(np.abs(ours).max(), 1e-5), (
+                f"{field} by {error}"
+            )
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(command, list(arguments))
+
+
+def test_json_holds_the_result_of_the_library() -> None:
+    result = run("--json", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--flank", "left")
+    assert (result.exit_code, result.stderr) == (0, "")
+    data, found = (
+        json.loads(result.stdout),
+        path_sensitivity(builtin_design().with_parabola(*MODIFIED), "left"),
+    )
+    assert data["errors_of_derivatives"] == list(ERRORS)
+    assert data["limits"] == ["gear tip", "pinion tip"]
+    for name in (*VALUES, *(f"{value}_by" for value in VALUES), "face_shift_by", "square_shift_by"):
+        np.testing.assert_array_equal(data[name], getattr(found, name))
+
+
+def test_table_is_for_the_errors_named() -> None:
+    result = run()
+    assert result.exit_code == 0
+    rows = result.stdout.splitlines()
+    assert max(len(row) for row in rows) <= 100
+    numbers = next(row for row in rows if "pinion, along the face" in row).split("mm")[1].split()
+    found = path_sensitivity(builtin_design(), "right").face_shift_by[1, 0]
+    expected = found * (0.1, np.radians(0.01), 0.1, 0.1)
+    assert [float(value) for value in numbers] == pytest.approx(expected.tolist(), abs=1e-6)
+
+
+def test_no_path_is_said() -> None:
+    result = run("--offset-error", "20")
+    assert result.exit_code == 1
+    assert result.stderr == "No contact: no path of contact on the right flanks: off_flank\n"
+    assert json.loads(run("--offset-error", "20", "--json").stdout)["contact_ratio"] is None

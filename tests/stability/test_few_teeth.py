@@ -5,6 +5,7 @@ one stands in a tooth of the gear are shut, and of what is left open the ends ar
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from math import radians
 
@@ -12,16 +13,17 @@ import numpy as np
 import pytest
 
 from beveloid_geom.certificate import certify
-from beveloid_geom.first_contact import FirstStatus, conjugate_phase, first_contact
+from beveloid_geom.first_contact import FirstStatus, conjugate_phase, first_contact, middle_roll
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.flank import tip_radius, tip_thickness
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair
 from beveloid_geom.mounting import mounting_of
-from beveloid_geom.operation import operating_ratio
+from beveloid_geom.operation import RatioStatus, mesh_cycle, operating_ratio, operating_ratios
 from beveloid_geom.outline import cut_sheets, tip_angle
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.proximity import mesh_contact
 from beveloid_geom.rack import reference_radius
+from beveloid_geom.report_operation import operation_json, operation_report, operation_table
 from beveloid_geom.sampling import grid_of, sample_flank
 from beveloid_geom.section import section_of, section_size
 from beveloid_geom.solid import gear_solid
@@ -170,6 +172,75 @@ def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
     """Of pair 0 only that turn counts which meets the gear's tooth 0."""
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
+
+
+def wound(teeth: int, helix: float) -> Design:
+    """A pinion with teeth of full height."""
+    return closed(changed(PINION, teeth=teeth, helix_angle=radians(helix)), GEAR)
+
+
+def counted_ratio(design: Design, flank: str, rolls: int = 400) -> float:
+    """Mean over a pitch of how many tooth pairs have a position of their path of contact at a roll."""
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    on_path = path_of_contact(design, flank, 401).pinion_roll
+    roll = pitch * (np.arange(rolls) + 0.5) / rolls
+    shifted = roll + pitch * np.arange(-9, 10)[:, None]
+    return float(((shifted >= on_path.min()) & (shifted <= on_path.max())).sum(axis=0).mean())
+
+
+@pytest.mark.parametrize(
+    ("teeth", "helix", "flank"), [(1, 80.0, "right"), (2, 75.0, "left"), (3, 70.0, "right")]
+)
+def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: float, flank: str) -> None:
+    """Where a tooth pair has nothing to touch, other turns of its teeth once counted as this one: -2.16."""
+    design = wound(teeth, helix)
+    ratio = float(operating_ratio(design, flank))
+    assert ratio == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
+    assert ratio == pytest.approx(counted_ratio(design, flank), abs=1.0 / 200)
+    cycle = mesh_cycle(design, flank, 2)
+    assert float(cycle.peak_to_peak) < 1e-13
+    assert cycle.edge_share == 0.0
+    assert cycle.hand_over.sum() == 1
+
+
+@pytest.mark.parametrize(("teeth", "helix"), [(1, 80.0), (3, 80.0)])
+def test_a_tooth_pair_asked_for_is_that_of_this_turn(teeth: int, helix: float) -> None:
+    design = wound(teeth, helix)
+    pitch = 2.0 * np.pi / teeth
+    roll = float(middle_roll(design, "right")) + pitch * np.linspace(-4.0, 4.0, 49)
+    alone = first_contact(design, "right", roll, pairs=[0])
+    assert (alone.pair == 0).all()
+    on_path = path_of_contact(design, "right", 101).pinion_roll
+    touches = np.abs(alone.transmission_error) < 1e-12
+    np.testing.assert_array_equal(touches, (roll >= on_path.min()) & (roll <= on_path.max()))
+
+
+def test_ratios_within_a_thickness_of_winding_teeth() -> None:
+    """Counted over even rolls; a film as thick as the way to the next turn has no ratio, and says so."""
+    design, pitch, film = wound(1, 80.0), 2.0 * np.pi, 0.05
+    # The gear's base pitch is the way to the next turn; a quarter of it may be overlap.
+    turn = np.pi * float(GEAR.tool.normal_module) * np.cos(float(GEAR.tool.normal_pressure_angle))
+    found = operating_ratios(design, "right", (0.0, film, turn))
+    assert found.status.tolist() == [RatioStatus.KNOWN, RatioStatus.KNOWN, RatioStatus.TOO_THICK]
+    assert np.isnan(found.ratio[2])
+    roll = float(middle_roll(design, "right")) + pitch * np.linspace(-1.5, 1.5, 91)
+    error = [first_contact(design, "right", roll, pairs=pairs).transmission_error for pairs in (None, [0])]
+    lever = turn * float(GEAR.teeth) / (2.0 * np.pi)
+    counted = (lever * np.abs(error[1] - error[0]) <= film).sum() / 30
+    assert found.ratio[1] == pytest.approx(counted, abs=1.1 / 30)
+    assert found.ratio[1] > found.ratio[0] + 0.1
+
+
+def test_a_report_says_why_a_ratio_is_not_known() -> None:
+    design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
+    report = operation_report("wound", design, "left", 2, 1, 18.0)
+    why = "the film reaches beyond the tooth pairs looked at, take a thinner one"
+    lines = " ".join(operation_table(report).split())
+    assert f"in operation {report.operating:.6f}, not known ({why}) within 18000 um of touching" in lines
+    data = json.loads(operation_json(report))
+    assert data["operating_contact_ratio"] == pytest.approx(float(report.eq16), abs=1e-8)
+    assert data["operating_contact_ratio_within_film"] is None
+    assert data["operating_contact_ratio_within_film_reason"] == why
 
 
 def parallel(shaft_angle_deg: float) -> Design:

@@ -1,0 +1,40 @@
+"""The command `beveloid-geom statements`."""
+
+from __future__ import annotations
+
+import click
+
+from .cli_support import BUILTIN_DESIGN, load_design, write_out
+
+
+@click.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@click.option(
+    "--flank",
+    type=click.Choice(["right", "left", "both"]),
+    default="both",
+    show_default=True,
+    help="The paper's figures are of right flanks.",
+)
+@click.option("--readings", is_flag=True, help="The verdicts alone, under other readings of the paper too.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, mm, deg and rad as each measure says.")
+def statements(design: str, flank: str, readings: bool, as_json: bool) -> None:
+    """Judge the paper's statements on modified flanks and misaligned pairs.
+
+    Each is computed for the DESIGN, whose own parabola coefficients and errors are set aside: holds,
+    does not hold, depends on the measure, or not known, with the measures, their numbers and why.
+    """
+    given = load_design(design)
+    from . import report_statements as report
+    from .statements import paper_statements
+
+    name = click.format_filename(design)
+    flanks = ("right", "left") if flank == "both" else (flank,)
+    if readings:
+        from .statement_readings import verdicts_by_reading
+
+        verdicts = {side: verdicts_by_reading(given, side) for side in flanks}
+        write_out(report.readings_json(verdicts) if as_json else report.readings_table(name, verdicts))
+        return
+    found = [one for side in flanks for one in paper_statements(given, side)]
+    write_out(report.statements_json(found) if as_json else report.statements_table(name, given, found))

@@ -1,0 +1,105 @@
+"""Sensitivity of a path of contact to the assembly errors as text: table and JSON."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .contact import Limit
+from .inputs import Design, FloatArray
+from .mounting import mounting_of
+from .report import error_line, json_text, layout_data, layout_line, line, parabola_line, status_name
+from .sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
+
+ARCSEC = math.degrees(3600.0)
+STEPS = (
+    ("offset", 0.1, "mm"),
+    ("shaft angle", 0.01, "deg"),
+    ("pinion axial", 0.1, "mm"),
+    ("gear axial", 0.1, "mm"),
+)
+"""What a table's columns are for, in the order of ERRORS."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensitivityReport:
+    """The `found` sensitivity of one flank of a single design."""
+
+    name: str
+    design: Design
+    found: Sensitivity
+
+    @property
+    def reason(self) -> str | None:
+        """Why there is none, None if there is."""
+        status = status_name(int(self.found.status))
+        return (
+            None if status == "solved" else f"no path of contact on the {self.found.flank} flanks: {status}"
+        )
+
+
+def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
+    """Report of a single design."""
+    return SensitivityReport(name, design, path_sensitivity(design, flank))
+
+
+def sensitivity_json(report: SensitivityReport) -> str:
+    """Strict JSON, mm and rad: values, and derivatives with the errors on their last axis."""
+    values = {
+        name: value for name, value in vars(report.found).items() if name not in ("flank", "status", "limit")
+    }
+    limits = [str(Limit(int(code))) if code >= 0 else None for code in report.found.limit]
+    return json_text(
+        {
+            "design": report.name,
+            "flank": report.found.flank,
+            "status": status_name(int(report.found.status)),
+            **layout_data(report.design, mounting_of(report.design)),
+            "errors_of_derivatives": ERRORS,
+            "places": PLACES,
+            "members": ("pinion", "gear"),
+            "limits": limits,
+            **values,
+        }
+    )
+
+
+def sensitivity_table(report: SensitivityReport) -> str:
+    """Readable account, at most 100 characters wide."""
+    found, design = report.found, report.design
+    text = f"Sensitivity of {report.name}, {found.flank} flanks: exact derivatives, for the errors named\n"
+    text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
+    if report.reason:
+        return text
+    swing = ARCSEC * float(found.peak_to_peak)
+    text += line("contact ratio", f"{float(found.contact_ratio):.6f} by Eq. 16")
+    text += line("transmission error", f"{swing:z.4f} arcsec peak to peak over the path")
+    head = "".join(f"{f'{size:g} {unit}':>16}" for _, size, unit in STEPS)
+    text += f"\n{'':<36}" + "".join(f"{name:>16}" for name, _, _ in STEPS) + f"\n{'':<36}{head}\n"
+    for label, rates in _rows(found):
+        text += f"  {label:<34}" + "".join(f"{value:z16.6f}" for value in rates * _sizes()) + "\n"
+    return text
+
+
+def _sizes() -> FloatArray:
+    return np.array([math.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
+
+
+def _rows(found: Sensitivity) -> list[tuple[str, FloatArray]]:
+    """Labels and derivatives (4,) of a table's rows."""
+    rows = [
+        (f"{member}, {words}, mm", rates[1, j])
+        for words, rates in (
+            ("along the face", found.face_shift_by),
+            ("square to the path", found.square_shift_by),
+            ("z of the middle", found.z_by),
+        )
+        for j, member in enumerate(("pinion", "gear"))
+    ]
+    return [
+        *rows,
+        ("contact ratio", found.contact_ratio_by),
+        ("transmission error, arcsec", ARCSEC * found.peak_to_peak_by),
+    ]
