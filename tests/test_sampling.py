@@ -278,12 +278,12 @@ def test_a_tolerance_too_fine_is_refused_with_the_number_of_points(tolerance: fl
 def test_a_flank_that_its_tool_cannot_cut_is_refused() -> None:
     # The profile of this tool turns back below the tip cone, and it leans inwards before that.
     tall = replace(PINION, tool=replace(PINION.tool, parabola=-0.12))
-    with pytest.raises(ValueError, match="cannot be cut: .* folds the rack profile"):
+    with pytest.raises(ValueError, match=r"cannot be cut: .* folds the rack profile"):
         sample_flank(tall, "right", 0.01)
 
 
 def test_a_flank_that_folds_below_its_start_is_refused() -> None:
-    with pytest.raises(ValueError, match="cannot be cut: .* folds the rack profile"):
+    with pytest.raises(ValueError, match=r"cannot be cut: .* folds the rack profile"):
         sample_flank(with_parabola(PINION, 0.3), "right", 0.01)
 
 

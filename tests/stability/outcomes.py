@@ -180,8 +180,9 @@ def _told(situation: Situation, design: Design, flank: str) -> str:
 
 
 def path_notes(design: Design, flank: str) -> Iterator[str]:
-    """What `tca --no-certify` says besides its numbers: the reason without contact, or notes."""
-    report = contact_report("design", design, flank, POINTS, "one-equation", certified=False)
+    """What `tca --no-certify` says besides its numbers, of as many positions: the reason without contact,
+    or notes."""
+    report = contact_report("design", design, flank, 101, "one-equation", certified=False)
     yield from (report.reason,) if report.reason else report.notes
 
 

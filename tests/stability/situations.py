@@ -193,9 +193,9 @@ SITUATIONS = (
         "path across n_x = 0",
         of(*list(CROSSING.values())[:2]),
         PATHS,
-        "the common normal crosses n_x = 0 on the path",
+        "the common normal is square to the common perpendicular",
     ),
-    Situation("l1 turns back on the path", of(*TURNING.values()), PATHS, "the contact ratio is below 1"),
+    Situation("l1 turns back on the path", of(*TURNING.values()), PATHS, "l1 turns back along the path"),
     Situation(
         "line contact, two contacts at one roll: at the minimum",
         lambda: beside_the_fold(0.3),

@@ -35,7 +35,8 @@ LOOKS = {
     (CASES, True): Look("misalignment cases, in blocks", theme.BLUE, "s"),
 }
 NOTE = (
-    "A position is all that a path holds of it. A misalignment case is a mounted pair of its own, with the"
+    "A position has every quantity of a path: parameters, rolls, point, normal, transmission error."
+    " A misalignment case is a mounted pair of its own, with the"
     " exact ends of its path and its contact ratio. {blocks}Peak memory is what a job allocates at most at a"
     f" time (tracemalloc; in blocks of cases, over the first {TRACED_BLOCKS} blocks). {{finding}}"
 )
