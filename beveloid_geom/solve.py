@@ -45,11 +45,13 @@ class Status(IntEnum):
 
     SOLVED = 0
     NO_COMMON_NORMAL = 1
-    """The flanks share no normal at this l1, or none under which they can touch."""
+    """The flanks share no normal at this l1, or none under which they can touch; of a path: no contact
+    was found near the flanks, and for some of their points there is no common normal."""
     NOT_CONVERGED = 2
-    """Not found to rounding; of a path: lost on the flanks, or not resolved there."""
+    """Not found to rounding; of a path: lost, or not resolved on the flanks."""
     OFF_FLANK = 3
-    """A contact of the flanks' extensions, outside root, tip, toe or heel of a member."""
+    """A contact of the flanks' extensions, outside root, tip, toe or heel of a member; NaN where it lies
+    more than a flank's depth away. Of a path: none of it lies on the flanks."""
     SEVERAL_CONTACTS = 4
     """More than one contact on the flanks for this l1."""
     ENDLESS = 5

@@ -3,8 +3,8 @@
 `track_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
 pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
 rounding the track is resolved: its values anywhere in the window are solutions to rounding.
-Where they do not, n_x vanishes in the window or an l1 has several contacts, and the path is
-followed by its length (`follow`).
+Where they do not at any of three degrees, n_x vanishes in the window or an l1 has several contacts, and
+the path is followed by its length (`follow`).
 
 Arrays have one axis of cases in place of the batch shape. The rows of a track are those of
 `ROWS`, then the eight limit margins in the order of `Limit`.
