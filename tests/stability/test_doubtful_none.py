@@ -5,12 +5,16 @@ Found by a search that compared paths with positions asked for one by one.
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
+from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_ends, path_of_contact
 from beveloid_geom.solve import Status
+from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
+from tests.test_path import five_equation_residual, margins
 
 ACROSS_A_NARROW_FACE = Design(
     pinion=Member(
@@ -64,3 +68,40 @@ def test_a_lost_path_is_not_called_none(design: Design, l1: float) -> None:
     assert path_of_contact(design, "left", l1=[l1]).status[0] == Status.SOLVED
     for pair in (design, exchanged(design)):
         assert path_ends(pair, "left").status in (Status.NOT_CONVERGED, Status.SOLVED)
+
+
+OTHER_SIGN = Design(
+    pinion=Member(
+        Tool(3.776326202958474, 0.2701060241725195, 1.0, 1.25, 0.38, 3.566090294048594e-05),
+        46,
+        -0.47476820732753666,
+        -0.00021077912552686497,
+        0.4991035992061802,
+        4.26505233427858,
+    ),
+    gear=Member(
+        Tool(3.776326202958474, 0.2701060241725195, 1.0, 1.25, 0.38, -0.013192383179400247),
+        59,
+        0.14053928966167356,
+        -0.04805037752065541,
+        0.0724782030031903,
+        80.30193916247295,
+    ),
+    pair=Pair(207.800545203316, 0.3381777832748763, -200.09045366434586, -220.63145435943807),
+    errors=Errors(-9.632972699926475, -0.0008026435088840315, -0.0010531542205619335),
+)
+"""Held where the sign of n_x that belongs to its pitch point misses the flanks, and the other does not."""
+
+
+def test_the_other_sign_of_n_x_is_looked_for() -> None:
+    path = path_of_contact(OTHER_SIGN, points=5)
+    assert path.ends.status == Status.SOLVED
+    assert (np.sign(path.normal[:, 0]) == -mounting_of(OTHER_SIGN).branch[0]).all()
+    assert five_equation_residual(OTHER_SIGN, path) < 1e-9
+    assert margins(OTHER_SIGN, path).min() > -1e-9
+
+
+def test_positions_stand_where_they_were_asked_for() -> None:
+    l1 = np.linspace(-5.0, 5.0, 37)
+    for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
+        assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
