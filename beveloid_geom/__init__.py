@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from .hexahedra import tooth_hexahedra as tooth_hexahedra
     from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
     from .mounting import mounting_of as mounting_of
-    from .operation import mesh_cycle as mesh_cycle, operating_ratio as operating_ratio
+    from .operation import mesh_cycle as mesh_cycle
     from .path import (
         contact_ratio as contact_ratio,
         path_blocks as path_blocks,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from .pattern import contact_pattern as contact_pattern
     from .posing import meshing_pair as meshing_pair
     from .proximity import mesh_contact as mesh_contact, mesh_separation as mesh_separation
+    from .ratio_in_operation import operating_ratio as operating_ratio
     from .sampling import sample_flank as sample_flank
     from .solid import gear_solid as gear_solid
     from .solve import Status as Status
@@ -78,7 +79,7 @@ _HOME = {
     "mesh_separation": "proximity",
     "meshing_pair": "posing",
     "mounting_of": "mounting",
-    "operating_ratio": "operation",
+    "operating_ratio": "ratio_in_operation",
     "path_blocks": "path",
     "path_ends": "path",
     "path_of_contact": "path",

@@ -8,13 +8,9 @@ from collections.abc import Callable
 
 import click
 
-from .cli_support import BUILTIN_DESIGN, Command, Refusal, flank_option, load_design, write_out
+from .cli_support import BUILTIN_DESIGN, Command, Refusal, error_sizes, flank_option, load_design, write_out
 
 BOUNDS = (-0.002, 0.002)
-
-
-def _error(option: str, metavar: str, text: str) -> Callable[[Command], Command]:
-    return click.option(option, type=float, default=0.0, show_default=True, metavar=metavar, help=text)
 
 
 def _bounds(option: str, text: str) -> Callable[[Command], Command]:
@@ -27,10 +23,7 @@ def _bounds(option: str, text: str) -> Callable[[Command], Command]:
 @click.command()
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
-@_error("--offset", "MM", "Error of the offset, taken both ways.")
-@_error("--shaft-angle-deg", "DEG", "Error of the shaft angle, taken both ways.")
-@_error("--pinion-axial", "MM", "Axial error of the pinion, taken both ways.")
-@_error("--gear-axial", "MM", "Axial error of the gear, taken both ways.")
+@error_sizes("Error")
 @click.option(
     "--contact-ratio",
     type=float,

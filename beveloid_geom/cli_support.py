@@ -56,6 +56,15 @@ def option_name(argument: str) -> str:
     return "--" + argument.removesuffix("_deg").replace("_", "-")
 
 
+ERROR_SIZES = (
+    ("--offset", "MM", 1000.0, "offset"),
+    ("--shaft-angle-deg", "DEG", 5.0, "shaft angle"),
+    ("--pinion-axial", "MM", 1000.0, "pinion's axial position"),
+    ("--gear-axial", "MM", 1000.0, "gear's axial position"),
+)
+"""Options, units, greatest values and names of the assembly errors."""
+
+
 def override_options(command: Command) -> Command:
     """One option for each value of a design that a command line may change."""
     return _options(command, OVERRIDES)
@@ -64,6 +73,21 @@ def override_options(command: Command) -> Command:
 def parabola_options(command: Command) -> Command:
     """Those of the override options that change the members."""
     return _options(command, OVERRIDES[-2:])
+
+
+def error_sizes(words: str) -> Callable[[Command], Command]:
+    """An option for the size of each of the four assembly errors; `words` are what it is."""
+
+    def add(command: Command) -> Command:
+        for name, metavar, most, what in reversed(ERROR_SIZES):
+            kind = click.FloatRange(0.0, most)
+            text = f"{words} of the {what}, to either side."
+            command = click.option(
+                name, type=kind, default=0.0, show_default=True, metavar=metavar, help=text
+            )(command)
+        return command
+
+    return add
 
 
 def _options(command: Command, overrides: Sequence[tuple[str, str, str]]) -> Command:

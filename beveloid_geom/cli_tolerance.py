@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import click
 
 from .cli_support import (
     BUILTIN_DESIGN,
-    Command,
     Refusal,
     changed_design,
+    error_sizes,
     flank_option,
     load_design,
     parabola_options,
@@ -26,25 +25,13 @@ if TYPE_CHECKING:
     from .inputs import Design
     from .tolerance import Distribution, Tolerances, ToleranceStudy
 
-LARGEST = click.FloatRange(0.0, 1000.0)
 MOST_CASES, MOST_JOBS = 1_000_000, 1024
-
-
-def _tolerance(
-    option: str, metavar: str, text: str, kind: click.FloatRange = LARGEST
-) -> Callable[[Command], Command]:
-    return click.option(option, type=kind, default=0.0, show_default=True, metavar=metavar, help=text)
 
 
 @click.command()
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
-@_tolerance("--offset", "MM", "Tolerance of the offset, to either side.")
-@_tolerance(
-    "--shaft-angle-deg", "DEG", "Tolerance of the shaft angle, to either side.", click.FloatRange(0.0, 5.0)
-)
-@_tolerance("--pinion-axial", "MM", "Tolerance of the pinion's axial position.")
-@_tolerance("--gear-axial", "MM", "Tolerance of the gear's axial position.")
+@error_sizes("Tolerance")
 @click.option("--distribution", type=click.Choice(["normal", "uniform"]), default="normal", show_default=True)
 @click.option(
     "--sigmas",

@@ -16,7 +16,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from .assembly import Layout
-from .contact import Pairing, contact_point, meet, pairing_of, roll_angles, slope_by_gear
+from .contact import (
+    Pairing,
+    contact_point,
+    gap_and_slope,
+    meet,
+    pairing_of,
+    roll_angles,
+    terms_of_one,
+)
 from .flank import flank_patch, trace_parameter
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
@@ -244,7 +252,7 @@ def newton_contacts(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer
 
 def _gap_and_slope(pairing: Pairing, l: Numbers) -> tuple[Numbers, Numbers]:
     if l.dtype == np.float64:
-        return slope_by_gear(pairing, l)
+        return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
     shifted = l.astype(np.complex64)
     shifted[1] += IMAGINARY * 1j
     gap = meet(pairing, shifted).gap

@@ -311,11 +311,6 @@ def gap_and_slope(pairing: Pairing, pinion: Terms, l2: FloatArray) -> tuple[Floa
     return gap.real, gap.imag / COMPLEX_STEP
 
 
-def slope_by_gear(pairing: Pairing, l: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """F (mm) and its derivative by l2, both (cases, positions)."""
-    return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
-
-
 def axial_and_radius(pairing: Pairing, met: Meeting) -> tuple[FloatArray, FloatArray]:
     """z from mid-face towards the heel, and distance from the axis, of the contact point on
     each member, (2, cases, positions), mm."""

@@ -240,20 +240,24 @@ def r2(case: Case) -> Statement:
     )
 
 
+def _rises_clearly(row: FloatArray) -> bool:
+    return bool(grows(row) and row[-1] > (1.0 + CLEAR) * row[0])
+
+
+def _falls_clearly(row: FloatArray) -> bool:
+    return bool(grows(-row) and row[-1] < (1.0 - CLEAR) * row[0])
+
+
 def r3(case: Case) -> Statement:
     """Statement R3."""
-    rises: Test = lambda row: grows(row) and row[-1] > (1.0 + CLEAR) * row[0]  # noqa: E731
-    return _ratio(
-        case, "R3", "a1 > 0 > a2: the contact ratio rises clearly.", "C3", ("it rises clearly", rises)
-    )
+    claim = ("it rises clearly", _rises_clearly)
+    return _ratio(case, "R3", "a1 > 0 > a2: the contact ratio rises clearly.", "C3", claim)
 
 
 def r4(case: Case) -> Statement:
     """Statement R4."""
-    falls: Test = lambda row: grows(-row) and row[-1] < (1.0 - CLEAR) * row[0]  # noqa: E731
-    return _ratio(
-        case, "R4", "a1 < 0 < a2: the contact ratio falls clearly.", "C4", ("it falls clearly", falls)
-    )
+    claim = ("it falls clearly", _falls_clearly)
+    return _ratio(case, "R4", "a1 < 0 < a2: the contact ratio falls clearly.", "C4", claim)
 
 
 def d1(case: Case) -> Statement:

@@ -5,26 +5,19 @@ carries. That curve repeats itself with the pinion's pitch. Within a cycle it co
 pieces, each carried in one way: by one tooth pair, on the flanks or on the edges of certain
 limits. The rolls at which the carrier changes are found by repeated division; on the pieces the
 curve is resolved by Gauss-Legendre points, so that Fourier coefficients do not suffer from kinks.
-
-A tooth pair is in contact where it is the first of all to touch, or within a given thickness of it,
-as of a lubricant film or marking compound. The roll over which one pair is, over the pitch, is
-the operating contact ratio. Unmodified pairs have the contact ratio of Eq. 16; modified flanks of
-rigid teeth touch in one point at a time and have 1, unless given a thickness.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
-from .approach import OVERLAP
-from .first_contact import TOGETHER, FirstStatus, Mesh, first_contact, mesh_of, middle_roll
+from .first_contact import FirstStatus, first_contact, middle_roll
 from .inputs import Design, Errors, FloatArray, Pair
 
 Numbers: TypeAlias = NDArray[np.int_]
@@ -43,34 +36,6 @@ NODES, BETWEEN = 20, 96
 """Gauss-Legendre points of a piece, and points at which their polynomial is integrated."""
 EXTREMUM_PASSES = 4
 """Newton steps from the greatest and the least of 4 NODES points of a piece to its extremes."""
-STRIDE = 8
-"""A tooth pair alone is looked at on every so many of SAMPLES, and on all where it is near enough to come
-to touch between. Its clearance is taken to change by no more than the mesh advances; by a third was seen."""
-AT_LEAST = 1.0 - 1e-6
-"""Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
-
-
-class RatioStatus(IntEnum):
-    """What is known of an operating contact ratio."""
-
-    KNOWN = 0
-    NO_FIRST_CONTACT = 1
-    """A position of the cycle has no first contact."""
-    NOT_CONVERGED = 2
-    """At a roll the clearance of a tooth pair taken alone is not known."""
-    TOO_THICK = 3
-    """The thickness reaches tooth pairs beyond those looked at, or the next turn of the same teeth."""
-    UNSTEADY = 4
-    """Rolls at which a tooth pair begins and ceases to touch cannot be told apart."""
-
-
-@dataclass(frozen=True, eq=False)
-class OperatingRatios:
-    """Operating contact ratios (thicknesses, *batch), NaN where not known, and their `status`, codes of
-    `RatioStatus`."""
-
-    ratio: FloatArray
-    status: NDArray[np.int8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +65,7 @@ class Cycle:
 
 
 @dataclass(frozen=True, eq=False)
-class _Curve:
+class Curve:
     """First contacts (intervals, rolls): the transmission error (rad), the carrier's number, its
     tooth pair, whether it is an edge, and whether it is in doubt what touches, if anything."""
 
@@ -112,7 +77,7 @@ class _Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class _Intervals:
+class Intervals:
     """Intervals of roll (n,), rad, of the cases with these numbers."""
 
     case: Numbers
@@ -124,9 +89,9 @@ class _Intervals:
         return self.low[:, None] + (self.high - self.low)[:, None] * shares
 
 
-def _curve_at(
+def curve_at(
     design: Design, flank: str, case: Numbers, roll: FloatArray, pairs: tuple[int, ...] | None = None
-) -> _Curve:
+) -> Curve:
     """First contacts of the cases with the numbers `case` (n,) at the rolls (n, rolls)."""
     if design.batch_shape:
         first = first_contact(_at_cases(design, case), flank, roll, pairs)
@@ -137,7 +102,7 @@ def _curve_at(
         code = 16 * code + part + 1
     edge = first.limit[..., 0] >= 0
     doubt = (first.status != FirstStatus.SOLVED) & (first.status != FirstStatus.NO_CONTACT)
-    return _Curve(
+    return Curve(
         error=first.transmission_error.reshape(roll.shape),
         carrier=code.reshape(roll.shape),
         pair=first.pair.reshape(roll.shape),
@@ -158,21 +123,21 @@ def _at_cases(design: Design, case: Numbers) -> Design:
     return replace(design, pair=part(design.pair), errors=part(design.errors))
 
 
-def _divided(found: _Intervals, label: Label, least: float) -> _Intervals:
+def divided(found: Intervals, label: Label, least: float) -> Intervals:
     """The intervals over each of which the label changes, divided until narrower than `least`. An
     interval is divided at equal steps, and every part with a change goes on."""
     share = np.linspace(0.0, 1.0, DIVISIONS + 1)
     limit = MOST_CHANGES * max(1, np.unique(found.case).size)
     while 0 < found.case.size <= limit and float((found.high - found.low).max()) > least:
         roll = found.parts(share)
-        found = _with_change(found.case, roll, label(found.case, roll))
+        found = with_change(found.case, roll, label(found.case, roll))
     return found
 
 
-def _with_change(case: Numbers, roll: FloatArray, labels: Numbers) -> _Intervals:
+def with_change(case: Numbers, roll: FloatArray, labels: Numbers) -> Intervals:
     """Of the intervals between rolls (n, rolls) those whose ends have different labels."""
     row, column = np.nonzero(labels[:, 1:] != labels[:, :-1])
-    return _Intervals(case[row], roll[row, column], roll[row, column + 1])
+    return Intervals(case[row], roll[row, column], roll[row, column + 1])
 
 
 def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
@@ -187,28 +152,28 @@ def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
     start = np.broadcast_to(start, shape)
     case = np.arange(start.size)
     roll = start.reshape(-1, 1) + pitch * np.linspace(0.0, 1.0, SAMPLES + 1)
-    samples = _curve_at(design, flank, case, roll)
+    samples = curve_at(design, flank, case, roll)
     lost = np.asarray(np.isnan(samples.error).any(axis=1))
-    changed = _with_change(case, roll, samples.carrier)
+    changed = with_change(case, roll, samples.carrier)
     changed = _only(changed, ~lost[changed.case])
 
     def carriers(cases: Numbers, rolls: FloatArray) -> Numbers:
-        return _curve_at(design, flank, cases, rolls).carrier
+        return curve_at(design, flank, cases, rolls).carrier
 
-    changed = _divided(changed, carriers, CHANGE_WIDTH * pitch)
+    changed = divided(changed, carriers, CHANGE_WIDTH * pitch)
     pieces = _pieces(changed, roll[:, 0], pitch)
     nodes, _ = leggauss(NODES)
-    curve = _curve_at(design, flank, pieces.case, pieces.parts(0.5 + 0.5 * nodes))
+    curve = curve_at(design, flank, pieces.case, pieces.parts(0.5 + 0.5 * nodes))
     lost[pieces.case[np.isnan(curve.error).any(axis=1)]] = True
     curve = replace(curve, error=np.where(lost[pieces.case, None], 0.0, curve.error))
     return _cycle(pieces, curve, start, pitch, harmonics, lost)
 
 
-def _only(found: _Intervals, kept: NDArray[np.bool_]) -> _Intervals:
-    return _Intervals(found.case[kept], found.low[kept], found.high[kept])
+def _only(found: Intervals, kept: NDArray[np.bool_]) -> Intervals:
+    return Intervals(found.case[kept], found.low[kept], found.high[kept])
 
 
-def _pieces(changed: _Intervals, start: FloatArray, pitch: float) -> _Intervals:
+def _pieces(changed: Intervals, start: FloatArray, pitch: float) -> Intervals:
     """The intervals between the changes of each case, in order."""
     each = np.arange(start.size)
     case = np.concatenate((each, changed.case, each))
@@ -218,7 +183,7 @@ def _pieces(changed: _Intervals, start: FloatArray, pitch: float) -> _Intervals:
     kept = np.append(True, (case[1:] != case[:-1]) | (np.diff(roll) > SHORT_PIECE * pitch))
     case, roll = case[kept], roll[kept]
     joined = case[1:] == case[:-1]
-    return _Intervals(case[:-1][joined], roll[:-1][joined], roll[1:][joined])
+    return Intervals(case[:-1][joined], roll[:-1][joined], roll[1:][joined])
 
 
 def _series(values: FloatArray) -> FloatArray:
@@ -248,8 +213,8 @@ def _extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _cycle(
-    pieces: _Intervals,
-    curve: _Curve,
+    pieces: Intervals,
+    curve: Curve,
     start: FloatArray,
     pitch: float,
     harmonics: int,
@@ -288,7 +253,7 @@ def _cycle(
     )
 
 
-def _by_case(pieces: _Intervals, pair: Numbers, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _by_case(pieces: Intervals, pair: Numbers, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Changes (cases, most) and whether the tooth pair changes there."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
     case = pieces.case[inner]
@@ -315,103 +280,3 @@ def error_over_cycles(
     error = first_contact(design, flank, start + step * np.arange(points)).transmission_error
     number = np.arange(cycles * points + 1)
     return start + step * number, error[..., number % points]
-
-
-def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> FloatArray:
-    """Operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
-    touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the
-    pitch. NaN where it is not known; `operating_ratios` says why.
-
-    Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays
-    and a negative thickness."""
-    return np.asarray(operating_ratios(design, flank, (thickness,)).ratio[0])
-
-
-def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...]) -> OperatingRatios:
-    """`operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its status.
-
-    Raises ValueError as that does."""
-    for thickness in thicknesses:
-        if not thickness >= 0.0:
-            raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
-    shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
-    start = np.broadcast_to(middle_roll(design, flank), shape)
-    case = np.arange(start.size)
-    mesh, _ = mesh_of(design, flank, np.broadcast_to(start[..., None], (*shape, 1)))
-    cycle = _curve_at(design, flank, case, start.reshape(-1, 1) + pitch * np.arange(SAMPLES) / SAMPLES)
-    lost = np.isnan(cycle.error).any(axis=1)
-    ratio = np.full((len(thicknesses), start.size), np.nan)
-    status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
-    if not lost.all():
-        share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
-        again = np.arange(share.size) % SAMPLES  # the curve of all pairs repeats itself
-        first = _Curve(*(value[:, again] for value in vars(cycle).values()))
-        roll = start.reshape(-1, 1) + pitch * share
-        useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-        curves = first, _alone(design, flank, mesh, roll, first, max(useful, default=0.0))
-        for k, thickness in enumerate(thicknesses):
-            ratio[k], status[k] = _ratio(design, flank, mesh, roll, curves, thickness)
-        status[:, lost] = RatioStatus.NO_FIRST_CONTACT
-    ratio[status != RatioStatus.KNOWN] = np.nan
-    shape = (len(thicknesses), *shape)
-    return OperatingRatios(ratio.reshape(shape), status.reshape(shape))
-
-
-def _alone(
-    design: Design, flank: str, mesh: Mesh, roll: FloatArray, first: _Curve, thickness: float
-) -> _Curve:
-    """Pair 0 alone at rolls (cases, rolls); NaN, as without contact, where it is too far off to matter."""
-    case, n = np.arange(len(roll)), roll.shape[1]
-    rough = _curve_at(design, flank, case, roll[:, ::STRIDE], (0,))
-    off = mesh.own.sigma * mesh.lever * (rough.error - first.error[:, ::STRIDE])
-    advance = mesh.lever * mesh.pitch[1] * 0.5 * STRIDE / SAMPLES  # to the nearer of two looked at
-    near = ((off <= thickness + advance) | rough.doubt).any(axis=0).repeat(STRIDE)
-    # The stride before and the one after each of these.
-    shifted = np.append(near[STRIDE:], np.zeros(STRIDE, dtype=bool))
-    chosen = (near | shifted)[:n]
-    chosen[::STRIDE] = True
-    found = _curve_at(design, flank, case, roll[:, chosen], (0,))
-    filled = {}
-    for name, value in vars(found).items():
-        filled[name] = np.full(roll.shape, np.nan if name == "error" else 0, dtype=value.dtype)
-        filled[name][:, chosen] = value
-    return _Curve(**filled)
-
-
-def _ratio(
-    design: Design, flank: str, mesh: Mesh, roll: FloatArray, curves: tuple[_Curve, _Curve], thickness: float
-) -> tuple[FloatArray, Numbers]:
-    """Ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
-    (cases, rolls)."""
-    pitch, lever = mesh.pitch[0], mesh.own.sigma * mesh.lever
-
-    def touching(first: _Curve, alone: _Curve) -> Numbers:
-        # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
-        spare = mesh.lever * np.where(alone.edge & ~first.edge, -TOGETHER, TOGETHER)
-        return np.asarray(lever * (alone.error - first.error) <= thickness + spare).astype(int)
-
-    def touches(cases: Numbers, rolls: FloatArray) -> Numbers:
-        alone = _curve_at(design, flank, cases, rolls, (0,))
-        return touching(_curve_at(design, flank, cases, rolls), alone)
-
-    # Further off than this the same teeth are those of another turn.
-    latest = np.nan_to_num(lever * curves[0].error).max(axis=1)
-    most = (1.0 - OVERLAP) * mesh.period * mesh.lever - latest
-    if (thickness >= most).all():
-        return np.full(len(roll), np.nan), np.full(len(roll), RatioStatus.TOO_THICK)
-    inside = touching(*curves)
-    ends = _divided(_with_change(np.arange(len(roll)), roll, inside), touches, CHANGE_WIDTH * pitch)
-    ratio, balance, wide = np.zeros(len(roll)), np.zeros(len(roll)), np.zeros(len(roll), dtype=bool)
-    leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)
-    sign = np.where(leaves, 1.0, -1.0)
-    np.add.at(ratio, ends.case, sign * 0.5 * (ends.low + ends.high) / pitch)
-    np.add.at(balance, ends.case, sign)
-    wide[ends.case[ends.high - ends.low > CHANGE_WIDTH * pitch]] = True
-    beyond = (inside[:, [0, -1]] != 0).any(axis=1) | (thickness >= most)
-    cases = (
-        (curves[1].doubt.any(axis=1), RatioStatus.NOT_CONVERGED),
-        (beyond, RatioStatus.TOO_THICK),
-        (wide | (balance != 0.0) | ~(ratio >= AT_LEAST), RatioStatus.UNSTEADY),
-    )
-    found = np.select([where for where, _ in cases], [code for _, code in cases], RatioStatus.KNOWN)
-    return ratio, found

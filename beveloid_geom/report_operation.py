@@ -12,8 +12,9 @@ from .contact import Limit
 from .first_contact import FirstContact, FirstStatus, first_contact
 from .inputs import Design, FloatArray
 from .mounting import Mounting, mounting_of
-from .operation import Cycle, RatioStatus, mesh_cycle, operating_ratios
+from .operation import Cycle, mesh_cycle
 from .path import contact_ratio
+from .ratio_in_operation import RatioStatus, operating_ratios
 from .report import (
     csv_text,
     error_line,

@@ -125,5 +125,7 @@ def _solved(system: FloatArray, right: FloatArray) -> FloatArray:
     system[lost], right[lost] = np.eye(4), np.nan
     try:
         return np.asarray(np.linalg.solve(system, right[..., None])[..., 0])
-    except np.linalg.LinAlgError:  # one of them is singular to the last digit
-        return np.asarray((np.linalg.pinv(system) @ right[..., None])[..., 0])
+    except np.linalg.LinAlgError:  # to the last digit; the others must not depend on it
+        singular = np.linalg.det(system) == 0.0
+        system[singular], right[singular] = np.eye(4), np.nan
+        return np.asarray(np.linalg.solve(system, right[..., None])[..., 0])

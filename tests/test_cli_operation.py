@@ -14,7 +14,8 @@ from click.testing import CliRunner, Result
 
 from beveloid_geom.cli import main
 from beveloid_geom.design_file import builtin_design
-from beveloid_geom.operation import mesh_cycle, operating_ratio
+from beveloid_geom.operation import mesh_cycle
+from beveloid_geom.ratio_in_operation import operating_ratio
 
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
 

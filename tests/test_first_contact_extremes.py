@@ -15,9 +15,9 @@ from beveloid_geom.first_contact import first_contact, middle_roll, spread
 from beveloid_geom.flank import tip_parameter
 from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
 from beveloid_geom.mounting import mounting_of
-from beveloid_geom.operation import operating_ratio
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.pattern import PatternStatus, contact_pattern
+from beveloid_geom.ratio_in_operation import operating_ratio
 from beveloid_geom.surface import surface_of
 from beveloid_geom.touch import separation
 from tests.oracle.table1 import table1

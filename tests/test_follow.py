@@ -20,7 +20,7 @@ from beveloid_geom.path import ContactPath, contact_ratio, path_blocks, path_end
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.solve import Status
 from beveloid_geom.track import HEIGHT, Track
-from beveloid_geom.unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
+from beveloid_geom.unfolded import _solved, direction_of, linearised, meet_on_curve, onto_curve, units_of
 from beveloid_geom.walk import _within, curves_of
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
@@ -228,6 +228,16 @@ def test_derivatives_and_tangents() -> None:
     assert solved.all()
     assert np.abs(linearised(pairing, back, units)[0]).max() < 1e-14
     np.testing.assert_allclose(np.einsum("...i,...i", back - start, tangent), 0.0, atol=1e-13)
+
+
+def test_a_singular_system_leaves_the_others_alone() -> None:
+    systems = np.random.default_rng(6).normal(size=(5, 4, 4))
+    right = np.arange(20.0).reshape(5, 4)
+    alone = _solved(systems.copy(), right.copy())
+    systems[2, 3] = 0.0
+    found = _solved(systems, right)
+    assert np.isnan(found[2]).all()
+    assert np.delete(found, 2, axis=0).tolist() == np.delete(alone, 2, axis=0).tolist()
 
 
 @both

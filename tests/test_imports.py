@@ -20,6 +20,7 @@ FLOORS = (
     *("posing", "five_equations_curve", "five_equations", "design_limits", "design_file"),
     *("fillet", "undercut", "closing"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
+    "ratio_in_operation",
     *("operating_rolls", "foot", "curvature", "pattern"),
     *("sensitivity", "statement_measures", "statement_verdicts", "modification_statements"),
     *("error_statements", "statements", "statement_readings"),

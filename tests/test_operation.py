@@ -11,8 +11,9 @@ import pytest
 from beveloid_geom.contact import Limit
 from beveloid_geom.first_contact import first_contact
 from beveloid_geom.inputs import Errors
-from beveloid_geom.operation import Cycle, error_over_cycles, mesh_cycle, operating_ratio
+from beveloid_geom.operation import Cycle, error_over_cycles, mesh_cycle
 from beveloid_geom.path import contact_ratio
+from beveloid_geom.ratio_in_operation import operating_ratio
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored
 

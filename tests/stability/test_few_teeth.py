@@ -18,11 +18,12 @@ from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.flank import tip_radius, tip_thickness
 from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair
 from beveloid_geom.mounting import mounting_of
-from beveloid_geom.operation import RatioStatus, mesh_cycle, operating_ratio, operating_ratios
+from beveloid_geom.operation import mesh_cycle
 from beveloid_geom.outline import cut_sheets, tip_angle
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.proximity import mesh_contact
 from beveloid_geom.rack import reference_radius
+from beveloid_geom.ratio_in_operation import RatioStatus, operating_ratio, operating_ratios
 from beveloid_geom.report_operation import operation_json, operation_report, operation_table
 from beveloid_geom.sampling import grid_of, sample_flank
 from beveloid_geom.section import section_of, section_size
