@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
     from .mounting import mounting_of as mounting_of
     from .operation import mesh_cycle as mesh_cycle
+    from .optimise import Aim as Aim, optimise_parabola as optimise_parabola
     from .path import (
         contact_ratio as contact_ratio,
         path_blocks as path_blocks,
@@ -48,13 +49,17 @@ if TYPE_CHECKING:
     from .proximity import mesh_contact as mesh_contact, mesh_separation as mesh_separation
     from .ratio_in_operation import operating_ratio as operating_ratio
     from .sampling import sample_flank as sample_flank
+    from .sensitivity import path_sensitivity as path_sensitivity
     from .solid import gear_solid as gear_solid
     from .solve import Status as Status
+    from .statements import paper_statements as paper_statements
+    from .tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
     from .tooth import gear_mesh as gear_mesh
     from .touch import separation as separation
     from .undercut import undercut_of as undercut_of
 
 _HOME = {
+    "Aim": "optimise",
     "Design": "inputs",
     "DesignError": "design_file",
     "Errors": "inputs",
@@ -62,6 +67,7 @@ _HOME = {
     "Member": "inputs",
     "Pair": "inputs",
     "Status": "solve",
+    "Tolerances": "tolerance",
     "Tool": "inputs",
     "base_cylinder": "flank",
     "builtin_design": "design_file",
@@ -80,16 +86,20 @@ _HOME = {
     "meshing_pair": "posing",
     "mounting_of": "mounting",
     "operating_ratio": "ratio_in_operation",
+    "optimise_parabola": "optimise",
+    "paper_statements": "statements",
     "path_blocks": "path",
     "path_ends": "path",
     "path_of_contact": "path",
     "path_of_contact_five_equations": "five_equations",
+    "path_sensitivity": "sensitivity",
     "read_design": "design_file",
     "refine": "five_equations",
     "remarks_on": "closing",
     "rounding_error": "conditioning",
     "sample_flank": "sampling",
     "separation": "touch",
+    "tolerance_study": "tolerance",
     "tooth_hexahedra": "hexahedra",
     "undercut_of": "undercut",
     "zero_backlash_layout": "closing",

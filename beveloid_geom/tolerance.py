@@ -15,6 +15,7 @@ the ends of the path the next pair's edge touches first, and in operation it is 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields
@@ -58,6 +59,10 @@ class Tolerances:
     def values(self) -> FloatArray:
         """The four tolerances, in the order of ERROR_NAMES."""
         return np.array([getattr(self, name) for name in ERROR_NAMES], dtype=float)
+
+
+USUAL = Tolerances(offset=0.05, shaft_angle=math.radians(0.01), pinion_axial=0.1, gear_axial=0.1)
+"""Tolerances where none are given, as in figures: those of a well machined housing of some 200 mm."""
 
 
 @dataclass(frozen=True, eq=False)
