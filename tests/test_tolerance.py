@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import csv
-import importlib
-import importlib.util
 import io
 import json
 import math
 import multiprocessing
+import os
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from distributed import Client, LocalCluster
 
 from beveloid_geom.cli_tolerance import tolerance
 from beveloid_geom.contact import Limit
@@ -42,8 +42,6 @@ GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)
 MODIFIED = table1((0.001, -0.001))
 CASES = UNIT + 100
 SEED = 7
-DASK = importlib.util.find_spec("distributed") is not None
-"""Its local cluster is one more executor, where it is installed."""
 
 
 def same(first: Mountings, second: Mountings) -> bool:
@@ -68,8 +66,34 @@ def test_the_size_of_tasks_changes_nothing(study: ToleranceStudy, units_per_task
     assert same(repeated(None, units_per_task), study.mountings)
 
 
+def children() -> set[int | None]:
+    """Processes started by this one that are alive."""
+    return {child.pid for child in multiprocessing.active_children()}
+
+
 @contextmanager
-def executor_of(kind: str) -> Iterator[Executor]:
+def dask_executor(directory: Path) -> Iterator[Executor]:
+    """Dask's own executor over two worker processes of a local cluster, all gone afterwards."""
+    with (
+        LocalCluster(  # type: ignore[no-untyped-call]
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",  # any free port; with None it is always 8787
+            memory_limit=None,
+            local_directory=str(directory),
+        ) as cluster,
+        Client(cluster) as client,  # type: ignore[no-untyped-call]
+    ):
+        workers = set(client.run(os.getpid).values())
+        assert len(workers & children()) == 2
+        with client.get_executor() as executor:
+            yield executor
+    assert not workers & children()
+
+
+@contextmanager
+def executor_of(kind: str, directory: Path) -> Iterator[Executor]:
     """An executor with two workers."""
     if kind == "threads":
         with ThreadPoolExecutor(2) as executor:
@@ -78,18 +102,13 @@ def executor_of(kind: str) -> Iterator[Executor]:
         with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
             yield executor
     else:
-        dask = importlib.import_module("distributed")
-        with (
-            dask.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-            dask.Client(cluster) as client,
-            client.get_executor() as executor,
-        ):
+        with dask_executor(directory) as executor:
             yield executor
 
 
-@pytest.mark.parametrize("kind", ["threads", "processes", *(["dask"] if DASK else [])])
-def test_executors_change_nothing(study: ToleranceStudy, kind: str) -> None:
-    with executor_of(kind) as executor:
+@pytest.mark.parametrize("kind", ["threads", "processes", "dask"])
+def test_executors_change_nothing(study: ToleranceStudy, kind: str, tmp_path: Path) -> None:
+    with executor_of(kind, tmp_path) as executor:
         assert same(repeated(executor, 1), study.mountings)
 
 
