@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         builtin_design as builtin_design,
         read_design as read_design,
     )
+    from .design_map import DesignMap as DesignMap, map_of as map_of
     from .five_equations import (
         path_of_contact_five_equations as path_of_contact_five_equations,
         refine as refine,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from .ratio_in_operation import operating_ratio as operating_ratio
     from .sampling import sample_flank as sample_flank
     from .sensitivity import path_sensitivity as path_sensitivity
+    from .sliding import least_sliding as least_sliding, sliding_of as sliding_of
     from .solid import gear_solid as gear_solid
     from .solve import Status as Status
     from .statements import paper_statements as paper_statements
@@ -62,6 +64,7 @@ _HOME = {
     "Aim": "optimise",
     "Design": "inputs",
     "DesignError": "design_file",
+    "DesignMap": "design_map",
     "Errors": "inputs",
     "Limit": "contact",
     "Member": "inputs",
@@ -80,6 +83,8 @@ _HOME = {
     "flank_point": "flank",
     "gear_mesh": "tooth",
     "gear_solid": "solid",
+    "least_sliding": "sliding",
+    "map_of": "design_map",
     "mesh_contact": "proximity",
     "mesh_cycle": "operation",
     "mesh_separation": "proximity",
@@ -99,6 +104,7 @@ _HOME = {
     "rounding_error": "conditioning",
     "sample_flank": "sampling",
     "separation": "touch",
+    "sliding_of": "sliding",
     "tolerance_study": "tolerance",
     "tooth_hexahedra": "hexahedra",
     "undercut_of": "undercut",

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import click
 
+from .cli_map import map_command
 from .cli_mesh import mesh
 from .cli_operation import operation
 from .cli_optimise import optimise
 from .cli_sensitivity import sensitivity
+from .cli_sliding import sliding
 from .cli_statements import statements
 from .cli_support import (
     BUILTIN_DESIGN,
@@ -111,15 +113,17 @@ def design() -> None:
 @click.argument("design", default=BUILTIN_DESIGN)
 @parabola_options
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
-def check(design: str, as_json: bool, **changes: float | None) -> None:
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one quantity a row, mm and rad.")
+def check(design: str, as_json: bool, as_csv: bool, **changes: float | None) -> None:
     """Say how well a design closes: offset, shaft angle, backlash.
 
     Warns of lines of action that do not meet, interference, undercut, pointed teeth, tools whose
     rounds overlap and small tip clearance. Exit status 0 with or without warnings.
     """
+    require_one_format(as_json, as_csv)
     given = changed_design(load_design(design), changes)
     from .closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
-    from .report_closing import closing_json, closing_table
+    from .report_closing import closing_csv, closing_json, closing_table
 
     closing = closing_of(given)
     ideal: ClosedLayout | str
@@ -127,13 +131,15 @@ def check(design: str, as_json: bool, **changes: float | None) -> None:
         ideal = zero_backlash_layout(given)
     except ValueError as error:
         ideal = str(error)
-    shown = closing_json if as_json else closing_table
+    shown = closing_json if as_json else closing_csv if as_csv else closing_table
     write_out(shown(click.format_filename(design), given, closing, ideal, remarks_on(given, closing)))
 
 
 main.add_command(mesh)
+main.add_command(map_command)
 main.add_command(operation)
 main.add_command(statements)
 main.add_command(sensitivity)
+main.add_command(sliding)
 main.add_command(optimise)
 main.add_command(tolerance)

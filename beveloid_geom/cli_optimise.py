@@ -8,7 +8,16 @@ from collections.abc import Callable
 
 import click
 
-from .cli_support import BUILTIN_DESIGN, Command, Refusal, error_sizes, flank_option, load_design, write_out
+from .cli_support import (
+    BUILTIN_DESIGN,
+    Command,
+    Refusal,
+    error_sizes,
+    flank_option,
+    load_design,
+    require_one_format,
+    write_out,
+)
 
 BOUNDS = (-0.002, 0.002)
 
@@ -49,6 +58,7 @@ def _bounds(option: str, text: str) -> Callable[[Command], Command]:
 @_bounds("--pinion-bounds", "pinion")
 @_bounds("--gear-bounds", "gear")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, a row each for found and given, mm and rad.")
 def optimise(
     design: str,
     flank: str,
@@ -62,12 +72,14 @@ def optimise(
     pinion_bounds: tuple[float, float],
     gear_bounds: tuple[float, float],
     as_json: bool,
+    as_csv: bool,
 ) -> None:
     """Find the parabola coefficients with which errors shift the path of contact least.
 
     The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
     each other. Give at least one error; some seconds. Exit status 2 if nothing meets the aim.
     """
+    require_one_format(as_json, as_csv)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     given = load_design(design)
     from . import report_optimise as report
@@ -81,5 +93,8 @@ def optimise(
         found = optimise_parabola(given, aim, flank)
     except ValueError as error:
         raise Refusal([str(error)]) from None
+    if as_csv:
+        write_out(report.optimum_csv(given, found))
+        return
     shown = report.optimum_json if as_json else report.optimum_table
     write_out(shown(click.format_filename(design), given, aim, flank, found))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .cli_support import BUILTIN_DESIGN, load_design, write_out
+from .cli_support import BUILTIN_DESIGN, load_design, require_one_format, write_out
 
 
 @click.command()
@@ -18,12 +18,14 @@ from .cli_support import BUILTIN_DESIGN, load_design, write_out
 )
 @click.option("--readings", is_flag=True, help="The verdicts alone, under other readings of the paper too.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm, deg and rad as each measure says.")
-def statements(design: str, flank: str, readings: bool, as_json: bool) -> None:
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one number a row, or one reading.")
+def statements(design: str, flank: str, readings: bool, as_json: bool, as_csv: bool) -> None:
     """Judge the paper's statements on modified flanks and misaligned pairs.
 
     Each is computed for the DESIGN, whose own parabola coefficients and errors are set aside: holds,
     does not hold, depends on the measure, or not known, with the measures, their numbers and why.
     """
+    require_one_format(as_json, as_csv)
     given = load_design(design)
     from . import report_statements as report
     from .statements import paper_statements
@@ -34,7 +36,13 @@ def statements(design: str, flank: str, readings: bool, as_json: bool) -> None:
         from .statement_readings import verdicts_by_reading
 
         verdicts = {side: verdicts_by_reading(given, side) for side in flanks}
-        write_out(report.readings_json(verdicts) if as_json else report.readings_table(name, verdicts))
+        if as_json:
+            write_out(report.readings_json(verdicts))
+        else:
+            write_out(report.readings_csv(verdicts) if as_csv else report.readings_table(name, verdicts))
         return
     found = [one for side in flanks for one in paper_statements(given, side)]
-    write_out(report.statements_json(found) if as_json else report.statements_table(name, given, found))
+    if as_json:
+        write_out(report.statements_json(found))
+    else:
+        write_out(report.statements_csv(found) if as_csv else report.statements_table(name, given, found))

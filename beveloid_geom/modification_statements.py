@@ -193,10 +193,10 @@ RATIO_WORDS = (
 
 
 def _ratio(
-    case: Case, id_: str, text: str, name: str, *claims: tuple[str, Test], words: str = ""
+    case: Case, id_: str, text: str, name: str, *claims: tuple[str, Test], words: str = "", more: str = ""
 ) -> Statement:
     ways, size = case.ratios(name), case.sweeps[name].size
-    detail = ", ".join(f"{way}: {_course(row, size, '')}" for way, row in ways.items())
+    detail = ", ".join(f"{way}: {_course(row, size, '')}" for way, row in ways.items()) + more
     return Statement(
         id_,
         case.flank,
@@ -229,6 +229,8 @@ def r2(case: Case) -> Statement:
     def rises(row: FloatArray) -> bool:
         return bool(row[-1] - row[row.size // 2] > CLEAR * row[0])
 
+    ratio = case.ratios("C2")["Eq. 16"]
+    half = ratio[ratio.size // 2]
     return _ratio(
         case,
         "R2",
@@ -237,6 +239,7 @@ def r2(case: Case) -> Statement:
         (f"little effect up to {SMALL / 2:g}", little),
         ("it rises clearly beyond", rises),
         words=f", little means {100 * LITTLE:g} %",
+        more=f", by Eq. 16 {half:.4g} at {SMALL / 2:g} 1/mm",
     )
 
 

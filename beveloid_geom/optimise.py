@@ -89,7 +89,7 @@ class Optimum:
 
 
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
-    """Figures of a single design with the parabola coefficients `pinion`, `gear` of one shape, 1/mm."""
+    """Figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
     wanted = [name for name in ERROR_NAMES if getattr(aim.errors, name) != 0.0]
     signs = [(None, 0.0), *product(wanted, (1.0, -1.0))]

@@ -1,13 +1,14 @@
-"""How well a design closes as text: table and JSON."""
+"""How well a design closes as text: table, JSON and CSV."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from .closing import ClosedLayout, Closing, Remark
 from .inputs import Design
 from .mounting import mounting_of
-from .report import json_text, layout_data, layout_line, line
+from .report import csv_text, json_text, layout_data, layout_line, line
 
 
 def closing_json(
@@ -25,6 +26,38 @@ def closing_json(
             "notes": [remark.text for remark in remarks if remark.level != "warning"],
         }
     )
+
+
+def closing_csv(
+    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
+) -> str:
+    """CSV of how well a design closes, a quantity, its unit and its value a row; warnings and notes last."""
+    mounting = mounting_of(design)
+    layout = {"offset": design.pair.offset, "shaft_angle": design.pair.shaft_angle}
+    layout |= dict(zip(("dw1", "dw2"), mounting.distance, strict=True))
+    layout |= dict(zip(("rw1", "rw2"), mounting.working_radius, strict=True))
+    closes = {key: value for key, value in vars(closing).items() if key != "reasons"}
+    groups = {"design": layout, "closing": closes}
+    if not isinstance(ideal, str):
+        groups["zero_backlash"] = _by_member(ideal)
+    rows: list[tuple[object, ...]] = [("design", "name", "", name)]
+    for group, values in groups.items():
+        for key, value in values.items():
+            rows.append((group, key, "rad" if "angle" in key else "mm", float(value)))
+    rows += [("closing", "reason", "", reason) for reason in closing.reasons]
+    if isinstance(ideal, str):
+        rows.append(("zero_backlash", "reason", "", ideal))
+    rows += [("remark", remark.level, "", remark.text) for remark in remarks]
+    return csv_text(["group", "quantity", "unit", "value"], list(zip(*rows, strict=True)))
+
+
+def _by_member(ideal: ClosedLayout) -> dict[str, Any]:
+    """The entries of a layout, those of both members apart."""
+    found: dict[str, Any] = {}
+    for key, value in vars(ideal).items():
+        pairs = zip(("pinion", "gear"), value, strict=True) if value.shape else [("", value)]
+        found |= {f"{member}_{key}".lstrip("_"): number for member, number in pairs}
+    return found
 
 
 def closing_table(

@@ -1,4 +1,4 @@
-"""Coefficients found for an aim as text: table and JSON."""
+"""Coefficients found for an aim as text: table, JSON and CSV."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .certificate import Verdict
 from .inputs import Design
 from .mounting import mounting_of
 from .optimise import Aim, Optimum
-from .report import contact_report, error_line, json_text, layout_data, layout_line, line
+from .report import contact_report, csv_text, error_line, json_text, layout_data, layout_line, line
 
 ARCSEC = math.degrees(3600.0)
 POINTS = 21
@@ -43,6 +43,20 @@ def optimum_json(name: str, design: Design, aim: Aim, flank: str, optimum: Optim
         first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
         data["certified"] = {"first_contact": first, "positions": POINTS}
     return json_text(data)
+
+
+def optimum_csv(design: Design, optimum: Optimum) -> str:
+    """CSV, a row for the coefficients found and one for those given, mm and rad, units in the header."""
+    header = ["design", "parabola_pinion_per_mm", "parabola_gear_per_mm"]
+    header += ["shift_mm", "contact_ratio", "pinion_z_middle_mm", "peak_to_peak_rad"]
+    given = (float(member.tool.parabola) for member in design.members)
+    rows: list[list[object]] = []
+    for name, parabola, paths in (
+        ("found", (optimum.pinion_parabola, optimum.gear_parabola), optimum.found),
+        ("given", given, optimum.given),
+    ):
+        rows.append([name, *parabola, *(float(getattr(paths, figure)) for figure, *_ in SHOWN)])
+    return csv_text(header, list(zip(*rows, strict=True)))
 
 
 def optimum_table(name: str, design: Design, aim: Aim, flank: str, optimum: Optimum) -> str:

@@ -1,8 +1,9 @@
-"""Sensitivity of a path of contact to the assembly errors as text: table and JSON."""
+"""Sensitivity of a path of contact to the assembly errors as text: table, JSON and CSV."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,16 @@ import numpy as np
 from .contact import Limit
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
-from .report import error_line, json_text, layout_data, layout_line, line, parabola_line, status_name
+from .report import (
+    csv_text,
+    error_line,
+    json_text,
+    layout_data,
+    layout_line,
+    line,
+    parabola_line,
+    status_name,
+)
 from .sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
 
 ARCSEC = math.degrees(3600.0)
@@ -64,6 +74,34 @@ def sensitivity_json(report: SensitivityReport) -> str:
             **values,
         }
     )
+
+
+def sensitivity_csv(report: SensitivityReport) -> str:
+    """CSV, a row for each quantity with its derivatives; rows name units of quantities, the header those
+    of errors. Without a path there are no rows."""
+    units = ("rad" if name == "shaft_angle" else "mm" for name in ERRORS)
+    header = ["quantity", "place", "member", "value"]
+    header += [f"by_{name}_per_{unit}" for name, unit in zip(ERRORS, units, strict=True)]
+    rows = [] if report.reason else list(_csv_rows(report.found))
+    return csv_text(header, list(zip(*rows, strict=True)))
+
+
+def _csv_rows(found: Sensitivity) -> Iterator[list[object]]:
+    nothing = np.full(found.z.shape, np.nan)
+    for name, values, rates in (
+        ("l_mm", found.l, found.l_by),
+        ("z_mm", found.z, found.z_by),
+        ("r_mm", found.r, found.r_by),
+        ("face_shift_mm", nothing, found.face_shift_by),
+        ("square_shift_mm", nothing, found.square_shift_by),
+    ):
+        for k, j in np.ndindex(values.shape):
+            yield [name, PLACES[k], ("pinion", "gear")[j], float(values[k, j]), *rates[k, j].tolist()]
+    for k, place in enumerate(PLACES):
+        roll = float(found.pinion_roll[k])
+        yield ["pinion_roll_rad", place, "pinion", roll, *found.pinion_roll_by[k].tolist()]
+    yield ["contact_ratio", "", "", float(found.contact_ratio), *found.contact_ratio_by.tolist()]
+    yield ["peak_to_peak_rad", "", "", float(found.peak_to_peak), *found.peak_to_peak_by.tolist()]
 
 
 def sensitivity_table(report: SensitivityReport) -> str:

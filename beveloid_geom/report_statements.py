@@ -1,4 +1,4 @@
-"""The paper's statements as text: table and JSON of what the calculation says of them."""
+"""The paper's statements as text: table, JSON and CSV of what the calculation says of them."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 
 from .inputs import Design
 from .mounting import mounting_of
-from .report import json_text, layout_line
+from .report import csv_text, json_text, layout_line
 from .statement_verdicts import Statement, Verdict
 
 WIDTH = 100
 Readings = Mapping[str, Mapping[str, Verdict]]
+ANSWERS = {True: "yes", False: "no", None: ""}
 LETTERS = {
     Verdict.HOLDS: "y",
     Verdict.DOES_NOT_HOLD: "-",
@@ -36,6 +37,24 @@ def statements_json(statements: Sequence[Statement]) -> str:
             for one in statements
         ]
     )
+
+
+def statements_csv(statements: Sequence[Statement]) -> str:
+    """CSV, a row for each number and for each answer of a way of measuring; `measure` names the units."""
+    header = ["flank", "id", "verdict", "claim", "claim_verdict", "kind", "way", "position", "value"]
+    header.append("measure")
+    rows: list[tuple[object, ...]] = []
+    for one in statements:
+        for claim in one.claims:
+            who = (one.flank, one.id, one.verdict.value, claim.text, claim.verdict.value)
+            for way, numbers in claim.numbers.items():
+                rows += [
+                    (*who, "number", way, k, value, one.measure) for k, value in enumerate(numbers.tolist())
+                ]
+            rows += [
+                (*who, "holds", way, "", ANSWERS[holds], one.measure) for way, holds in claim.holds.items()
+            ]
+    return csv_text(header, list(zip(*rows, strict=True)))
 
 
 def statements_table(name: str, design: Design, statements: Sequence[Statement]) -> str:
@@ -76,6 +95,17 @@ def readings_json(readings: Mapping[str, Readings]) -> str:
             for name, verdicts in by_name.items()
         ]
     )
+
+
+def readings_csv(readings: Mapping[str, Readings]) -> str:
+    """CSV, one reading a row, a column for each statement."""
+    rows = [
+        (flank, name, *(verdict.value for verdict in verdicts.values()))
+        for flank, by_name in readings.items()
+        for name, verdicts in by_name.items()
+    ]
+    ids = next(iter(next(iter(readings.values())).values()))
+    return csv_text(["flank", "reading", *ids], list(zip(*rows, strict=True)))
 
 
 def readings_table(name: str, readings: Mapping[str, Readings]) -> str:

@@ -11,14 +11,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from .closing import closing_of
-from .inputs import Design, Errors, Member
+from .closing import closing_of, zero_backlash_layout
+from .inputs import Design, Errors, Member, Pair
 from .mounting import mounting_of
-from .statement_verdicts import Verdict
+from .statement_verdicts import Statement, Verdict
 from .statements import paper_statements
 
-FACES, DEPTH, ALONG = 6.0, 0.1, 0.2
-"""Times the face width; modules of addendum and dedendum; pinion face widths along the axes."""
+FACES, DEPTH = 6.0, 0.1
+"""Times the face width; modules of addendum and dedendum."""
+ALONG = (0.2, 0.45)
+"""Pinion face widths along the axes: a path in the middle of Table 1's faces stays between toe and heel
+by the first, and runs off by the second."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +44,47 @@ def readings_of(design: Design) -> tuple[Reading, ...]:
         Reading(f"teeth {DEPTH:g} modules higher", _members(design, lambda m: _deeper(m, DEPTH))),
         Reading("no profile shift", _members(design, lambda m: replace(m, profile_shift=0.0))),
     ]
-    step = ALONG * float(design.pinion.face_width)
-    for word, sign in (("heels", 1.0), ("toes", -1.0)):
-        found.append(Reading(f"mounted {step:g} mm to the {word}", _mounted(design, sign * step)))
-    offset = closing_of(design).offset
-    if math.isfinite(offset):
-        closed = replace(design, pair=replace(design.pair, offset=offset))
-        found.append(Reading(f"lines of action meet: E = {offset:.4f} mm", closed))
-    return tuple(found)
+    for share in ALONG:
+        step = share * float(design.pinion.face_width)
+        for word, sign in (("heels", 1.0), ("toes", -1.0)):
+            found.append(Reading(f"mounted {step:g} mm to the {word}", _mounted(design, sign * step)))
+    return (*found, *_closed(design))
+
+
+def _closed(design: Design) -> list[Reading]:
+    """Layouts in which the lines of action meet, those there are."""
+    found, closing = [], closing_of(design)
+    if math.isfinite(closing.offset):
+        pair = replace(design.pair, offset=closing.offset)
+        found.append(
+            Reading(f"lines of action meet: E = {closing.offset:.4f} mm", replace(design, pair=pair))
+        )
+    if math.isfinite(closing.shaft_angle):
+        name = f"lines of action meet: d = {math.degrees(closing.shaft_angle):.4f} deg"
+        pair = replace(design.pair, shaft_angle=closing.shaft_angle)
+        found.append(Reading(name, replace(design, pair=pair)))
+    try:
+        ideal = zero_backlash_layout(design)
+    except ValueError:
+        return found
+    pinion, gear = ideal.mounting.tolist()
+    pair = Pair(float(ideal.offset), float(ideal.shaft_angle), pinion, gear)
+    return [*found, Reading("no backlash, all of the layout follows", replace(design, pair=pair))]
+
+
+def statements_by_reading(design: Design, flank: str = "right") -> dict[str, dict[str, Statement]]:
+    """Statements by their ids, judged under each reading by its name."""
+    return {
+        one.name: {s.id: s for s in paper_statements(one.design, flank, sign=one.sign)}
+        for one in readings_of(design)
+    }
 
 
 def verdicts_by_reading(design: Design, flank: str = "right") -> dict[str, dict[str, Verdict]]:
     """Verdicts by the ids of the statements, under each reading by its name."""
     return {
-        one.name: {s.id: s.verdict for s in paper_statements(one.design, flank, sign=one.sign)}
-        for one in readings_of(design)
+        name: {id_: one.verdict for id_, one in found.items()}
+        for name, found in statements_by_reading(design, flank).items()
     }
 
 

@@ -5,8 +5,9 @@ Every mounting is solved; one without a path on the flanks keeps its status and 
 
 Mountings are drawn and solved by units of UNIT, each with a random stream of its own, spawned from
 the seed. The result is the same bit for bit however the units are spread: in this process, or by
-any `concurrent.futures.Executor` over threads, processes or the machines of a cluster. Mountings
-drawn depend on neither flank nor design: both flanks with one seed are the same gearboxes.
+any `concurrent.futures.Executor` over threads, processes or the machines of a cluster (alike: another
+processor or NumPy may round otherwise). Mountings drawn depend on neither flank nor design: both
+flanks with one seed are the same gearboxes.
 
 The transmission error is that of one tooth pair on its path (as in `path`). Where it is lowest at
 the ends of the path the next pair's edge touches first, and in operation it is another

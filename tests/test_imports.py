@@ -24,13 +24,18 @@ FLOORS = (
     *("operating_rolls", "foot", "curvature", "pattern"),
     *("sensitivity", "statement_measures", "statement_verdicts", "modification_statements"),
     *("error_statements", "statements", "statement_readings"),
+    "sliding",
     *("sampling", "closest", "proximity", "comparison_methods", "comparison", "job_size"),
     *("outline", "section", "solid", "tooth", "volume", "hexahedra"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
     *("report_notes", "report", "report_closing", "report_operation", "report_statements"),
+    "report_sliding",
     *("tolerance", "report_tolerance", "optimise", "report_optimise"),
+    *("design_map", "report_map"),
     *("report_sensitivity", "cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise"),
+    "cli_map",
+    "cli_sliding",
     *("cli_statements", "cli_sensitivity", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage

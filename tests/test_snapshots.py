@@ -22,7 +22,7 @@ from beveloid_geom.comparison import Settings
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.flank import flank_point
 from viz import theme
-from viz.figures import FIGURES, Figure, fig_job_size, fig_speed
+from viz.figures import FIGURES, Figure, fig_job_size, fig_maps, fig_speed
 from viz.figures.fig_misalignment import MisalignmentFigure
 from viz.figures.fig_paths import PathFigure
 from viz.figures.fig_pattern import BandFigure
@@ -35,8 +35,9 @@ SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
-FLAT = {"fig-02", "fig-11", "transmission-error", "mesh-convergence", "picture-density"}
-FLAT |= {"speed-accuracy", "job-size"}
+FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence", "picture-density"}
+FLAT |= {"sliding", "speed-accuracy", "job-size"}
+FLAT |= {"map-parabola", "map-mounting", "map-shift"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 Image = NDArray[np.uint8]
 
@@ -52,6 +53,8 @@ def _short_measurements() -> Iterator[None]:
     few = Settings(tolerances=(0.1, 0.01), xtols=(1e-2, 1e-14), batches=(1, 100), batch=10, run=11, repeat=0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fig_speed, "SETTINGS", few)
+        patch.setattr(fig_maps, "STEPS", 7)
+        patch.setattr(fig_maps, "FIRST_STEPS", 3)
         patch.setattr(fig_job_size, "JOBS", {kind: sizes[:3] for kind, sizes in fig_job_size.JOBS.items()})
         yield
 

@@ -18,10 +18,8 @@ from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Errors
 from beveloid_geom.modification_statements import _angle_falls, _shorter_first, _turns_over
 from beveloid_geom.path import contact_ratio, path_of_contact
-from beveloid_geom.report_statements import readings_table
 from beveloid_geom.sensitivity import ERRORS, path_sensitivity
 from beveloid_geom.statement_measures import SHIFTS, _at, concavity, paths_of, shifts, sweep
-from beveloid_geom.statement_readings import readings_of
 from beveloid_geom.statement_verdicts import Claim, Statement, Verdict, claim_of, grows
 from beveloid_geom.statements import paper_statements
 
@@ -315,39 +313,10 @@ def test_coefficients_of_the_other_sign() -> None:
     )
 
 
+def test_r2_says_what_its_first_claim_rests_on() -> None:
+    half = float(contact_ratio(table1((-0.0001, -0.0001)), "right"))
+    assert f"by Eq. 16 {half:.4g} at 0.0001 1/mm" in judged("right")["R2"].why
+
+
 def m4_of_both(other: dict[str, Statement]) -> tuple[Statement, Statement]:
     return judged("right")["M4"], other["M4"]
-
-
-def test_readings_change_one_thing_each() -> None:
-    design = table1(errors=Errors(0.1))
-    readings = readings_of(design)
-    assert readings[0].design == table1()
-    assert [one.sign for one in readings].count(-1) == 1
-    for one in readings[2:]:
-        assert one.design != table1()
-        changed = [
-            vars(one.design.pair)[name] != value
-            for name, value in vars(table1().pair).items()
-            if name != "errors"
-        ]
-        assert any(changed) != (one.design.pinion != table1().pinion), one.name
-    heels = next(one for one in readings if "heels" in one.name).design
-    assert heels.pair.pinion_mounting == pytest.approx(211.594669 + 10.0, abs=1e-6)
-    assert heels.pair.gear_mounting == pytest.approx(210.211869 + 10.0, abs=1e-6)
-    assert readings[-1].design.pair.offset == pytest.approx(229.0751, abs=1e-4)
-
-
-def test_readings_of_the_command() -> None:
-    result = run("--readings", "--json", "--flank", "right")
-    assert (result.exit_code, result.stderr) == (0, "")
-    data = json.loads(result.stdout)
-    assert {one["flank"] for one in data} == {"right"}
-    assert [one["reading"] for one in data] == [one.name for one in readings_of(builtin_design())]
-    expected = {name: one.verdict.value for name, one in judged("right").items()}
-    assert data[0]["verdicts"] == expected
-    wide = next(one["verdicts"] for one in data if "wide" in one["reading"])
-    assert wide["C2"] == "does not hold"
-    table = readings_table("x", {"right": {"as given": {k: s.verdict for k, s in judged("right").items()}}})
-    assert max(len(row) for row in table.splitlines()) <= 100
-    assert table.splitlines()[-1].split()[2:] == list("ymmmy--yymyyymyy")

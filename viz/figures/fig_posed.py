@@ -71,7 +71,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     )
     low = theme.caption(
         page,
-        f"{counts.capitalize()}. (b) looks at the heels along the teeth in mesh, the gear as if of glass;"
+        f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
         " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
         f" the pinion's right flanks.{_export_note(data.pair.design)}",
     )
@@ -134,7 +134,7 @@ def _whole(data: PosedFigure, size: Size) -> Scene:
 
 
 def close(data: PosedFigure) -> Scene:
-    """The teeth in mesh, seen at the heels along the teeth."""
+    """The teeth in mesh, seen at the toes along the teeth."""
     pair = data.pair
     module = float(pair.design.pinion.tool.normal_module)
     middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)
