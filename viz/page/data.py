@@ -1,0 +1,232 @@
+"""All that the page says of a design, computed once: results to draw, and the numbers as JSON.
+
+The JSON is that of the commands of `beveloid-geom`, word for word, by section and flank.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from beveloid_geom.closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
+from beveloid_geom.design_file import builtin_design
+from beveloid_geom.inputs import Design, Errors
+from beveloid_geom.path import ContactPath, path_of_contact
+from beveloid_geom.pattern import ContactPattern, contact_pattern
+from beveloid_geom.report import ContactReport, contact_json, contact_report, first_contact_fault, json_text
+from beveloid_geom.report_closing import closing_json
+from beveloid_geom.report_operation import OperationReport, operation_json, operation_report
+from beveloid_geom.report_sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
+from beveloid_geom.report_sliding import SlidingReport, sliding_json, sliding_report
+from beveloid_geom.report_statements import statements_json
+from beveloid_geom.report_tolerance import tolerance_json
+from beveloid_geom.statements import paper_statements
+from beveloid_geom.tolerance import ERROR_NAMES, USUAL, Tolerances, ToleranceStudy, tolerance_study
+
+FLANKS = ("right", "left")
+POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, 0.00635
+"""What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
+RESOLUTION = 0.4
+"""mm between the points of a pattern: some pixels."""
+CLOUD, CLOUD_POINTS = 240, 9
+"""Mountings whose paths are drawn, and positions of each."""
+STAGES = 2 + 6 * len(FLANKS)
+"""Calls of `progress` in `compute`."""
+Progress: TypeAlias = Callable[[str], object]
+Section: TypeAlias = tuple[Any, str, str | None]
+"""What was found, its JSON, and why there is nothing, None if there is."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Of the tolerance study: tolerances, whether they were `given` or are the usual ones, how many
+    mountings are drawn, and the seed."""
+
+    tolerances: Tolerances = USUAL
+    given: bool = False
+    cases: int = 20_000
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class FlankResults:
+    """Results of one flank pair; None where there are none, and `reasons` by section says why.
+
+    `cloud`: the paths of the first mountings of the `study`, batch axis first."""
+
+    flank: str
+    contact: ContactReport
+    operation: OperationReport | None
+    sliding: SlidingReport | None
+    sensitivity: SensitivityReport | None
+    study: ToleranceStudy | None
+    cloud: ContactPath | None
+    pattern: ContactPattern | None
+    numbers: dict[str, Any]
+    reasons: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class PageData:
+    """The page's contents: results by flank, and `numbers`, the JSON by section and flank."""
+
+    name: str
+    design: Design
+    settings: Settings
+    flanks: dict[str, FlankResults]
+    numbers: dict[str, Any]
+
+    @cached_property
+    def found(self) -> bool:
+        """Whether there is a path of contact on either flank."""
+        return any(results.contact.reason is None for results in self.flanks.values())
+
+
+def is_papers(design: Design) -> bool:
+    """Whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
+    them aside."""
+
+    def bare(one: Design) -> Design:
+        return replace(one.with_parabola(0.0, 0.0), errors=Errors())
+
+    return bare(design) == bare(builtin_design())
+
+
+def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:
+    """Everything for a single design. `progress` is called with the name of every stage before it.
+
+    Raises ValueError for tolerances that do not suit the design, if they were given."""
+    numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
+    progress("check")
+    numbers["check"] = _check(name, design)
+    flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
+    for section in SECTIONS:
+        numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
+    progress("statements")
+    if is_papers(design):
+        judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
+        numbers["statements"] = json.loads(statements_json(judged))
+    return PageData(name, design, settings, flanks, numbers)
+
+
+def _check(name: str, design: Design) -> dict[str, Any]:
+    closing = closing_of(design)
+    ideal: ClosedLayout | str
+    try:
+        ideal = zero_backlash_layout(design)
+    except ValueError as error:
+        ideal = str(error)
+    found: dict[str, Any] = json.loads(
+        closing_json(name, design, closing, ideal, remarks_on(design, closing))
+    )
+    return found
+
+
+def _flank_results(
+    name: str, design: Design, flank: str, settings: Settings, progress: Progress
+) -> FlankResults:
+    """The sections of one flank pair, each by itself: one that fails leaves the others."""
+    found: dict[str, Any] = {}
+    numbers: dict[str, Any] = {}
+    reasons: dict[str, str] = {}
+    for section, solve in SECTIONS.items():
+        progress(f"{section}, {flank}")
+        result, text, reason = solve(name, design, flank, settings)
+        if reason and section == "pattern":
+            result, text, reason = _missing(name, flank, reasons.get("operation", reason))
+        found[section], numbers[section] = result, json.loads(text)
+        if reason:
+            reasons[section] = reason
+    known = {section: None if section in reasons else result for section, result in found.items()}
+    return FlankResults(
+        flank=flank,
+        contact=found["tca"],
+        operation=known["operation"],
+        sliding=known["sliding"],
+        sensitivity=known["sensitivity"],
+        study=known["tolerance"],
+        cloud=_cloud(design, known["tolerance"]) if known["tolerance"] is not None else None,
+        pattern=known["pattern"],
+        numbers=numbers,
+        reasons=reasons,
+    )
+
+
+def _missing(name: str, flank: str, reason: str) -> Section:
+    return None, json_text({"design": name, "flank": flank, "reason": reason}), reason
+
+
+def _tca(name: str, design: Design, flank: str, _: Settings) -> Section:
+    found = contact_report(name, design, flank, POSITIONS, "one-equation")
+    return found, contact_json(found), found.reason
+
+
+def _operation(name: str, design: Design, flank: str, _: Settings) -> Section:
+    if fault := first_contact_fault(design):
+        return _missing(name, flank, f"no first contact: {fault}")
+    found = operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM)
+    return found, operation_json(found), found.reason
+
+
+def _sliding(name: str, design: Design, flank: str, _: Settings) -> Section:
+    found = sliding_report(name, design, flank, POSITIONS)
+    return found, sliding_json(found), found.reason
+
+
+def _sensitivity(name: str, design: Design, flank: str, _: Settings) -> Section:
+    found = sensitivity_report(name, design, flank)
+    return found, sensitivity_json(found), found.reason
+
+
+def _tolerance(name: str, design: Design, flank: str, settings: Settings) -> Section:
+    try:
+        study = tolerance_study(design, settings.tolerances, flank, settings.cases, seed=settings.seed)
+    except ValueError as error:
+        if settings.given:
+            raise
+        return _missing(name, flank, str(error))
+    none = f"no mounting has a path on the {flank} flanks"
+    return study, tolerance_json(name, design, study), None if study.mountings.solved.any() else none
+
+
+def _pattern(name: str, design: Design, flank: str, _: Settings) -> Section:
+    try:
+        pattern = contact_pattern(design, flank, FILM, resolution=RESOLUTION)
+    except ValueError as error:
+        return _missing(name, flank, str(error).partition(": give")[0])
+    return pattern, pattern_json(name, pattern), None
+
+
+SECTIONS: dict[str, Callable[[str, Design, str, Settings], Section]] = {
+    "tca": _tca,
+    "operation": _operation,
+    "sliding": _sliding,
+    "sensitivity": _sensitivity,
+    "tolerance": _tolerance,
+    "pattern": _pattern,
+}
+"""Of one flank pair, in the order in which they are computed."""
+
+
+def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
+    """Paths of the first mountings of a study."""
+    drawn = study.mountings.errors[:CLOUD]
+    errors = {name: getattr(design.errors, name) + drawn[:, k] for k, name in enumerate(ERROR_NAMES)}
+    return path_of_contact(design.with_errors(Errors(**errors)), study.flank, CLOUD_POINTS)
+
+
+def pattern_json(name: str, pattern: ContactPattern) -> str:
+    """Strict JSON of the sizes of a contact pattern, mm and rad."""
+    sides = {"pinion": pattern.pinion, "gear": pattern.gear}
+    return json_text(
+        {
+            "design": name,
+            "flank": pattern.flank,
+            "separation": pattern.separation,
+            "roll_range": pattern.roll_range,
+            **{member: {"area": side.area, "area_share": side.area_share} for member, side in sides.items()},
+        }
+    )

@@ -1,0 +1,34 @@
+// The page's buttons, and the start of the view. Everything else on the page works without.
+(function () {
+  "use strict";
+  const root = document.documentElement;
+  const button = document.getElementById("theme");
+  const asked = window.matchMedia("(prefers-color-scheme: dark)");
+  const dark = () => (root.dataset.theme ? root.dataset.theme === "dark" : asked.matches);
+  const changed = () => {
+    button.textContent = dark() ? "Light" : "Dark";
+    window.dispatchEvent(new Event("themechange"));
+  };
+  button.addEventListener("click", () => {
+    root.dataset.theme = dark() ? "light" : "dark";
+    changed();
+  });
+  asked.addEventListener("change", changed);
+  document.getElementById("save").addEventListener("click", () => {
+    const text = document.getElementById("data").textContent;
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
+    link.download = "report.json";
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+  document.querySelector(".tools").hidden = false;
+  changed();
+
+  const view = document.getElementById("view");
+  try {
+    window.pageView = window.beveloidView(view, JSON.parse(document.getElementById("view-data").textContent));
+  } catch (error) {
+    view.textContent = "The view in 3D could not be started: " + error.message;
+  }
+})();
