@@ -36,18 +36,18 @@ class NoOpenGL(click.ClickException):
     exit_code = 3
 
 
-def stop_between_figures() -> threading.Event:
-    """Let the first Ctrl-C end the command after the figure in hand, and the second at once:
-    VTK does not take an exception in the middle of its work well."""
+def stop_between(step: str, lost: str) -> threading.Event:
+    """Let the first Ctrl-C end the command after the step in hand, and the second, which says what
+    is lost, at once: VTK does not take an exception in the middle of its work well."""
     stop = threading.Event()
 
     def ask(*_: object) -> None:
         stop.set()
-        click.echo("\nstopping after this figure; once more stops at once", err=True)
+        click.echo(f"\nstopping after this {step}; once more stops at once", err=True)
         signal.signal(signal.SIGINT, at_once)
 
     def at_once(*_: object) -> None:
-        raise Interrupted("interrupted in the middle of a figure, which is not written")
+        raise Interrupted(f"interrupted in the middle of a {step}{lost}")
 
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, ask)
@@ -165,7 +165,7 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
     prepare_folder(folder)
     summary: list[tuple[Figure, int, float]] = []
     begin = time.perf_counter()
-    stop = stop_between_figures()
+    stop = stop_between("figure", ", which is not written")
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:
         bar.set_postfix_str(figure.name)

@@ -6,7 +6,8 @@ Nothing is written into the images: text is laid over them on the page, at the p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from .theme import Size
 
 FloatArray: TypeAlias = NDArray[np.float64]
+
+Pose: TypeAlias = tuple[FloatArray, FloatArray]
+"""Rotation (3, 3) and shift (3,), mm: a point x of an item is drawn at rotation @ x + shift."""
 
 MESH_PX = 0.2
 """Pixels by which the triangles of gears may miss their surfaces: finer is not seen (`picture-density`)."""
@@ -45,7 +49,8 @@ class Surface:
     """Faces of three or four corners over points (n, 3), lit as metal.
 
     `normals` (n, 3) give smooth shading; without them faces are flat. `edges` draws
-    boundaries and sharp edges as dark lines, `mesh_lines` the edges of all faces, without lustre."""
+    boundaries and sharp edges as dark lines, `mesh_lines` the edges of all faces, without lustre. At an
+    opacity of 0 nothing but lines is drawn."""
 
     points: FloatArray
     faces: NDArray[np.integer[Any]]
@@ -145,21 +150,51 @@ def fit_camera(
 
 def render(scene: Scene, size_px: Size) -> Picture:
     """Draw a scene offscreen on white."""
+    with _window(scene, size_px) as (plotter, _, triangles):
+        return Picture(_shot(plotter), scene.camera, triangles)
+
+
+def render_moving(scene: Scene, size_px: Size, poses: Iterable[Sequence[Pose]]) -> Iterator[Picture]:
+    """Draw a scene once for every one of `poses`, which holds a pose for each item; the window stays
+    open between, which saves most of the time."""
+    import pyvista as pv
+
+    with _window(scene, size_px) as (plotter, actors, triangles):
+        for pose in poses:
+            for (rotation, shift), parts in zip(pose, actors, strict=True):
+                matrix = np.eye(4)
+                matrix[:3, :3], matrix[:3, 3] = rotation, shift
+                for actor in parts:
+                    actor.SetUserMatrix(pv.vtkmatrix_from_array(matrix))
+            plotter.renderer.ResetCameraClippingRange()
+            yield Picture(_shot(plotter), scene.camera, triangles)
+
+
+@contextmanager
+def _window(scene: Scene, size_px: Size) -> Iterator[tuple[Any, list[list[Any]], int]]:
+    """An offscreen window with a scene, the actors of each item, and the number of triangles."""
     import pyvista as pv  # half a second, and only wanted here
 
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
     try:
         plotter.set_background("white")
-        triangles = sum(_add(plotter, item) for item in scene.items)
+        triangles, actors = 0, []
+        for item in scene.items:
+            before = len(plotter.actors)
+            triangles += _add(plotter, item)
+            actors.append(list(plotter.actors.values())[before:])
         if any(isinstance(item, Surface) and item.opacity < 1.0 for item in scene.items):
             plotter.enable_depth_peeling(8)
         _aim(plotter, scene.camera)
         plotter.enable_anti_aliasing("ssaa")
-        plotter.render()
-        image = np.array(plotter.screenshot(return_img=True)[..., :3])
+        yield plotter, actors, triangles
     finally:
         plotter.close()
-    return Picture(image, scene.camera, triangles)
+
+
+def _shot(plotter: Any) -> NDArray[np.uint8]:
+    plotter.render()
+    return np.array(plotter.screenshot(return_img=True)[..., :3])
 
 
 def _aim(plotter: Any, camera: Camera) -> None:
@@ -209,6 +244,7 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
         **look,
         **(DULL if surface.mesh_lines else METAL),
     )
+    actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
         lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:

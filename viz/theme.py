@@ -103,12 +103,15 @@ class Box:
         return self.width, self.height
 
 
-def new_page(size_px: Size, title: str, subtitle: str = "") -> Page:
-    """A white page with a title, and below it a subtitle, at the top left.
+def new_page(
+    size_px: Size, title: str, subtitle: str = "", page_inches: tuple[float, float] = PAGE_INCHES
+) -> Page:
+    """A white page with a title, and below it a subtitle, at the top left; on a smaller page all text
+    is larger in pixels.
 
     Content belongs below `top(page)`."""
     width, height = size_px
-    dpi = min(width / PAGE_INCHES[0], height / PAGE_INCHES[1])
+    dpi = min(width / page_inches[0], height / page_inches[1])
     page = Page(figsize=((width + 1e-6) / dpi, (height + 1e-6) / dpi), dpi=dpi, facecolor="white")
     FigureCanvasAgg(page)
     x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()

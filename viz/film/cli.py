@@ -1,0 +1,187 @@
+"""`render-animation`: a short film of the pair in mesh, as GIF or MP4."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+from beveloid_geom.cli_support import (
+    BUILTIN_DESIGN,
+    Interrupted,
+    Refusal,
+    changed_design,
+    flank_option,
+    load_design,
+    override_options,
+    write_out,
+)
+
+from ..cli import NoOpenGL, PageSize, prepare_folder, stop_between
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from .motion import Film
+
+DEFAULT_OUT = Path("outputs/mesh.gif")
+SUFFIXES = (".gif", ".mp4")
+FEWEST = 2
+"""Frames of a film."""
+Frame = TypeVar("Frame")
+
+
+def check_format(out: Path, size: tuple[int, int], fps: float, seconds: float) -> str | None:
+    """The encoder of an MP4, None for a GIF. Raises Refusal for what the format does not allow."""
+    from .writer import HUNDREDTHS, INSTALL, encoder, gif_rates
+
+    suffix = out.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise Refusal([f"--out: {out.name} ends in neither .gif nor .mp4"])
+    if out.is_dir():
+        raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
+    if round(seconds * fps) < FEWEST:
+        raise Refusal([f"--seconds {seconds:g} at --fps {fps:g} leaves less than {FEWEST} frames: take more"])
+    if suffix == ".gif":
+        if abs(HUNDREDTHS / fps - round(HUNDREDTHS / fps)) > 1e-6:
+            near = sorted(gif_rates(), key=lambda rate: abs(rate - fps))[:2]
+            rates = " or ".join(f"{rate:.4g}" for rate in sorted(near))
+            raise Refusal([f"--fps {fps:g}: a GIF counts in hundredths of a second, take {rates}, or .mp4"])
+        return None
+    if any(side % 2 for side in size):
+        raise Refusal([f"--size {size[0]}x{size[1]}: both sides of an MP4 must be even"])
+    program = encoder()
+    if program is None:
+        raise Refusal([INSTALL])
+    return program
+
+
+def until(stop: threading.Event, frames: Iterable[Frame]) -> Iterator[Frame]:
+    """The frames. Raises Interrupted between two of them once `stop` is set."""
+    for frame in frames:
+        if stop.is_set():
+            raise Interrupted("interrupted: no film is written")
+        yield frame
+
+
+def write_film(
+    film: Film,
+    out: Path,
+    size: tuple[int, int],
+    fps: float,
+    pitches: int,
+    program: str | None,
+    stop: threading.Event,
+) -> int:
+    """Draw and write the frames; how many. Raises Refusal where the file cannot be written."""
+    from tqdm import tqdm
+
+    from beveloid_geom.whole_file import whole_file
+
+    from . import page, writer
+
+    count = pitches * len(film.motion.share)
+    name = click.format_filename(out)
+    try:
+        with (
+            whole_file(out) as beside,
+            tqdm(
+                until(stop, page.frames(film, size, pitches)),
+                desc="frames",
+                total=count,
+                unit="frame",
+                file=sys.stderr,
+            ) as frames,
+        ):
+            if program is None:
+                writer.write_gif(frames, beside, fps)
+            else:
+                writer.write_mp4(frames, beside, fps, program)
+    except OSError as error:
+        raise Refusal(
+            [f"cannot write {name} ({error.strerror or error}): choose another with --out"]
+        ) from None
+    return count
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("design", default=BUILTIN_DESIGN)
+@flank_option
+@click.option(
+    "--out",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    default=DEFAULT_OUT,
+    show_default=True,
+    help="The film, .gif or .mp4.",
+)
+@click.option(
+    "--pitches",
+    type=click.IntRange(1, 100),
+    default=1,
+    show_default=True,
+    help="Pitches of the pinion that pass; each is as the one before.",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0.1, 60.0),
+    default=3.0,
+    show_default=True,
+    metavar="S",
+    help="Time a pitch takes.",
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(1.0, 60.0),
+    default=20.0,
+    show_default=True,
+    metavar="N",
+    help="Frames a second; in a GIF 100 over a whole number, up to 50.",
+)
+@click.option("--size", type=PageSize(), default="960x720", show_default=True, help="Size in pixels.")
+@override_options
+def main(
+    design: str,
+    flank: str,
+    out: Path,
+    pitches: int,
+    seconds: float,
+    fps: float,
+    size: tuple[int, int],
+    **changes: float | None,
+) -> None:
+    """Write a short film of the pair in mesh, with the contact moving over the flanks.
+
+    The gear stands where the first of all teeth, edges included, stops it: rigid teeth, no load. The
+    film runs without a jump when it is repeated, as a GIF is. MP4 needs an encoder: pip install
+    'beveloid-geom[film]', or ffmpeg. Exit status 1 without contact on the flanks.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+    program = check_format(out, size, fps, seconds)
+    changed = changed_design(load_design(design), changes)
+    stop = stop_between("frame", ": no film is written")
+    begin = time.perf_counter()
+
+    from ..opengl import MissingOpenGLError, require_opengl
+    from .motion import NoFilmError, film_of
+
+    try:
+        require_opengl()
+    except MissingOpenGLError as error:
+        raise NoOpenGL(str(error)) from None
+    try:
+        film = film_of(changed, flank, round(seconds * fps))
+        if stop.is_set():
+            raise Interrupted("interrupted: no film is written")
+        prepare_folder(out.parent)
+        count = write_film(film, out, size, fps, pitches, program, stop)
+    except NoFilmError as error:
+        raise click.ClickException(f"no film: {error}") from None  # status 1
+    told = f"{count} frames, {count / fps:g} s, {1e-6 * out.stat().st_size:.2g} MB"
+    write_out(f"{click.format_filename(out)}: {told}, made in {time.perf_counter() - begin:.1f} s\n")

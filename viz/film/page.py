@@ -1,0 +1,258 @@
+"""The pages of a film: all that stands still is drawn once, and what moves over it in every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain, repeat
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from numpy.typing import NDArray
+
+from beveloid_geom.inputs import FloatArray
+
+from .. import theme
+from ..figures import annotate, panels
+from ..figures.fig_operation import ARCSEC, SMALLEST
+from ..figures.panels import FlankView, Trace
+from ..scene import Picture
+from ..theme import Box, Page, Size
+from . import zone
+from .motion import FILM, Film, Motion
+
+Image = NDArray[np.uint8]
+PAGE_INCHES = (12.0, 9.0)
+SIDE = 0.615
+"""Share of the page's width at which flanks and curve begin."""
+FLANKS = 0.475
+"""Share of the page's height at which the flanks begin."""
+STRETCH = 2.0
+BALL = theme.BLUE
+BALL_POINTS = 11.0
+NOTE = (
+    "The gear stands where the first of all teeth, edges included, stops it: rigid teeth, no load. Seen from"
+    " the {end}s along the teeth, the gear as if of glass; flanks square on, {how}, twice as large across as"
+    " along. Lines, over everything: paths of contact. Full balls: contacts; hollow ones: within"
+    " {film:g} \u00b5m of touching."
+)
+EDGES = " Orange in the curve: an edge carries."
+ROWS = ("pinion roll", "transmission error", "pairs in contact", "carried by")
+COLUMNS = 142
+"""Characters in a line of the note."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """What is redrawn in every frame, in this order, over the picture of the teeth: the paths on them,
+    faint and strong, words, balls (full, hollow) over the teeth and over each flank, the marker on the
+    curve, and the numbers."""
+
+    paths: tuple[Line2D, Line2D]
+    words: tuple[Text, ...]
+    balls: tuple[tuple[Line2D, Line2D], ...]
+    marker: Line2D
+    numbers: tuple[Text, ...]
+
+    @property
+    def artists(self) -> Iterator[Artist]:
+        """All of them."""
+        return chain(self.paths, self.words, chain(*self.balls), (self.marker,), self.numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The page with all that stands still, the box of the teeth, and the views and pictures of the
+    flanks, None where there is none to draw."""
+
+    page: Page
+    box: Box
+    flanks: tuple[tuple[FlankView, Picture] | None, ...]
+    moving: Moving
+
+
+def frames(film: Film, size: Size, pitches: int = 1) -> Iterator[Image]:
+    """The frames (height, width, 3) of a film over some pitches; one more would be the first again.
+    Raises NoFilmError for teeth that cannot be made."""
+    with theme.style():
+        sheet = sheet_of(film, size, pitches)
+        canvas: Any = sheet.page.canvas
+        canvas.draw()
+        still = canvas.copy_from_bbox(sheet.page.bbox)
+    pixels, box = np.asarray(canvas.buffer_rgba()), sheet.box  # a view of the canvas
+    rows = slice(size[1] - box.bottom - box.height, size[1] - box.bottom)
+    columns = slice(box.left, box.left + box.width)
+    for pitch in range(pitches):
+        for step, picture in enumerate(zone.pictures(film, sheet.box.size)):
+            with theme.style():
+                _move(sheet, film, picture, step, pitch)
+                canvas.restore_region(still)
+                pixels[rows, columns, :3] = picture.image
+                for artist in sheet.moving.artists:
+                    sheet.page.draw_artist(artist)
+            yield pixels[..., :3].copy()
+
+
+def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
+    """Everything that stands still, and the artists of what moves, none of them placed yet."""
+    flank = film.motion.flank
+    page = theme.new_page(
+        size,
+        "The pair in mesh",
+        f"{flank.capitalize()} flanks, the pinion drives; contact ratio {film.path.ratio:.3f} by Eq. 16"
+        + _operating(film),
+        PAGE_INCHES,
+    )
+    how = "through the tooth" if flank == "right" else "from outside"
+    end = "heel" if zone.looks_from(film)[2] > 0.0 else "toe"
+    note = NOTE.format(how=how, end=end, film=1e3 * FILM)
+    low = theme.caption(page, note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""), COLUMNS)
+    high = theme.top(page)
+    box = theme.place(page, 0.03, low, SIDE - 0.06, high - low)
+    axes = theme.overlay(page, box)
+    flanks, balls = _flanks(page, film, high)
+    marker = _curve(page, film, low, pitches)
+    moving = Moving(
+        (_line(axes, 1.6, 0.4), _line(axes, 3.2, 1.0)),
+        _words(axes, box),
+        (_balls(axes, clipped=True), *balls),
+        marker,
+        _numbers(page, low),
+    )
+    return Sheet(page, box, flanks, moving)
+
+
+def _operating(film: Film) -> str:
+    value = film.cycle.operating
+    return f", {value:.3f} in operation" if np.isfinite(value) else ""
+
+
+def _line(axes: Axes, width: float, alpha: float) -> Line2D:
+    return axes.plot([], [], color=theme.PATH, linewidth=width, alpha=alpha, animated=True)[0]
+
+
+def _balls(axes: Axes, clipped: bool = False) -> tuple[Line2D, Line2D]:
+    """Full and hollow balls, none yet."""
+    full, hollow = (
+        axes.plot([], [], "o", ms=BALL_POINTS, mfc=face, mec=edge, mew=1.6, animated=True, clip_on=clipped)[0]
+        for face, edge in ((BALL, "white"), ("white", BALL))
+    )
+    return full, hollow
+
+
+def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
+    """The names of the members over their picture."""
+    for name, y in (("gear", 0.05), ("pinion", 0.95)):
+        annotate.text(axes, (0.5 * box.width, y * box.height), name, fontsize=theme.HEADING)
+    for text in axes.texts:
+        text.set_animated(True)
+    return tuple(axes.texts)
+
+
+def _flanks(
+    page: Page, film: Film, high: float
+) -> tuple[tuple[tuple[FlankView, Picture] | None, ...], list[tuple[Line2D, Line2D]]]:
+    """Both flanks with their path, and the balls on them."""
+    design, flank = film.motion.design, film.motion.flank
+    views = [panels.flank_view(member, flank, STRETCH) for member in design.members]
+    span = panels.greatest_span(views)
+    width, height = page.canvas.get_width_height()
+    step, bottom = 0.5 * (0.985 - SIDE), FLANKS + theme.inches(page, 0.35)
+    top = high - theme.inches(page, 0.75)
+    px_per_mm = min((top - bottom) * height / span[1], 0.74 * step * width / span[0])
+    found: list[tuple[FlankView, Picture] | None] = []
+    balls = []
+    for row, (member, view) in enumerate(zip(design.members, views, strict=True)):
+        left = SIDE + row * step
+        page.text(left + 0.5 * step, high, f"{('pinion', 'gear')[row]}'s flank", ha="center", va="top")
+        edge = theme.inches(page, 0.3)
+        box = theme.place(page, left, bottom - edge, step, top - bottom + 2.0 * edge)
+        traces = [Trace(film.path.points[row], width=0.6)]
+        colour = (theme.STEEL, theme.BRONZE)[row]
+        drawn = panels.draw_flank(page, box, member, flank, view, traces, float(px_per_mm), colour)
+        if view is None or drawn is None:
+            found.append(None)
+            balls.append(_balls(theme.overlay(page, box)))
+            continue
+        axes, picture = drawn
+        panels.label_limits(axes, picture, view)
+        found.append((view, picture))
+        balls.append(_balls(axes))
+    return tuple(found), balls
+
+
+def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
+    """The transmission error over all pitches, and a marker for it."""
+    cycle = film.cycle
+    bottom = low + theme.inches(page, 0.6)
+    top = FLANKS - theme.inches(page, 1.3)
+    axes = page.add_axes((SIDE + 0.065, bottom, 0.985 - SIDE - 0.065, top - bottom))
+    axes.set_xlabel("pinion roll from the pitch point (pitches)", fontsize=theme.SMALL)
+    axes.set_ylabel("error (arcsec)", fontsize=theme.SMALL)
+    axes.tick_params(labelsize=theme.SMALL)
+    axes.grid(True)
+    axes.set_xlim(0.0, pitches)
+    points = cycle.first.pinion_roll.size
+    share = np.concatenate([np.linspace(0.0, 1.0, points) + pitch for pitch in range(pitches)])
+    error = np.tile(ARCSEC * (cycle.first.transmission_error - float(cycle.cycle.mean)), pitches)
+    edge = np.tile(cycle.first.limit[:, 0] >= 0, pitches)
+    axes.plot(share, error, color=theme.GREY, linewidth=2.0)
+    axes.plot(share, np.where(edge, error, np.nan), color=theme.ORANGE, linewidth=3.0)
+    swing = ARCSEC * float(cycle.cycle.peak_to_peak)
+    if swing < SMALLEST:
+        axes.set_ylim(-1.0, 1.0)
+    else:
+        axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
+    return _balls(axes)[0]
+
+
+def _numbers(page: Page, low: float) -> tuple[Text, ...]:
+    """The names of the numbers, and where they are written."""
+    texts = []
+    for row, name in enumerate(ROWS):
+        y = FLANKS - theme.inches(page, 0.12 + 0.25 * row)
+        page.text(SIDE, y, name, fontsize=theme.SMALL, color=theme.GREY, va="top")
+        texts.append(page.text(SIDE + 0.15, y, "", fontsize=theme.SMALL, va="top", animated=True))
+    return tuple(texts)
+
+
+def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> None:
+    """Put what moves where it is at a step of the motion."""
+    motion, moving = film.motion, sheet.moving
+    touching, near = motion.touching[:, step], motion.near[:, step]
+    paths = [picture.project(line) for line in zone.paths_on_teeth(film, step)]
+    for line, shown in zip(moving.paths, (~near, near), strict=True):
+        _set(line, [path for path, wanted in zip(paths, shown, strict=True) if wanted])
+    seen = [picture.project(motion.point[:, step])]
+    for row, flank in enumerate(sheet.flanks):
+        points = motion.own[row, :, step]
+        seen.append(points[:, :2] * np.nan if flank is None else flank[1].project(flank[0].place(points)))
+    for pixels, balls in zip(seen, moving.balls, strict=True):
+        for ball, shown in zip(balls, (touching, near & ~touching), strict=True):
+            ball.set_data(*pixels[shown].T)
+    error = ARCSEC * motion.error[step]
+    moving.marker.set_data([motion.share[step] + pitch], [error])
+    for text, words in zip(moving.numbers, _readings(motion, step, pitch), strict=True):
+        text.set_text(words)
+
+
+def _set(line: Line2D, pieces: list[FloatArray]) -> None:
+    """Draw polylines (n, 2) as one line with gaps."""
+    gap = np.full((1, 2), np.nan)
+    line.set_data(*np.concatenate([gap, *chain(*zip(pieces, repeat(gap), strict=False))]).T)
+
+
+def _readings(motion: Motion, step: int, pitch: int) -> tuple[str, ...]:
+    share = motion.share[step] + pitch
+    turn = 360.0 / float(motion.design.pinion.teeth) * share
+    touching, near = int(motion.touching[:, step].sum()), int(motion.near[:, step].sum())
+    return (
+        f"{turn:.2f}\u00b0  ({share:.3f} pitches)",
+        f"{theme.signed(ARCSEC * motion.error[step], 2)} arcsec",
+        f"{touching}" + (f"  ({near} within {1e3 * FILM:g} \u00b5m)" if near > touching else ""),
+        motion.carriers[step],
+    )
