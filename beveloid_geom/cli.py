@@ -6,17 +6,21 @@ followed, 2 bad input.
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from .cli_map import map_command
 from .cli_mesh import mesh
 from .cli_operation import operation
 from .cli_optimise import optimise
+from .cli_pattern import pattern
 from .cli_sensitivity import sensitivity
 from .cli_sliding import sliding
 from .cli_statements import statements
 from .cli_support import (
     BUILTIN_DESIGN,
+    Interrupted,
     changed_design,
     flank_option,
     format_options,
@@ -29,7 +33,18 @@ from .cli_support import (
 from .cli_tolerance import tolerance
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class Commands(click.Group):
+    """A group whose commands end with exit status 130 at Ctrl-C: 1 says that there is no contact."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise Interrupted("interrupted") from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="beveloid-geom", prog_name="beveloid-geom")
 def main() -> None:
     """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
@@ -138,6 +153,7 @@ def check(design: str, as_json: bool, as_csv: bool, **changes: float | None) -> 
 main.add_command(mesh)
 main.add_command(map_command)
 main.add_command(operation)
+main.add_command(pattern)
 main.add_command(statements)
 main.add_command(sensitivity)
 main.add_command(sliding)

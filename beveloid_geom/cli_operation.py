@@ -6,6 +6,7 @@ import click
 
 from .cli_support import (
     BUILTIN_DESIGN,
+    NumberRange,
     changed_design,
     flank_option,
     format_options,
@@ -35,7 +36,7 @@ from .cli_support import (
 )
 @click.option(
     "--film",
-    type=click.FloatRange(0.0, 10.0),
+    type=NumberRange(0.0, 10.0),
     default=0.00635,
     show_default=True,
     metavar="MM",

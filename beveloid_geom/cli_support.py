@@ -5,6 +5,7 @@ A command imports the rest of the package inside its function: `--help` must not
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -65,6 +66,17 @@ ERROR_SIZES = (
 """Options, units, greatest values and names of the assembly errors."""
 
 
+class NumberRange(click.FloatRange):
+    """A range that NaN is not in: it compares false with both ends."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number; fails if it is none or outside."""
+        number = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return number
+
+
 def override_options(command: Command) -> Command:
     """One option for each value of a design that a command line may change."""
     return _options(command, OVERRIDES)
@@ -80,7 +92,7 @@ def error_sizes(words: str) -> Callable[[Command], Command]:
 
     def add(command: Command) -> Command:
         for name, metavar, most, what in reversed(ERROR_SIZES):
-            kind = click.FloatRange(0.0, most)
+            kind = NumberRange(0.0, most)
             text = f"{words} of the {what}, to either side."
             command = click.option(
                 name, type=kind, default=0.0, show_default=True, metavar=metavar, help=text

@@ -11,6 +11,7 @@ import click
 
 from .cli_support import (
     BUILTIN_DESIGN,
+    NumberRange,
     Refusal,
     changed_design,
     error_sizes,
@@ -35,7 +36,7 @@ MOST_CASES, MOST_JOBS = 1_000_000, 1024
 @click.option("--distribution", type=click.Choice(["normal", "uniform"]), default="normal", show_default=True)
 @click.option(
     "--sigmas",
-    type=click.FloatRange(0.0, 100.0, min_open=True),
+    type=NumberRange(0.0, 100.0, min_open=True),
     default=3.0,
     show_default=True,
     help="Standard deviations in a tolerance, if normal.",

@@ -53,6 +53,10 @@ LARGEST_SHIFT = 3.0
 STEPS, MOST_STEPS = 21, 201
 CELLS = 512
 """Cells solved in one call."""
+NEAR = 1e-3
+"""Change of the values, mm or a coefficient, by which the rate of the backlash is taken."""
+ROUNDING = 1e-9
+"""mm of negative backlash that are none: members may be made to close without."""
 ROLLS = 12
 """Rolls of a mesh cycle at which first contacts are looked for."""
 QUADRANTS: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
@@ -72,8 +76,8 @@ class DesignMap:
     `errors`, each alone and both ways (root of the sum of the squares, the mean over both ways); NaN also
     where an error carries the path off the flanks. `peak_to_peak` (rad): transmission error over the path
     of one tooth pair. `centre` (mm): z at mid-roll on the pinion. `normal_backlash` (mm): without
-    parabolas and errors. `flank_share`: of a mesh cycle, the share at which flanks touch first, not an
-    edge or a fillet; NaN where not asked for or not known."""
+    parabolas and errors, that of the design followed past half a pitch. `flank_share`: of a mesh cycle,
+    the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not known."""
 
     design: Design
     flank: str
@@ -105,7 +109,7 @@ class DesignMap:
     @property
     def interferes(self) -> Mask:
         """Cells with negative backlash: the other flanks interfere."""
-        return np.asarray(self.normal_backlash < 0.0)
+        return np.asarray(self.normal_backlash < -ROUNDING)
 
     @property
     def sound(self) -> Mask:
@@ -211,7 +215,8 @@ def _cells(
     """Status and figures of cells (n,), in one call each."""
     cells = design_at(design, over, pinion, gear)
     parabola = (np.broadcast_to(member.tool.parabola, pinion.shape) for member in cells.members)
-    measures, shown = measures_of(cells, flank), paths_of(cells, flank, Aim(errors), *parabola)
+    with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
+        measures, shown = measures_of(cells, flank), paths_of(cells, flank, Aim(errors), *parabola)
     status, lost = np.full(pinion.size, Status.SOLVED, dtype=float), measures.limit[:, 0] < 0
     if lost.any():
         status[lost] = path_ends(design_at(design, over, pinion[lost], gear[lost]), flank).status
@@ -222,8 +227,21 @@ def _cells(
         "shift": shown.shift,
         "peak_to_peak": shown.peak_to_peak,
         "centre": shown.centre,
-        "normal_backlash": np.broadcast_to(mounting_of(cells).normal_backlash, pinion.shape),
+        "normal_backlash": _backlash(design, over, pinion, gear),
     }
+
+
+def _backlash(design: Design, over: Over, pinion: FloatArray, gear: FloatArray) -> FloatArray:
+    """Normal backlash (n,), mm, of cells: what `mounting_of` reduces to half a pitch either way, and the
+    whole pitches by which it is linear in the values."""
+    values, tool = np.array(own_values(design, over)), design.gear.tool
+    pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
+    near = values[:, None] + NEAR * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    own, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
+    rates = (np.remainder(np.array(moved) - own + 0.5 * pitch, pitch) - 0.5 * pitch) / NEAR
+    linear = own + rates @ (np.stack((pinion, gear)) - values[:, None])
+    reduced = mounting_of(design_at(design, over, pinion, gear)).normal_backlash
+    return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))
 
 
 def _flank_share(design: Design, flank: str) -> float:
@@ -247,8 +265,8 @@ def _check(
         raise ValueError(f"over must be one of {', '.join(OVER)}, got {over!r}")
     if design.batch_shape:
         raise ValueError("a map takes a single design: give its cases one by one")
-    if not 2 <= steps <= MOST_STEPS:
-        raise ValueError(f"steps must be 2 to {MOST_STEPS}, got {steps}")
+    if not 2 <= steps <= MOST_STEPS or steps != int(steps):
+        raise ValueError(f"steps must be 2 to {MOST_STEPS}, a whole number, got {steps}")
     values = [float(getattr(errors, name)) for name in ERROR_NAMES]
     if not np.isfinite(values).all() or not any(values):
         raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
@@ -259,7 +277,7 @@ def _check(
         if abs(error) >= own:
             raise ValueError(f"error of {name} must be less than the pair's own {own:g}, got {error:g}")
     for name, (low, high) in zip(("pinion", "gear"), bounds, strict=True):
-        if not -np.inf < low < high < np.inf:
+        if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
             raise ValueError(f"bounds of the {name} must be two finite values that rise, got {low}, {high}")
     for fault in _bound_faults(design, over, bounds):
         raise ValueError(fault)

@@ -236,7 +236,7 @@ def _result(design: Design, flank: str, curve: FiveCurve, pieces: FloatArray, po
     system, ratio = curve.system, design.pinion.teeth / design.gear.teeth
     spans = [_span(curve, piece) for piece in pieces]
     piece = pieces[int(np.argmax(spans))]
-    ends = np.array([curve.at(s) for s in piece])
+    ends = np.array([curve.end(s) for s in piece])
     if flank_sign(flank) * (ends[1, ROLL] - ends[0, ROLL]) < 0.0:
         piece, ends = piece[::-1], ends[::-1]
     found = _positions(curve, piece, ends, np.append(np.linspace(0.0, 1.0, points), 0.5))

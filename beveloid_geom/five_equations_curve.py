@@ -43,6 +43,8 @@ REACH = 1.0
 LONGEST = 3000
 NEAR = 0.02
 """A margin whose extremum comes this near (mm) to zero is looked at for two crossings."""
+SAME_END = 1e-6
+"""Scaled unknowns by which an end may move when its limit is met."""
 ROLL, L1 = 5, 0
 
 
@@ -117,20 +119,31 @@ class FiveEquations:
     def correct(self, start: FloatArray, across: FloatArray, xtol: float = XTOL) -> FloatArray | None:
         """The contact (6,) in the plane through `start` square to `across`, both scaled; None where
         none is found from this start."""
+        return self._solved(start, lambda scaled: (scaled - start) @ across, xtol)
+
+    def meet_limit(self, start: FloatArray, limit: int) -> FloatArray | None:
+        """The contact (6,) next to `start`, scaled, at which a limit is met; None where none is found."""
+        return self._solved(start, lambda scaled: self.margins(scaled)[..., limit], XTOL)
+
+    def _solved(
+        self, start: FloatArray, sixth: Callable[[Numbers], Numbers], xtol: float
+    ) -> FloatArray | None:
+        """Where the five equations and a sixth one, of unknowns (..., 6), real or complex, are zero."""
         kept = self.kept(start)
 
-        def six(scaled: FloatArray) -> FloatArray:
-            return np.append(self.residual(scaled, kept), across @ (scaled - start))
+        def six(scaled: Numbers) -> Numbers:
+            return np.concatenate((self.residual(scaled, kept), sixth(scaled)[..., None]), axis=-1)
 
         def slopes(scaled: FloatArray) -> FloatArray:
-            return np.vstack((self.jacobian(scaled, kept), across))
+            steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
+            return np.asarray(six(steps).imag.T / COMPLEX_STEP)
 
         with np.errstate(all="ignore"):
             try:
                 found = fsolve(six, start, fprime=slopes, xtol=xtol, full_output=True)[0]
             except ValueError:  # not a number on the way
                 return None
-            left = *self.misfit(found * self.scale), abs(float(across @ (found - start)))
+            left = *self.misfit(found * self.scale), abs(float(sixth(found)))
             return found if max(left) <= ACCEPTED else None
 
     def misfit(self, unknowns: FloatArray) -> tuple[float, float]:
@@ -198,6 +211,14 @@ class FiveCurve:
         if found is None:
             raise ArithmeticError("the five equations lose the contact between two known positions")
         return found
+
+    def end(self, s: float) -> FloatArray:
+        """The scaled unknowns (6,) where a limit is met at length s, the limit met to rounding: at(s) alone
+        misses it by as much as rounding moves an ill-conditioned contact."""
+        start = self.at(s)
+        found = self.system.meet_limit(start, int(self.system.margins(start).argmin()))
+        near = found is not None and np.linalg.norm(found - start) < SAME_END
+        return found if found is not None and near else start
 
     def least_margin(self, s: float) -> float:
         """Least distance (mm) inside the limits at s."""

@@ -26,6 +26,10 @@ FINER = 4
 """How much finer steps are made where a change is looked for."""
 
 
+class UnknownOperationError(ValueError):
+    """At some rolls the first contact of a pair is not known, whatever is asked of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Operation:
     """Gear roll plus N1/N2 times the pinion's, `phase` (n,), rad, at rising pinion rolls `roll` (n,)."""
@@ -101,8 +105,9 @@ def _resolved_phase(design: Design, flank: str, start: float, pitch: float) -> t
             break
     unknown = rows[5, rows[5] != FirstStatus.SOLVED]
     if unknown.size:
-        raise ValueError(
-            f"the first contact of the {flank} flanks is not known at {unknown.size} of {len(rows[0])} rolls "
-            f"({FirstStatus(int(unknown[0])).name}): give pinion_roll and gear_roll"
+        status = FirstStatus(int(unknown[0])).name.lower().replace("_", " ")
+        raise UnknownOperationError(
+            f"the first contact of the {flank} flanks is not known at {unknown.size} of {len(rows[0])} rolls"
+            f" ({status}): give pinion_roll and gear_roll"
         )
     return rows[0], rows[1]

@@ -107,7 +107,8 @@ def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: Flo
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
     along = place[0, ..., middle + 1, :] - place[0, ..., middle - 1, :]
-    along = along / np.hypot(along[..., 0], along[..., 1])[..., None]
+    with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
+        along = along / np.hypot(along[..., 0], along[..., 1])[..., None]
     moved = place[1:, ..., middle, :] - place[0, ..., middle, :]
     across = moved[..., 0] * along[..., 1] - moved[..., 1] * along[..., 0]
     shift = np.sqrt(0.5 * (across**2).sum(axis=0))

@@ -34,6 +34,8 @@ SHOWN = {
 """Rows of the table: figure, label, scale, digits; of the angle its magnitude."""
 ALIKE = 1e-9
 """In the unit of the table: figures no further apart are the same everywhere."""
+AS_GOOD = 1e-9
+"""Share by which a contact ratio may miss what is asked for: that of the design itself is met by its cell."""
 SUFFIXES = {
     "angle": "_rad",
     "shift": "_mm",
@@ -106,7 +108,8 @@ def map_table(name: str, found: DesignMap) -> str:
     which = (
         "neither hollow nor with negative backlash" if found.sound.any() else "with a path, none of it sound"
     )
-    text += f"\nOf the {np.count_nonzero(cells)} cells {which}, values of the members in {unit or '1'}:\n"
+    where = f"values of the members in {unit}" if unit else "values of the members have no unit"
+    text += f"\nOf the {np.count_nonzero(cells)} cells {which}, {where}:\n"
     return text + _extreme_lines(found, cells) + _quadrant_lines(found)
 
 
@@ -154,7 +157,7 @@ def quadrant_bests(found: DesignMap, ratio: float) -> dict[str, tuple[int, float
     bests = {}
     for name, cells in found.quadrants().items():
         with np.errstate(invalid="ignore"):
-            good = cells & found.sound & (found.contact_ratio >= ratio)
+            good = cells & found.sound & (found.contact_ratio >= (1.0 - AS_GOOD) * ratio)
         shift = np.where(good, found.shift, np.nan)
         if np.isnan(shift).all():
             bests[name] = (int(np.count_nonzero(good)), math.nan, (math.nan, math.nan))
@@ -177,6 +180,8 @@ def _quadrant_lines(found: DesignMap) -> str:
     if found.over != "parabola":
         return ""
     ratio = ratio_as_given(found.design, found.flank)
+    if not ratio > 0.0:
+        return "\nThe design itself has no contact ratio to be kept: the cases are not compared.\n"
     own = "pinion {:g}, gear {:g}".format(*own_values(found.design, found.over))
     text = f"\nLeast shift where the contact ratio is at least {ratio:.4f}, that of the design ({own}):\n"
     for name, (count, shift, where) in quadrant_bests(found, ratio).items():
@@ -184,5 +189,5 @@ def _quadrant_lines(found: DesignMap) -> str:
             text += f"{name:<20}no such cell\n"
         else:
             at = "pinion {:.4g}, gear {:.4g}".format(*where)
-            text += f"{name:<20}{shift:10.4f} mm at {at}; {count} such cells\n"
+            text += f"{name:<20}{shift:10.4f} mm at {at}; such cells: {count}\n"
     return text

@@ -44,7 +44,7 @@ class SensitivityReport:
     @property
     def reason(self) -> str | None:
         """Why there is none, None if there is."""
-        status = status_name(int(self.found.status))
+        status = status_name(int(self.found.status)).replace("_", " ")
         return (
             None if status == "solved" else f"no path of contact on the {self.found.flank} flanks: {status}"
         )

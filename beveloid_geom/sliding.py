@@ -125,7 +125,8 @@ def sliding_of(design: Design, path: ContactPath) -> Sliding:
 
 def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
     """Pinion roll (rad) and speed (mm/rad) of the least sliding on each path, batch shape; NaN where
-    there is no path. Exact without parabola, else to the third order of the spacing."""
+    there is no path. Exact without parabola, else the speed to the third order of the spacing and the
+    roll to the second."""
     roll, square = least_along(sliding.pinion_roll, sliding.speed**2)
     return roll, np.sqrt(np.maximum(square, 0.0))
 

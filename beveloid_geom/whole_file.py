@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
 from collections.abc import Iterator
@@ -12,8 +13,10 @@ from pathlib import Path
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """A file beside `path` to write into; it takes the place of `path`, or of what that links to, when
-    all went well and is removed when not."""
+    all went well and is removed when not. Raises OSError where `path` is neither a regular file nor
+    free: a folder cannot be replaced, a device or pipe must not be, as that would take it from all."""
     path = Path(os.path.realpath(path))
+    require_replaceable(path)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
     os.close(handle)
     try:
@@ -22,6 +25,14 @@ def whole_file(path: Path) -> Iterator[Path]:
         os.replace(name, path)
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def require_replaceable(path: Path) -> None:
+    """Raises OSError where something stands that is no regular file."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "Not a regular file", str(path))
 
 
 def _umask() -> int:

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from beveloid_geom import report_map
 from beveloid_geom.cli import main
-from beveloid_geom.design_file import builtin_design
+from beveloid_geom.design_file import builtin_design, builtin_text
 from beveloid_geom.design_map import FIGURES, map_of
 from beveloid_geom.inputs import Errors
 
@@ -82,6 +83,16 @@ def test_table_says_it_in_words() -> None:
     assert max(len(line) for line in result.stdout.splitlines()) <= 100
 
 
+def test_a_design_without_contact_sets_no_contact_ratio(tmp_path: Path) -> None:
+    source = tmp_path / "thin.toml"
+    text = builtin_text().replace("face_width = 50.0", "face_width = 0.1")
+    source.write_text(text.replace("face_width = 60.0", "face_width = 0.1"), encoding="utf-8")
+    result = run(str(source), "--steps", "4")
+    assert result.returncode == 0
+    assert "The design itself has no contact ratio to be kept" in result.stdout
+    assert "Least shift" not in result.stdout
+
+
 @pytest.mark.parametrize("over", ["mounting", "shift"])
 def test_tables_of_other_maps(over: str) -> None:
     result = run("--over", over, "--steps", "4", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
@@ -128,3 +139,13 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = CliRunner().invoke(main, ["map", *arguments])
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
+
+
+def test_an_interrupt_is_not_taken_for_no_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object) -> str:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(report_map, "map_table", stopped)
+    result = CliRunner().invoke(main, ["map", "--steps", "2"])
+    assert (result.exit_code, result.stdout) == (130, "")
+    assert "Error: interrupted" in result.stderr

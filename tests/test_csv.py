@@ -63,7 +63,7 @@ def test_sensitivity_without_a_path() -> None:
     done = run("sensitivity", "--offset-error", "20", "--csv")
     assert done.returncode == 1
     assert done.stdout.splitlines() == [done.stdout.strip()]
-    assert "off_flank" in done.stderr
+    assert "off flank" in done.stderr
 
 
 def test_statements() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from beveloid_geom.design_limits import parabola_limit
 from beveloid_geom.design_map import (
     FIGURES,
     OVER,
@@ -130,6 +131,7 @@ def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
     assert np.ptp(found.shift) < 1e-9
     assert (np.diff(found.normal_backlash, axis=0) < 0.0).all()
     np.testing.assert_array_equal(found.interferes, found.normal_backlash < 0.0)
+    np.testing.assert_array_equal(found.sound, found.solved & ~found.interferes)
     cell = design_at(table1(), "shift", 0.3, 0.4)
     assert (cell.pinion.profile_shift, cell.gear.profile_shift) == (0.3, 0.4)
     np.testing.assert_allclose(mounting_of(cell).distance, mounting_of(table1()).distance, atol=1e-9)
@@ -144,7 +146,9 @@ def test_mounting_moves_the_flanks_under_the_path() -> None:
 
 
 def test_flanks_carry_what_operation_says() -> None:
-    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, first_contacts=True)
+    done: list[int] = []
+    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, first_contacts=True, progress=done.append)
+    assert done == [1] * 9
     for i, j in ((1, 1), (2, 0)):
         cycle = mesh_cycle(table1((float(found.pinion[i]), float(found.gear[j]))), "right")
         assert found.flank_share[i, j] == pytest.approx(1.0 - float(cycle.edge_share), abs=0.09)
@@ -152,12 +156,13 @@ def test_flanks_carry_what_operation_says() -> None:
 
 def test_bests_of_quadrants_are_sound_cells_that_reach_the_ratio() -> None:
     found = map_of(table1(), "parabola", steps=9, errors=OFFSET)
-    bests = quadrant_bests(found, 1.6)
-    assert np.isnan(bests["C1"][1])
-    for name, cells in found.quadrants().items():
-        good = cells & ~found.hollow & (found.contact_ratio >= 1.6)
-        assert bests[name][0] == good.sum()
-        assert bests[name][1] == found.shift[good].min(initial=np.inf) or name == "C1"
+    for ratio in (1.6, 0.5):
+        bests = quadrant_bests(found, ratio)
+        assert np.isnan(bests["C1"][1])
+        for name, cells in found.quadrants().items():
+            good = cells & ~found.hollow & (found.contact_ratio >= ratio)
+            assert bests[name][0] == good.sum()
+            assert bests[name][1] == found.shift[good].min(initial=np.inf) or name == "C1"
 
 
 def test_blocks_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,7 +179,9 @@ def test_blocks_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     ("over", "changes", "words"),
     [
         ("colour", {}, "over must be one of parabola, mounting, shift"),
-        ("parabola", {"steps": 1}, "steps must be 2 to 201, got 1"),
+        ("parabola", {"steps": 1}, "steps must be 2 to 201, a whole number, got 1"),
+        ("parabola", {"steps": 2.5}, "steps must be 2 to 201, a whole number, got 2.5"),
+        ("mounting", {"pinion": (-1.7e308, 1.7e308)}, "bounds of the pinion must be two finite values"),
         ("parabola", {"pinion": (0.0, 0.0)}, "bounds of the pinion must be two finite values that rise"),
         ("mounting", {"gear": (0.0, nan)}, "bounds of the gear must be two finite values that rise"),
         ("parabola", {"gear": (-0.1, 0.0)}, r"\[gear\] parabola must be between"),
@@ -197,6 +204,9 @@ def test_usual_bounds_hold_the_design() -> None:
     low, high = usual_bounds(table1((0.004, 0.0)), "parabola")[0]
     assert low == -0.004
     assert high == 0.004
+    steep = replace(table1().pinion, helix_angle=radians(35.0), cone_angle=radians(30.0))
+    assert usual_bounds(replace(table1(), pinion=steep), "parabola")[0][1] == parabola_limit(steep) < 0.001
+    np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
 
 
 ODD = {

@@ -15,7 +15,7 @@ SIZE = (400, 300)
 @pytest.mark.parametrize(
     ("parabola", "name", "reason"),
     [
-        (-0.01, "pattern", "UNDERCUT"),
+        (-0.01, "pattern", "(undercut)"),
         (-0.01, "transmission-error", "a member is undercut"),
         (-0.01, "posed-pair", "undercut from z ="),
         (-0.01, "meshed-tooth", "undercut from z ="),

@@ -31,11 +31,13 @@ FLOORS = (
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
     *("report_notes", "report", "report_closing", "report_operation", "report_statements"),
     "report_sliding",
+    "report_pattern",
     *("tolerance", "report_tolerance", "optimise", "report_optimise"),
     *("design_map", "report_map"),
     *("report_sensitivity", "cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise"),
     "cli_map",
     "cli_sliding",
+    "cli_pattern",
     *("cli_statements", "cli_sensitivity", "cli"),
 )
 """From the ground up: a module imports only modules named before it. 'export' is what the subpackage

@@ -21,10 +21,11 @@ from PIL import Image as Pillow, ImageSequence
 from beveloid_geom.assembly import to_fixed
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import FloatArray
+from tests.symmetry import mirrored
 from viz import opengl
 from viz.film import page, writer, zone
 from viz.film.cli import main
-from viz.film.motion import FILM, Film, Motion, film_of, motion_at
+from viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
 from viz.film.page import Image, Sheet
 from viz.opengl import require_opengl
 from viz.scene import Picture
@@ -111,6 +112,28 @@ def test_no_teeth_overlap(modified: Film) -> None:
     assert np.nanmin(gap) > -1e-9
     assert (modified.motion.touching.sum(axis=0) == 1).all()
     assert FILM > np.nanmin(gap[~modified.motion.touching]) > 0.0
+
+
+def test_a_mirrored_pair_moves_as_its_mirror_image(modified: Film) -> None:
+    """Its left flanks drive as the right ones did, the other way round: tooth pair k as -k did."""
+    one, other = modified.motion, film_of(mirrored(modified.motion.design), "left", 5).motion
+    rows, seen = one.pairs.tolist(), 0
+    for i, j in ((0, 0), (1, 4), (2, 3), (3, 2), (4, 1)):
+        assert other.error[i] == pytest.approx(-one.error[j], abs=1e-13)
+        for k, pair in enumerate((-other.pairs - (i > 0)).tolist()):  # a pitch lies between all but the first
+            if pair in rows and one.near[rows.index(pair), j]:
+                row, seen = rows.index(pair), seen + 1
+                assert other.gap[k, i] == pytest.approx(one.gap[row, j], abs=1e-9)
+                np.testing.assert_allclose(other.point[k, i], one.point[row, j] * (1, -1, 1), atol=1e-4)
+    assert seen == other.near.sum() == one.near.sum()
+
+
+def test_the_error_is_that_of_the_cycle_less_its_mean(modified: Film) -> None:
+    error = modified.cycle.first.transmission_error
+    at_start = error[0] - error[:-1].mean()
+    assert modified.motion.error[0] == pytest.approx(at_start, abs=0.01 * np.ptp(error))
+    assert len(error) == CURVE + 1
+    assert modified.motion.carriers == modified.cycle.carriers[: -1 : CURVE // 5]
 
 
 def test_balls_are_where_the_teeth_touch(modified: Film, sheet: Sheet, frames: list[Image]) -> None:
@@ -327,6 +350,6 @@ def test_an_interrupt_ends_the_encoder(tmp_path: Path) -> None:
 def test_motion_is_a_row_of_positions(plain: Film) -> None:
     motion: Motion = plain.motion
     np.testing.assert_allclose(motion.share, np.arange(5) / 5)
-    assert motion.gap.shape == (motion.pairs.size, 5)
+    assert motion.gap.shape == (motion.pairs.size, 5) == (8, 5)  # the nearest, three beside, one to come
     assert np.abs(motion.error).max() < 1e-13  # without modification there is none
     assert set(motion.carriers) == {"flanks"}

@@ -12,15 +12,16 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from beveloid_geom.cli import main as beveloid_geom
 from beveloid_geom.design_file import builtin_design, builtin_text
 from beveloid_geom.inputs import Errors
-from beveloid_geom.tolerance import Tolerances
+from beveloid_geom.tolerance import Tolerances, tolerance_study
 from viz.page import svg
-from viz.page.data import SECTIONS, Settings, is_papers
+from viz.page.data import CLOUD, SECTIONS, Settings, _cloud, is_papers
 from viz.page.page import looked_up, number_of, script_json, with_code
 
 COMMAND = [str(Path(sys.executable).with_name("render-report"))]
@@ -133,6 +134,7 @@ def test_a_name_cannot_become_code(page: Page, text: str) -> None:
         (("tca", "--flank", "left"), "tca.left"),
         (("operation", "--flank", "right"), "operation.right"),
         (("sliding", "--flank", "left", "--points", "101"), "sliding.left"),
+        (("pattern",), "pattern.right"),
         (("sensitivity", "--flank", "right"), "sensitivity.right"),
         (("sensitivity", "--flank", "left"), "sensitivity.left"),
         (("tolerance", "--flank", "left", *TOLERANCES), "tolerance.left"),
@@ -226,6 +228,15 @@ def test_a_section_that_fails_leaves_the_others_and_two_runs_give_the_same_bytes
     titles = {attributes.get("id", "") for tag, attributes in page.tags if tag == "title"}
     assert {"path-left-title", "sliding-left-title", "cloud-right-title"} <= titles
     assert "error-left-title" not in titles
+
+
+def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
+    """Their errors add to those of the design, each to its own."""
+    design = builtin_design().with_parabola(0.001, -0.001)
+    design = design.with_errors(Errors(0.1, 1e-4, 0.2, -0.1))
+    study = tolerance_study(design, Tolerances(0.05, 1e-4, 0.3, 0.1), "right", 2 * CLOUD)
+    cloud = _cloud(design, study)
+    np.testing.assert_array_equal(cloud.ends.contact_ratio, study.mountings.contact_ratio[:CLOUD])
 
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:

@@ -331,5 +331,5 @@ def test_table_is_for_the_errors_named() -> None:
 def test_no_path_is_said() -> None:
     result = run("--offset-error", "20")
     assert result.exit_code == 1
-    assert result.stderr == "No contact: no path of contact on the right flanks: off_flank\n"
+    assert result.stderr == "No contact: no path of contact on the right flanks: off flank\n"
     assert json.loads(run("--offset-error", "20", "--json").stdout)["contact_ratio"] is None

@@ -14,6 +14,7 @@ from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.posing import mid_faces
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
+from beveloid_geom.report_sliding import columns_of, sliding_report
 from beveloid_geom.sliding import Sliding, least_along, least_sliding, sliding_of
 from beveloid_geom.solve import Status
 
@@ -237,6 +238,25 @@ def test_batches_hold_what_single_designs_give() -> None:
         assert speed[place] == pytest.approx(float(least_sliding(single)[1]), abs=1e-9)
 
 
+def test_pitch_point_beyond_the_ends_of_a_path_has_no_roll() -> None:
+    """Both members moved along their faces: the path ends short of it, at its last end or its first."""
+    for axial, beyond in ((25.0, True), (-27.0, True), (15.0, False), (-15.0, False)):
+        moved = table1(errors=Errors(pinion_axial=axial, gear_axial=axial))
+        report = sliding_report("", moved, "right", 3)
+        assert report.path.l1.size == 3
+        assert np.isnan(report.pitch_roll) == beyond
+
+
+def test_columns_are_those_of_their_member() -> None:
+    path, found = along(CASES["modified"], "left")
+    columns = columns_of(path, found)
+    for j, member in enumerate(("pinion", "gear")):
+        speed = np.sqrt((found.rolling[:, j] ** 2).sum(axis=-1))
+        np.testing.assert_allclose(columns[f"{member}_rolling_speed"], speed, rtol=1e-12)
+        for name in ("profile", "lengthwise", "specific", "specific_total"):
+            np.testing.assert_array_equal(columns[f"{member}_{name}"], getattr(found, name)[:, j])
+
+
 def test_least_sliding() -> None:
     _, dense = along(table1(MODIFIED), points=40001)
     best = dense.speed.argmin()
@@ -247,10 +267,14 @@ def test_least_sliding() -> None:
     exact = [least_sliding(along(table1(), points=points)[1]) for points in (3, 1001)]
     np.testing.assert_allclose(exact[0], exact[1], rtol=1e-10)
     # At an end, with two positions or one, and with gaps.
-    ends = (np.arange(5.0) ** 2, (np.arange(5.0) - 9.0) ** 2, np.array([7.0, 3.0]), np.array([7.0]))
+    ends = (
+        *(np.arange(5.0) ** 2, (np.arange(5.0) - 9.0) ** 2),
+        *(np.sqrt(np.arange(4.0)), np.sqrt(np.arange(4.0))[::-1]),
+        *(np.array([7.0, 3.0]), np.array([7.0])),
+    )
     found = [
         [float(x) for x in least_along(np.arange(1.0, 1.0 + values.size, dtype=float), values)]
         for values in ends
     ]
-    assert found == [[1.0, 0.0], [5.0, 25.0], [2.0, 3.0], [1.0, 7.0]]
+    assert found == [[1.0, 0.0], [5.0, 25.0], [1.0, 0.0], [4.0, 0.0], [2.0, 3.0], [1.0, 7.0]]
     assert np.isnan(least_along(np.arange(5.0), np.full(5, np.nan))).all()

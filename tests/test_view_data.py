@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import lru_cache
-from math import pi, radians
+from math import cos, pi, radians
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +14,9 @@ import pyvista as pv
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from beveloid_geom.first_contact import FirstContact, first_contact
 from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.solid import gear_solid
 from beveloid_geom.tooth import gear_mesh
@@ -205,6 +207,49 @@ def test_odd_designs_are_shown_with_words(design: Design) -> None:
         assert (flank["path"] is None) == bool(flank["note"])
         assert np.isfinite(unpacked(flank["cycle"]["phase"])).all()
     assert any(part["note"] for part in (*view["members"], *view["flanks"].values()))
+
+
+def test_an_unmodified_pair_has_the_lever_of_its_base_helix() -> None:
+    """Base radius times the cosine of the base helix angle: m_n N cos(alpha)/2 on both flanks."""
+    for name in ("table 1", "left hand"):
+        for flank in VIEWS[name]["flanks"].values():
+            assert flank["lever"] == pytest.approx(0.5 * 6.0 * 45.0 * cos(radians(20.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_corners_are_root_and_tip_at_the_toe_then_at_the_heel(number: int) -> None:
+    member = VIEWS["table 1"]["members"][number]
+    for corners in member["tooth"]["corners"].values():
+        radius, z = np.hypot(*np.transpose(corners)[:2]), np.transpose(corners)[2]
+        np.testing.assert_allclose(z, np.repeat((-1.0, 1.0), 2) * member["half_width"], atol=1e-9)
+        np.testing.assert_allclose(radius[1::2], member["tip_radius"], atol=1e-6)
+        assert (radius[::2] < radius[1::2] - 6.0).all()
+        assert radius[3] > radius[1]  # the tooth grows towards its heel
+
+
+def test_where_the_view_begins() -> None:
+    """In the middle of the right flanks' path; of the left ones' where they alone have one."""
+    view, none = VIEWS["table 1"], view_data(ODD["no normal"])
+    assert view["roll"] == view["flanks"]["right"]["middle"]
+    assert none["roll"] == none["flanks"]["right"]["middle"]
+    np.testing.assert_array_equal(view["mesh_point"], mounting_of(TABLE).pitch_point)
+    far = view_data(replace(TABLE, pair=replace(TABLE.pair, shaft_angle=radians(14.84))), 0.1)
+    assert np.hypot(*far["mesh_point"][:2]) <= max(far["members"][0]["tip_radius"]) + 1e-9
+
+
+def test_where_a_first_contact_is_not_known_the_path_poses_the_gear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No edge is then named, as none is known elsewhere."""
+
+    def first(*arguments: Any) -> FirstContact:
+        found = first_contact(*arguments)
+        found.gear_roll[3] = np.nan
+        return found
+
+    monkeypatch.setattr("viz.page.view_data.first_contact", first)
+    cycle = view_data(DESIGNS["modified"], 0.1)["flanks"]["right"]["cycle"]
+    assert cycle["by"] == "path"
+    assert not any(cycle["edges"])
+    assert np.isfinite(unpacked(cycle["phase"])).all()
 
 
 def test_without_fillets_the_path_poses_the_gear() -> None:

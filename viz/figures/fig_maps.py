@@ -38,6 +38,8 @@ FLANK = "right"
 STEPS, FIRST_STEPS = 33, 13
 """Values of a member; in the panel of first contacts, which take longest."""
 COLUMNS_OF_TEXT = 172
+ROW_OF_TEXT = 125
+"""Characters that the entries of a legend may have in one row."""
 DOT: dict[str, Any] = {
     "linestyle": "",
     "marker": "o",
@@ -145,7 +147,7 @@ def finding(found: DesignMap) -> str:
     if found.over != "parabola" or not found.sound.any():
         return ""
     ratio = ratio_as_given(found.design, found.flank)
-    bests = quadrant_bests(found, ratio)
+    bests = quadrant_bests(found, ratio) if ratio > 0.0 else {}
     words = [f"{best[1]:.2f} mm in {name}" for name, best in bests.items() if not math.isnan(best[1])]
     text = f"With a contact ratio of at least {ratio:.3f}, that of the design as given, the least shift is "
     text = f"{text}{', '.join(words)}. " if words else ""
@@ -225,7 +227,7 @@ def _legend(page: Page, data: MapFigure, height: float) -> None:
         texts,
         loc="center",
         bbox_to_anchor=(0.5, height),
-        ncols=min(len(texts), 5),
+        ncols=min(len(texts), 5 if sum(map(len, texts)) < ROW_OF_TEXT else 4),
         fontsize=theme.SMALL,
         handlelength=2.4,
         columnspacing=1.8,

@@ -26,7 +26,7 @@ FLANKS = {"right": theme.BLUE, "left": theme.RED}
 MEMBERS = {"pinion": "o", "gear": "D"}
 MIDDLE = 1  # of the places of a path
 ROWS = tuple((flank, member) for flank in FLANKS for member in MEMBERS)
-LEFT, RIGHT = 0.155, 0.995  # shares of the page's width
+LEFT, RIGHT = 0.17, 0.995  # shares of the page's width
 ZERO = 1e-9
 """Values below this share of the panel's greatest are rounding."""
 DECADES = 2.0
@@ -155,7 +155,9 @@ def _panel(
     axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
     axes.set_xlim(-300.0 * greatest, 300.0 * greatest)
     marks = np.concatenate((-ticks[::-1], [0.0], ticks))
-    axes.set_xticks(marks, [f"{mark:g}".replace("-", "\u2212") for mark in marks], fontsize=theme.SMALL)
+    texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]
+    texts[1] = ""  # where the scale changes; with its sign it would run into its neighbours
+    axes.set_xticks(marks, texts, fontsize=theme.SMALL)
     axes.minorticks_off()
     for key, row in values.items():
         _lollipops(axes, key, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row))
@@ -197,11 +199,11 @@ def _row_labels(axes: Axes) -> None:
     for k, (name, size, unit) in enumerate(STEPS):
         middle = k * _block() + 0.5 * (len(ROWS) - 1)
         error = f"{name.replace(' ', chr(10))}\n+{size:g} {unit}"
-        axes.text(-0.68, middle, error, ha="left", fontsize=theme.LABEL, fontweight="bold", **style)
+        axes.text(-0.76, middle, error, ha="left", fontsize=theme.LABEL, fontweight="bold", **style)
         for i, (flank, member) in enumerate(ROWS):
             text = f"{flank}, {member}"
             axes.text(
-                -0.02,
+                -0.1,
                 k * _block() + i,
                 text,
                 ha="right",

@@ -109,7 +109,7 @@ def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, Float
         colours = mpl.colormaps["viridis"]
     if high - low < 1e-9:
         low, high = low - 0.5, high + 0.5
-    if look.way == "log" and high > 2.0 * low > 0.0:
+    if look.way == "log" and high > 5.0 * low > 0.0:  # two levels at least
         levels = np.array([digit * 10.0**k for k in range(-6, 7) for digit in (1.0, 2.0, 5.0)])
         norm: Normalize = LogNorm(low, high)
     else:

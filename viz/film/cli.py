@@ -15,6 +15,7 @@ import click
 from beveloid_geom.cli_support import (
     BUILTIN_DESIGN,
     Interrupted,
+    NumberRange,
     Refusal,
     changed_design,
     flank_option,
@@ -130,7 +131,7 @@ def write_film(
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(0.1, 60.0),
+    type=NumberRange(0.1, 60.0),
     default=3.0,
     show_default=True,
     metavar="S",
@@ -138,7 +139,7 @@ def write_film(
 )
 @click.option(
     "--fps",
-    type=click.FloatRange(1.0, 60.0),
+    type=NumberRange(1.0, 60.0),
     default=20.0,
     show_default=True,
     metavar="N",

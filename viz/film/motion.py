@@ -1,8 +1,9 @@
 """How the pair moves over one pitch of the pinion, and where its teeth touch meanwhile.
 
 The motion is that of the first contact of all teeth, edges included: the gear stands where a rigid
-gear would be stopped. So no teeth overlap, the transmission error is part of what is seen, and with
-the pinion's pitch everything repeats. The paths of contact, where flanks are tangent, go with it.
+gear would be stopped. So no driving teeth overlap, the transmission error is part of what is seen, and
+with the pinion's pitch everything repeats. The paths of contact, where flanks are tangent, go with it.
+The other flanks are left out: where edges push the gear ahead by more than the backlash, they overlap.
 """
 
 from __future__ import annotations

@@ -35,10 +35,10 @@ STRETCH = 2.0
 BALL = theme.BLUE
 BALL_POINTS = 11.0
 NOTE = (
-    "The gear stands where the first of all teeth, edges included, stops it: rigid teeth, no load. Seen from"
-    " the {end}s along the teeth, the gear as if of glass; flanks square on, {how}, twice as large across as"
-    " along. Lines, over everything: paths of contact. Full balls: contacts; hollow ones: within"
-    " {film:g} \u00b5m of touching."
+    "The gear stands where the first of all teeth, edges included, stops it on the driving side: rigid, no"
+    " load. Seen from the {end}s along the teeth, the gear as if of glass; flanks square on, {how}, twice as"
+    " large across as along. Lines, over everything: paths of contact. Full balls: contacts; hollow ones:"
+    " within {film:g} \u00b5m of touching."
 )
 EDGES = " Orange in the curve: an edge carries."
 ROWS = ("pinion roll", "transmission error", "pairs in contact", "carried by")

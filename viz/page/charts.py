@@ -71,7 +71,7 @@ def flank_chart(results: FlankResults, cloud: bool = False) -> Figure | None:
             _cloud(axes, flat, results.cloud, number)
         if not cloud and results.pattern is not None:
             _pattern(
-                axes, flat, (results.pattern.pinion, results.pattern.gear)[number], results.pattern.separation
+                axes, flat, list(results.pattern.sides.values())[number], results.pattern.pattern.separation
             )
         if results.contact.reason is None:
             _path(axes, flat, results.contact.path, number, 1.6 if cloud else 2.2)

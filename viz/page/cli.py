@@ -22,7 +22,7 @@ from beveloid_geom.cli_support import (
     override_options,
     write_out,
 )
-from beveloid_geom.whole_file import whole_file
+from beveloid_geom.whole_file import require_replaceable, whole_file
 
 if TYPE_CHECKING:
     from beveloid_geom.inputs import Design
@@ -99,6 +99,7 @@ def prepare(out: Path) -> None:
         if not folder.is_dir():
             folder_name = click.format_filename(out.parent)
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
+        require_replaceable(out)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:

@@ -15,10 +15,10 @@ from beveloid_geom.closing import ClosedLayout, closing_of, remarks_on, zero_bac
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Design, Errors
 from beveloid_geom.path import ContactPath, path_of_contact
-from beveloid_geom.pattern import ContactPattern, contact_pattern
 from beveloid_geom.report import ContactReport, contact_json, contact_report, first_contact_fault, json_text
 from beveloid_geom.report_closing import closing_json
 from beveloid_geom.report_operation import OperationReport, operation_json, operation_report
+from beveloid_geom.report_pattern import PatternReport, pattern_json, pattern_report
 from beveloid_geom.report_sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
 from beveloid_geom.report_sliding import SlidingReport, sliding_json, sliding_report
 from beveloid_geom.report_statements import statements_json
@@ -64,7 +64,7 @@ class FlankResults:
     sensitivity: SensitivityReport | None
     study: ToleranceStudy | None
     cloud: ContactPath | None
-    pattern: ContactPattern | None
+    pattern: PatternReport | None
     numbers: dict[str, Any]
     reasons: dict[str, str]
 
@@ -194,10 +194,10 @@ def _tolerance(name: str, design: Design, flank: str, settings: Settings) -> Sec
 
 def _pattern(name: str, design: Design, flank: str, _: Settings) -> Section:
     try:
-        pattern = contact_pattern(design, flank, FILM, resolution=RESOLUTION)
+        found = pattern_report(name, design, flank, FILM, RESOLUTION)
     except ValueError as error:
         return _missing(name, flank, str(error).partition(": give")[0])
-    return pattern, pattern_json(name, pattern), None
+    return found, pattern_json(found), None
 
 
 SECTIONS: dict[str, Callable[[str, Design, str, Settings], Section]] = {
@@ -216,17 +216,3 @@ def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
     drawn = study.mountings.errors[:CLOUD]
     errors = {name: getattr(design.errors, name) + drawn[:, k] for k, name in enumerate(ERROR_NAMES)}
     return path_of_contact(design.with_errors(Errors(**errors)), study.flank, CLOUD_POINTS)
-
-
-def pattern_json(name: str, pattern: ContactPattern) -> str:
-    """Strict JSON of the sizes of a contact pattern, mm and rad."""
-    sides = {"pinion": pattern.pinion, "gear": pattern.gear}
-    return json_text(
-        {
-            "design": name,
-            "flank": pattern.flank,
-            "separation": pattern.separation,
-            "roll_range": pattern.roll_range,
-            **{member: {"area": side.area, "area_share": side.area_share} for member, side in sides.items()},
-        }
-    )

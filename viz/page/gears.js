@@ -6,7 +6,7 @@
 
 window.beveloidGears = function (data) {
   const T = window.THREE;
-  const TOUCHING = 2e-4; // mm of clearance that may be interpolation
+  const TOUCHING = data.module / 3e4; // mm of clearance that may be interpolation
   const MOST = 8; // tooth pairs shown in contact at a time
   const DOT = 7; // its radius, pixels
 

@@ -32,7 +32,7 @@ view stands closest, ten modules on a thousand pixels."""
 PATH_POINTS = 65
 CYCLE_STEPS = 120
 """Rolls of a pitch at which first contacts are found. Between them the gear's roll is interpolated: where
-carriers change it is off by a hundredth of the transmission error."""
+carriers change it is off by some hundredths of the transmission error, tenths of a micrometre."""
 REASONS = {
     Status.NO_COMMON_NORMAL: "share no normal",
     Status.NOT_CONVERGED: "have a path of contact that could not be followed",
@@ -168,7 +168,7 @@ def _lever(design: Design, path: ContactPath) -> float:
 
 def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
     """Who touches first at rolls from `start` over one `pitch`, both ends included: the `phase` that poses
-    the gear, and where an edge carries, its tooth `pair`, the `point` in S_f, and the edge's name.
+    the gear, and where an edge carries, the `point` in S_f and the edge's name.
 
     The gear is posed by first contacts, all teeth, edges and fillets included. Where none is known, as for
     undercut members, by the path of the pair that turns it furthest, or as if unmodified: `by` says so."""
@@ -184,7 +184,7 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
         phase = _phase(design, first.pinion_roll, first.gear_roll)
         for i in np.flatnonzero(np.isfinite(phase) & (first.limit[:, 0] >= 0)):
             names = " and ".join(str(Limit(int(code))) for code in first.limit[i] if code >= 0)
-            edges[i] = {"pair": int(first.pair[i]), "point": first.point[i].tolist(), "edge": names}
+            edges[i] = {"point": first.point[i].tolist(), "edge": names}
     by, roll = "first contact", start + steps
     if not np.isfinite(phase).all():
         by, edges = "path", [None] * roll.size

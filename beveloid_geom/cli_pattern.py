@@ -1,0 +1,74 @@
+"""The command `beveloid-geom pattern`."""
+
+from __future__ import annotations
+
+import click
+
+from .cli_support import (
+    BUILTIN_DESIGN,
+    NumberRange,
+    Refusal,
+    changed_design,
+    flank_option,
+    load_design,
+    override_options,
+    require_one_format,
+    write_out,
+)
+
+
+@click.command()
+@click.argument("design", default=BUILTIN_DESIGN)
+@flank_option
+@click.option(
+    "--separation",
+    type=NumberRange(0.0, 10.0, min_open=True),
+    default=0.00635,
+    show_default=True,
+    metavar="MM",
+    help="Thickness of the marking compound.",
+)
+@click.option(
+    "--resolution",
+    type=NumberRange(0.01, 100.0),
+    default=0.4,
+    show_default=True,
+    metavar="MM",
+    help="Distance of the points on both flanks.",
+)
+@override_options
+@click.option("--json", "as_json", is_flag=True, help="Print JSON of areas and extent, mm and rad.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one point of a flank a row, mm and rad.")
+def pattern(
+    design: str,
+    flank: str,
+    separation: float,
+    resolution: float,
+    as_json: bool,
+    as_csv: bool,
+    **changes: float | None,
+) -> None:
+    """Contact pattern: where the flanks come within marking compound of each other.
+
+    One tooth pair rolls through the mesh, the gear where the first of all teeth touches. Exit status 1
+    if a first contact is not known.
+    """
+    require_one_format(as_json, as_csv)
+    changed = changed_design(load_design(design), changes)
+    from . import report_pattern as report
+    from .operating_rolls import UnknownOperationError
+    from .report import first_contact_fault
+
+    fault = first_contact_fault(changed)
+    if fault:
+        raise click.ClickException(f"no pattern: {fault}")  # status 1
+    try:
+        found = report.pattern_report(click.format_filename(design), changed, flank, separation, resolution)
+    except UnknownOperationError as error:
+        raise click.ClickException(f"no pattern: {str(error).partition(': give')[0]}") from None  # status 1
+    except ValueError as error:
+        raise Refusal([str(error)]) from None
+    if as_json:
+        write_out(report.pattern_json(found))
+    else:
+        write_out(report.pattern_csv(found) if as_csv else report.pattern_table(found))

@@ -1,0 +1,96 @@
+"""A contact pattern as text: table, JSON and CSV."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .inputs import Design
+from .mounting import Mounting, mounting_of
+from .pattern import ContactPattern, MemberPattern, PatternStatus, contact_pattern
+from .report import csv_text, error_line, json_text, layout_data, layout_line, line, parabola_line
+
+FIELDS = (("l", "_mm"), ("z", "_mm"), ("least", "_mm"), ("pinion_roll", "_rad"))
+"""Numbers of a point, with the units in a CSV's header."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatternReport:
+    """The contact `pattern` of one flank pair of a single design, at points about every `resolution`, mm."""
+
+    name: str
+    design: Design
+    mounting: Mounting
+    pattern: ContactPattern
+    resolution: float
+
+    @property
+    def sides(self) -> dict[str, MemberPattern]:
+        """The patterns on both flanks by member."""
+        return {"pinion": self.pattern.pinion, "gear": self.pattern.gear}
+
+
+def pattern_report(
+    name: str, design: Design, flank: str, separation: float, resolution: float
+) -> PatternReport:
+    """The pattern of a single design; lengths in mm. Raises ValueError as `contact_pattern`."""
+    pattern = contact_pattern(design, flank, separation, resolution=resolution)
+    return PatternReport(name, design, mounting_of(design), pattern, resolution)
+
+
+def marked_face(side: MemberPattern) -> tuple[float, float]:
+    """Least and greatest z (mm) of the marked points, NaN without any."""
+    z = side.z[side.marked]
+    return (float(z.min()), float(z.max())) if z.size else (math.nan, math.nan)
+
+
+def pattern_json(report: PatternReport) -> str:
+    """Strict JSON of the sizes of a pattern, mm and rad."""
+    pattern, design = report.pattern, report.design
+    data: dict[str, Any] = {
+        "design": report.name,
+        "flank": pattern.flank,
+        **layout_data(design, report.mounting),
+        "parabola": {"pinion": design.pinion.tool.parabola, "gear": design.gear.tool.parabola},
+        "separation": pattern.separation,
+        "resolution": report.resolution,
+        "roll_range": pattern.roll_range,
+    }
+    for member, side in report.sides.items():
+        data[member] = {"area": side.area, "area_share": side.area_share, "z_range": marked_face(side)}
+    return json_text(data)
+
+
+def pattern_csv(report: PatternReport) -> str:
+    """CSV of the points of both flanks, mm and rad, units in the header."""
+    header = ["member", *(name + unit for name, unit in FIELDS), "marked", "status"]
+    columns: list[list[Any]] = [[] for _ in header]
+    for member, side in report.sides.items():
+        status = [PatternStatus(int(code)).name.lower() for code in side.status.ravel()]
+        numbers = (getattr(side, name).ravel().tolist() for name, _ in FIELDS)
+        marked = side.marked.ravel().astype(int).tolist()
+        for column, values in zip(columns, ([member] * len(status), *numbers, marked, status), strict=True):
+            column += values
+    return csv_text(header, columns)
+
+
+def pattern_table(report: PatternReport) -> str:
+    """Readable account, at most 100 characters wide."""
+    pattern, design = report.pattern, report.design
+    text = f"Contact pattern of {report.name}, {pattern.flank} flanks\n"
+    text += layout_line(design, report.mounting) + error_line(design.errors) + parabola_line(design)
+    text += line("marking compound", f"{1e3 * pattern.separation:g} um thick")
+    rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in pattern.roll_range)
+    text += line("pinion rolls", f"{rolls} deg, one tooth pair through the mesh")
+    for member, side in report.sides.items():
+        low, high = marked_face(side)
+        words = f"{side.area:.1f} mm^2 marked, {100.0 * side.area_share:.1f} % of the active flank"
+        text += line(member, words if math.isnan(low) else f"{words}, z {low:.2f} to {high:.2f} mm")
+        least = side.least[np.isfinite(side.least)]
+        text += line(
+            "", f"least separation {1e3 * least.min():z.4f} um" if least.size else "no foot anywhere"
+        )
+    return text
