@@ -31,10 +31,8 @@ from .cli_support import (
 @click.option(
     "--resolution",
     type=NumberRange(0.01, 100.0),
-    default=0.4,
-    show_default=True,
     metavar="MM",
-    help="Distance of the points on both flanks.",
+    help="Distance of the points on both flanks. Default: a fifteenth of the module.",
 )
 @override_options
 @click.option("--json", "as_json", is_flag=True, help="Print JSON of areas and extent, mm and rad.")
@@ -43,7 +41,7 @@ def pattern(
     design: str,
     flank: str,
     separation: float,
-    resolution: float,
+    resolution: float | None,
     as_json: bool,
     as_csv: bool,
     **changes: float | None,

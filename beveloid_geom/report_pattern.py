@@ -13,6 +13,8 @@ from .mounting import Mounting, mounting_of
 from .pattern import ContactPattern, MemberPattern, PatternStatus, contact_pattern
 from .report import csv_text, error_line, json_text, layout_data, layout_line, line, parabola_line
 
+FINE = 15
+"""Points of a pattern to a module: some pixels apart where a flank is drawn."""
 FIELDS = (("l", "_mm"), ("z", "_mm"), ("least", "_mm"), ("pinion_roll", "_rad"))
 """Numbers of a point, with the units in a CSV's header."""
 
@@ -34,9 +36,11 @@ class PatternReport:
 
 
 def pattern_report(
-    name: str, design: Design, flank: str, separation: float, resolution: float
+    name: str, design: Design, flank: str, separation: float, resolution: float | None = None
 ) -> PatternReport:
-    """The pattern of a single design; lengths in mm. Raises ValueError as `contact_pattern`."""
+    """The pattern of a single design; lengths in mm, the resolution a FINE part of the module unless told.
+    Raises ValueError as `contact_pattern`."""
+    resolution = float(design.pinion.tool.normal_module) / FINE if resolution is None else resolution
     pattern = contact_pattern(design, flank, separation, resolution=resolution)
     return PatternReport(name, design, mounting_of(design), pattern, resolution)
 

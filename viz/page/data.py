@@ -29,8 +29,6 @@ from beveloid_geom.tolerance import ERROR_NAMES, USUAL, Tolerances, ToleranceStu
 FLANKS = ("right", "left")
 POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, 0.00635
 """What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
-RESOLUTION = 0.4
-"""mm between the points of a pattern: some pixels."""
 CLOUD, CLOUD_POINTS = 240, 9
 """Mountings whose paths are drawn, and positions of each."""
 STAGES = 2 + 6 * len(FLANKS)
@@ -194,7 +192,7 @@ def _tolerance(name: str, design: Design, flank: str, settings: Settings) -> Sec
 
 def _pattern(name: str, design: Design, flank: str, _: Settings) -> Section:
     try:
-        found = pattern_report(name, design, flank, FILM, RESOLUTION)
+        found = pattern_report(name, design, flank, FILM)
     except ValueError as error:
         return _missing(name, flank, str(error).partition(": give")[0])
     return found, pattern_json(found), None
