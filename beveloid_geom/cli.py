@@ -137,17 +137,13 @@ def check(design: str, as_json: bool, as_csv: bool, **changes: float | None) -> 
     """
     require_one_format(as_json, as_csv)
     given = changed_design(load_design(design), changes)
-    from .closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
-    from .report_closing import closing_csv, closing_json, closing_table
+    from . import report_closing as report
 
-    closing = closing_of(given)
-    ideal: ClosedLayout | str
-    try:
-        ideal = zero_backlash_layout(given)
-    except ValueError as error:
-        ideal = str(error)
-    shown = closing_json if as_json else closing_csv if as_csv else closing_table
-    write_out(shown(click.format_filename(design), given, closing, ideal, remarks_on(given, closing)))
+    found = report.closing_report(click.format_filename(design), given)
+    if as_json:
+        write_out(report.closing_json(found))
+    else:
+        write_out(report.closing_csv(found) if as_csv else report.closing_table(found))
 
 
 main.add_command(mesh)

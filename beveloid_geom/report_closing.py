@@ -3,24 +3,45 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
-from .closing import ClosedLayout, Closing, Remark
+from .closing import ClosedLayout, Closing, Remark, closing_of, remarks_on, zero_backlash_layout
 from .inputs import Design
 from .mounting import mounting_of
 from .report import csv_text, json_text, layout_data, layout_line, line
 
 
-def closing_json(
-    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
-) -> str:
-    """Strict JSON of how well a design closes, mm and rad; `ideal` is the layout without backlash
-    or the reason why there is none."""
+@dataclass(frozen=True, eq=False)
+class ClosingReport:
+    """How well a single design closes; `ideal` is the layout without backlash or why there is none."""
+
+    name: str
+    design: Design
+    closing: Closing
+    ideal: ClosedLayout | str
+    remarks: tuple[Remark, ...]
+
+
+def closing_report(name: str, design: Design) -> ClosingReport:
+    """Report of a single design."""
+    closing = closing_of(design)
+    ideal: ClosedLayout | str
+    try:
+        ideal = zero_backlash_layout(design)
+    except ValueError as error:
+        ideal = str(error)
+    return ClosingReport(name, design, closing, ideal, remarks_on(design, closing))
+
+
+def closing_json(report: ClosingReport) -> str:
+    """Strict JSON of how well a design closes, mm and rad."""
+    ideal, remarks = report.ideal, report.remarks
     return json_text(
         {
-            "design": name,
-            **layout_data(design, mounting_of(design)),
-            "closing": dict(vars(closing)),
+            "design": report.name,
+            **layout_data(report.design, mounting_of(report.design)),
+            "closing": dict(vars(report.closing)),
             "zero_backlash": None if isinstance(ideal, str) else dict(vars(ideal)),
             "warnings": [remark.text for remark in remarks if remark.level == "warning"],
             "notes": [remark.text for remark in remarks if remark.level != "warning"],
@@ -28,11 +49,9 @@ def closing_json(
     )
 
 
-def closing_csv(
-    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
-) -> str:
+def closing_csv(report: ClosingReport) -> str:
     """CSV of how well a design closes, a quantity, its unit and its value a row; warnings and notes last."""
-    mounting = mounting_of(design)
+    design, closing, ideal, mounting = report.design, report.closing, report.ideal, mounting_of(report.design)
     layout = {"offset": design.pair.offset, "shaft_angle": design.pair.shaft_angle}
     layout |= dict(zip(("dw1", "dw2"), mounting.distance, strict=True))
     layout |= dict(zip(("rw1", "rw2"), mounting.working_radius, strict=True))
@@ -40,14 +59,14 @@ def closing_csv(
     groups = {"design": layout, "closing": closes}
     if not isinstance(ideal, str):
         groups["zero_backlash"] = _by_member(ideal)
-    rows: list[tuple[object, ...]] = [("design", "name", "", name)]
+    rows: list[tuple[object, ...]] = [("design", "name", "", report.name)]
     for group, values in groups.items():
         for key, value in values.items():
             rows.append((group, key, "rad" if "angle" in key else "mm", float(value)))
     rows += [("closing", "reason", "", reason) for reason in closing.reasons]
     if isinstance(ideal, str):
         rows.append(("zero_backlash", "reason", "", ideal))
-    rows += [("remark", remark.level, "", remark.text) for remark in remarks]
+    rows += [("remark", remark.level, "", remark.text) for remark in report.remarks]
     return csv_text(["group", "quantity", "unit", "value"], list(zip(*rows, strict=True)))
 
 
@@ -60,13 +79,11 @@ def _by_member(ideal: ClosedLayout) -> dict[str, Any]:
     return found
 
 
-def closing_table(
-    name: str, design: Design, closing: Closing, ideal: ClosedLayout | str, remarks: tuple[Remark, ...]
-) -> str:
+def closing_table(report: ClosingReport) -> str:
     """Readable account of how well a design closes."""
-    mounting = mounting_of(design)
-    text = f"How well {name} closes (unmodified flanks, without errors)\n"
-    text += layout_line(design, mounting)
+    closing, ideal, mounting = report.closing, report.ideal, mounting_of(report.design)
+    text = f"How well {report.name} closes (unmodified flanks, without errors)\n"
+    text += layout_line(report.design, mounting)
     if not math.isnan(closing.gap):
         text += line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
         text += line("lines of action", f"pass {closing.gap:.4f} mm apart")
@@ -78,8 +95,8 @@ def closing_table(
         angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
         text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
     text += line("zero backlash", ideal if isinstance(ideal, str) else _ideal_words(ideal))
-    text += "".join(line(remark.level, remark.text) for remark in remarks)
-    return text if remarks else text + "No warnings.\n"
+    text += "".join(line(remark.level, remark.text) for remark in report.remarks)
+    return text if report.remarks else text + "No warnings.\n"
 
 
 def _ideal_words(ideal: ClosedLayout) -> str:

@@ -11,12 +11,11 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from beveloid_geom.closing import ClosedLayout, closing_of, remarks_on, zero_backlash_layout
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Design, Errors
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.report import ContactReport, contact_json, contact_report, first_contact_fault, json_text
-from beveloid_geom.report_closing import closing_json
+from beveloid_geom.report_closing import closing_json, closing_report
 from beveloid_geom.report_operation import OperationReport, operation_json, operation_report
 from beveloid_geom.report_pattern import PatternReport, pattern_json, pattern_report
 from beveloid_geom.report_sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
@@ -99,7 +98,7 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     Raises ValueError for tolerances that do not suit the design, if they were given."""
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
     progress("check")
-    numbers["check"] = _check(name, design)
+    numbers["check"] = json.loads(closing_json(closing_report(name, design)))
     flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
@@ -108,19 +107,6 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
         judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
         numbers["statements"] = json.loads(statements_json(judged))
     return PageData(name, design, settings, flanks, numbers)
-
-
-def _check(name: str, design: Design) -> dict[str, Any]:
-    closing = closing_of(design)
-    ideal: ClosedLayout | str
-    try:
-        ideal = zero_backlash_layout(design)
-    except ValueError as error:
-        ideal = str(error)
-    found: dict[str, Any] = json.loads(
-        closing_json(name, design, closing, ideal, remarks_on(design, closing))
-    )
-    return found
 
 
 def _flank_results(
