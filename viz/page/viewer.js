@@ -1,7 +1,8 @@
 // The view of the pair in mesh: window.beveloidView(container, data) with the data of view_data.py.
 //
-// It takes the page's colours from --panel, --paper, --ink, --muted, --line, --pinion, --gear, --path and
-// --accent, also after a `themechange` event on window, and draws only when something has changed.
+// Styles are in viewer.css. It takes the page's colours from --panel, --paper, --ink, --muted, --line,
+// --pinion, --gear, --path and --accent, also after a `themechange` event on window, and draws only when
+// something has changed.
 "use strict";
 
 window.beveloidView = function (container, data) {
@@ -14,29 +15,6 @@ window.beveloidView = function (container, data) {
   };
   const PITCHES = 2; // the slider's reach either way
   const SPEED = 0.3; // pitches a second
-  const CSS = `
-    .bv-stage { position: relative; overflow: hidden; background: var(--panel); }
-    .bv-stage canvas { position: absolute; inset: 0; display: block; cursor: grab; }
-    .bv-stage canvas:active { cursor: grabbing; }
-    .bv-stage canvas:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
-    .bv-label { position: absolute; left: 0; top: 0; padding: 0 0.3em; border-radius: 3px; pointer-events: none;
-      font-size: 0.8125rem; white-space: nowrap; background: color-mix(in srgb, var(--panel) 75%, transparent); }
-    .bv-controls { display: grid; gap: 0.6rem; padding: 0.7rem 0; font-size: 0.875rem; }
-    .bv-controls > div, .bv-controls fieldset { display: flex; flex-wrap: wrap; align-items: center; gap: 0.4rem 0.9rem; }
-    .bv-controls fieldset { gap: 0.3rem; border: 0; margin: 0; padding: 0; min-width: 0; }
-    .bv-controls button, .bv-controls select { font: inherit; color: var(--ink); background: var(--paper);
-      border: 1px solid var(--line); border-radius: 4px; padding: 0.25rem 0.6rem; cursor: pointer; }
-    .bv-controls button[aria-pressed="true"] { border-color: var(--accent); box-shadow: inset 0 0 0 1px var(--accent); }
-    .bv-controls input { flex: 1 1 12rem; min-width: 8rem; accent-color: var(--accent); }
-    .bv-controls .bv-play { min-width: 4.5rem; }
-    .bv-controls p { margin: 0; max-width: none; }
-    .bv-roll { font-variant-numeric: tabular-nums; }
-    .bv-note, .bv-contact { color: var(--muted); }
-    .bv-controls p:empty { display: none; }
-    .bv-touching { color: var(--path); }
-    .bv-clear { color: color-mix(in srgb, var(--path) 45%, var(--panel)); }
-    .bv-edge { color: var(--accent); }
-    .bv-swatch { display: inline-block; width: 0.8em; height: 0.8em; border-radius: 2px; margin-right: 0.35em; }`;
 
   function element(tag, properties, ...children) {
     const made = document.createElement(tag);
@@ -129,7 +107,7 @@ window.beveloidView = function (container, data) {
     element("div", {}, ...wayLabels),
     noteText,
   );
-  container.append(element("style", {}, CSS), stage, controlsBox);
+  container.append(stage, controlsBox);
 
   const labels = members.flatMap((member, j) =>
     ["toe", "heel"].map((name, end) => {
