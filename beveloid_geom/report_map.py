@@ -80,6 +80,11 @@ def map_json(name: str, found: DesignMap) -> str:
 
 def map_csv(found: DesignMap) -> str:
     """CSV of a map, one cell a row, mm and rad, units in the header."""
+    return csv_text(*map_columns(found))
+
+
+def map_columns(found: DesignMap) -> tuple[list[str], list[list[Any]]]:
+    """Names with units, and values by cells, of the columns of a map."""
     header = [*COLUMNS[found.over], "status", "hollow", "interferes"]
     header += [f"{figure}{SUFFIXES.get(figure, '')}" for figure in FIGURES]
     sides = np.meshgrid(found.pinion, found.gear, indexing="ij")
@@ -87,7 +92,7 @@ def map_csv(found: DesignMap) -> str:
     columns.append([status_name(code) for code in found.status.ravel().tolist()])
     columns += [mask.astype(int).ravel().tolist() for mask in (found.hollow, found.interferes)]
     columns += [getattr(found, figure).ravel().tolist() for figure in FIGURES]
-    return csv_text(header, columns)
+    return header, columns
 
 
 def map_table(name: str, found: DesignMap) -> str:

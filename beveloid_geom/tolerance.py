@@ -230,6 +230,12 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
     return np.asarray(drawn + 0.0)  # no -0.0 where there is no tolerance
 
 
+def mounted(design: Design, errors: FloatArray) -> Design:
+    """The design with drawn errors (n, 4), in the order of ERROR_NAMES, on top of its own: n mountings."""
+    sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
+    return design.with_errors(Errors(**sums))
+
+
 def _solved_task(task: _Task) -> Mountings:
     """The mountings of a task, unit by unit: rounding depends on what is solved in one call."""
     parts = []
@@ -246,8 +252,7 @@ def _joined(parts: Sequence[Mountings]) -> Mountings:
 
 def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
     """Mountings with these drawn errors (n, 4), in one call."""
-    sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
-    path = path_of_contact(design.with_errors(Errors(**sums)), flank, POINTS)
+    path = path_of_contact(mounted(design, errors), flank, POINTS)
     at = [0, POINTS // 2, POINTS - 1]
     return Mountings(
         errors=errors,

@@ -13,17 +13,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from beveloid_geom.flank import flank_point
-from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.inputs import Design, FloatArray
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.report_tolerance import ARCSEC
 from beveloid_geom.solve import Status
 from beveloid_geom.tolerance import (
-    ERROR_NAMES,
     PLACES,
     USUAL,
     Tolerances,
     ToleranceStudy,
     drawn_errors,
+    mounted,
     tolerance_study,
 )
 
@@ -137,9 +137,8 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
     if factor * USUAL.offset >= design.pair.offset or factor * USUAL.shaft_angle >= design.pair.shaft_angle:
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
     errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
-    sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(design.with_errors(Errors(**sums)), flank, POINTS)
+        path = path_of_contact(mounted(design, errors), flank, POINTS)
         pinion = flank_point(design.pinion, flank, path.l1, path.u1)
         return pinion, flank_point(design.gear, flank, path.l2, path.u2)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -25,8 +24,8 @@ from beveloid_geom.design_map import (
     own_values,
 )
 from beveloid_geom.inputs import Design
-from beveloid_geom.report import error_line, status_name
-from beveloid_geom.report_map import COLUMNS, SUFFIXES, quadrant_bests, ratio_as_given
+from beveloid_geom.report import error_line
+from beveloid_geom.report_map import map_columns, quadrant_bests, ratio_as_given
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
@@ -236,20 +235,8 @@ def _legend(page: Page, data: MapFigure, height: float) -> None:
 
 def rows(data: MapFigure) -> Table:
     """Every cell of the maps; those with first contacts after the others."""
-    header = [*COLUMNS[data.found.over], "status", "hollow", "interferes"]
-    header += [f"{name}{SUFFIXES.get(name, '')}" for name in FIGURES]
-
-    def body() -> Iterator[list[object]]:
-        for found in (data.found, data.first):
-            if found is None:
-                continue
-            for i, j in np.ndindex(found.status.shape):
-                masks = (bool(mask[i, j]) for mask in (found.hollow, found.interferes))
-                values = (float(getattr(found, name)[i, j]) for name in FIGURES)
-                place = float(found.pinion[i]), float(found.gear[j])
-                yield [*place, status_name(int(found.status[i, j])), *map(int, masks), *values]
-
-    return header, body()
+    maps = [map_columns(found) for found in (data.found, data.first) if found is not None]
+    return maps[0][0], [row for _, columns in maps for row in zip(*columns, strict=True)]
 
 
 RECIPES = {

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from beveloid_geom.curvature import MARKING_SEPARATION
 from beveloid_geom.first_contact import FirstContact, first_contact, mesh_of
 from beveloid_geom.inputs import Design, FloatArray, Member
 from beveloid_geom.posing import frames_at
@@ -24,7 +25,7 @@ from beveloid_geom.surface import cut_at, surface_of
 from ..figures import solved
 from ..figures.solved import SolvedPath
 
-FILM = 0.00635
+FILM = MARKING_SEPARATION
 """mm: thickness of marking compound; teeth nearer than this are shown as about to touch."""
 TOUCHING = 1e-6
 """mm: teeth nearer than this count as touching."""

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
+from beveloid_geom.curvature import MARKING_SEPARATION
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Design, Errors
 from beveloid_geom.path import ContactPath, path_of_contact
@@ -23,10 +24,10 @@ from beveloid_geom.report_sliding import SlidingReport, sliding_json, sliding_re
 from beveloid_geom.report_statements import statements_json
 from beveloid_geom.report_tolerance import tolerance_json
 from beveloid_geom.statements import paper_statements
-from beveloid_geom.tolerance import ERROR_NAMES, USUAL, Tolerances, ToleranceStudy, tolerance_study
+from beveloid_geom.tolerance import USUAL, Tolerances, ToleranceStudy, mounted, tolerance_study
 
 FLANKS = ("right", "left")
-POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, 0.00635
+POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 """What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
 CLOUD, CLOUD_POINTS = 240, 9
 """Mountings whose paths are drawn, and positions of each."""
@@ -197,6 +198,4 @@ SECTIONS: dict[str, Callable[[str, Design, str, Settings], Section]] = {
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
     """Paths of the first mountings of a study."""
-    drawn = study.mountings.errors[:CLOUD]
-    errors = {name: getattr(design.errors, name) + drawn[:, k] for k, name in enumerate(ERROR_NAMES)}
-    return path_of_contact(design.with_errors(Errors(**errors)), study.flank, CLOUD_POINTS)
+    return path_of_contact(mounted(design, study.mountings.errors[:CLOUD]), study.flank, CLOUD_POINTS)
