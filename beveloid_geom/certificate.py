@@ -70,17 +70,17 @@ class Certificate:
         return self.verdict.size > 0 and bool((self.verdict == Verdict.FIRST_CONTACT).all())
 
 
-def certify(design: Design, path: ContactPath) -> Certificate:
-    """Compare a `path` of contact of this `design` with the first contacts of its teeth.
+def certify(path: ContactPath) -> Certificate:
+    """Compare a path of contact with the first contacts of the teeth of its design.
 
     Raises ValueError for members of arrays; pair and errors may be arrays."""
-    solved = path.status == Status.SOLVED
+    design, solved = path.design, path.status == Status.SOLVED
     roll = np.where(solved, path.pinion_roll, 0.0)
     first = first_contact(design, path.flank, roll)
     solved &= first.status == FirstStatus.SOLVED
     ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
     separation = np.where(solved, ahead * _moment(design, path.flank, roll, first), np.nan)
-    curvature = np.where(solved, _curvature(design, path, roll), np.nan)
+    curvature = np.where(solved, _curvature(path, roll), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0
     module = float(design.gear.tool.normal_module)
     saddle = curvature < -SADDLE / module
@@ -119,9 +119,9 @@ def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -
     return np.asarray(np.where(of_gear, pinion, gear))
 
 
-def _curvature(design: Design, path: ContactPath, roll: FloatArray) -> FloatArray:
+def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
     """Lesser curvature (1/mm) of the approach by the pinion's (l1, z1) at the positions."""
-    mesh, _ = mesh_of(design, path.flank, roll)
+    mesh, _ = mesh_of(path.design, path.flank, roll)
     position = np.arange(roll.size)
     with np.errstate(invalid="ignore"):
         task = mesh.task(position, np.zeros_like(position))

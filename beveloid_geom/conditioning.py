@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contact import pairing_of
-from .inputs import Design, FloatArray
+from .inputs import FloatArray
 from .path import ContactPath
 from .unfolded import linearised, units_of
 
 
-def rounding_error(design: Design, path: ContactPath) -> FloatArray:
+def rounding_error(path: ContactPath) -> FloatArray:
     """Distance (*batch, positions), mm, by which rounding in the terms of the equations may move each
-    contact of a `path` of this `design`, square to the path; NaN where there is none.
+    contact of a `path`, square to the path; NaN where there is none.
 
     From the least singular value of the equations' Jacobian (`unfolded`), an estimate within a factor
     of some ten."""
     if path.l1.size == 0:
         return np.empty(path.l1.shape)
-    pairing = pairing_of(design, path.flank)
+    pairing = pairing_of(path.design, path.flank)
     units = units_of(pairing)
     shape = path.l1.shape
     l1, l2, n_x = (np.reshape(x, (-1, shape[-1])) for x in (path.l1, path.l2, path.normal[..., 0]))

@@ -26,7 +26,7 @@ from .assembly import layout_by_case, layout_of, member_frame, normals_to_fixed
 from .contact import pairing_of
 from .flank import flank_patch
 from .foot import turned
-from .inputs import Design, FloatArray, Member
+from .inputs import FloatArray, Member
 from .path import ContactPath
 from .rack import rack_normal, rack_of, rack_point, rack_tangent
 
@@ -87,10 +87,10 @@ def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tupl
     return by_l, turned(phi, -phi_u * n[1], phi_u * n[0], 0.0 * phi)
 
 
-def relative_curvature(design: Design, path: ContactPath) -> RelativeCurvature:
-    """Principal relative curvatures and directions at the positions of a path of `design`."""
+def relative_curvature(path: ContactPath) -> RelativeCurvature:
+    """Principal relative curvatures and directions at the positions of a path."""
     shape, basis = path.l1.shape, _tangent_basis(path.normal.reshape(-1, 3))
-    pinion, gear = (_normal_map(*both, basis) for both in _steps_and_turns(design, path))
+    pinion, gear = (_normal_map(*both, basis) for both in _steps_and_turns(path))
     total = 0.5 * (pinion + gear + np.swapaxes(pinion + gear, -1, -2))
     known = np.isfinite(total.sum(axis=(1, 2)))
     curvature, vectors = np.linalg.eigh(np.where(known[:, None, None], total, 0.0))
@@ -99,15 +99,13 @@ def relative_curvature(design: Design, path: ContactPath) -> RelativeCurvature:
     return RelativeCurvature(curvature.reshape(*shape, 2), direction.reshape(*shape, 2, 3))
 
 
-def contact_ellipse(
-    design: Design, path: ContactPath, separation: float = MARKING_SEPARATION
-) -> ContactEllipse:
-    """Contact ellipses at the positions of a path of `design`, for a `separation` in mm.
+def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION) -> ContactEllipse:
+    """Contact ellipses at the positions of a path, for a `separation` in mm.
 
     Raises ValueError for a separation that is not positive. The ellipse is that of the second
     order: in approximate line contact it can reach past the flank, or further than that order
     holds; `pattern` has the separation itself."""
-    return ellipse_of(relative_curvature(design, path), separation)
+    return ellipse_of(relative_curvature(path), separation)
 
 
 def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse:
@@ -126,9 +124,10 @@ def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse
     return ContactEllipse(separation, axes, relative.direction, curvature, status)
 
 
-def _steps_and_turns(design: Design, path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
+def _steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
     """For pinion and gear at n contacts, in S_f: tangents (n, 3, 2) by l and u, and the derivatives
     of the unit normal (n, 3, 2)."""
+    design = path.design
     cases, members = max(1, int(np.prod(path.l1.shape[:-1]))), design.stacked_members()
     l, u, roll = (
         np.stack([np.reshape(a, (cases, -1)) for a in pair])

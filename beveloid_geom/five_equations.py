@@ -246,6 +246,7 @@ def _result(design: Design, flank: str, curve: FiveCurve, pieces: FloatArray, po
     unknowns, own, spread = here.unknowns[:points], here.own[:, :points], ends * system.scale
     radius = np.hypot(own[..., 0], own[..., 1])
     return ContactPath(
+        design=design,
         flank=flank,
         **{name: unknowns[:, k] for k, name in enumerate(UNKNOWNS)},
         point=here.point[0, :points],

@@ -14,7 +14,7 @@ touches first and the ratio at which the pair operates is another.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,7 +72,7 @@ class PathEnds:
 
 @dataclass(frozen=True, eq=False)
 class ContactPath:
-    """Contacts of one flank pair, arrays (*batch, positions), or (*batch, positions, 3).
+    """Contacts of one flank pair of a `design`, arrays (*batch, positions), or (*batch, positions, 3).
 
     `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
     `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
@@ -81,6 +81,7 @@ class ContactPath:
     on the flanks (midway where the roll turns back; without such a path, the middle of the l1
     asked for), rad; `status`: codes of `Status`. NaN where not solved."""
 
+    design: Design = field(repr=False)
     flank: str
     l1: FloatArray
     u1: FloatArray
@@ -135,7 +136,7 @@ def path_of_contact(
             table[:, group.cases], status[group.cases] = rows, codes
     if given is None and not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
-    return _result(flank, table, status, path_ends, shape)
+    return _result(design, flank, table, status, path_ends)
 
 
 def _groups(pairing: Pairing) -> list[Group]:
@@ -175,7 +176,7 @@ def _blocks(design: Design, flank: str, points: int, size: int) -> Iterator[Cont
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             table = way.rows(share)
         status = np.broadcast_to(group.ends.status[:, None], table.shape[1:])
-        yield _result(flank, table, status, limits, ())
+        yield _result(design, flank, table, status, limits)
 
 
 def require_points(points: object) -> None:
@@ -237,13 +238,14 @@ def _path_ends(pairing: Pairing, groups: list[Group], shape: tuple[int, ...]) ->
 
 
 def _result(
-    flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds, shape: tuple[int, ...]
+    design: Design, flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds
 ) -> ContactPath:
+    shape = design.batch_shape
     table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
     last = (*range(1, table.ndim), 0)
     vectors = {"point": table[POINT].transpose(last), "normal": table[NORMAL].transpose(last)}
     rows = {name: table[row] for name, row in ROWS.items()}
-    return ContactPath(flank=flank, status=status, ends=ends, **rows, **vectors)
+    return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
 
 
 @dataclass(frozen=True, eq=False)

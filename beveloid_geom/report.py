@@ -28,7 +28,8 @@ from .solve import Status
 
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
 """Units of the fields of a path where they are not mm."""
-PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in ("flank", "ends"))
+NOT_POSITIONS = ("design", "flank", "ends")
+PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in NOT_POSITIONS)
 
 COLUMNS = (
     ("pinion_roll", "pinion roll", "deg", 12, 6),
@@ -79,10 +80,10 @@ def contact_report(
         path = path_of_contact_five_equations(design, flank, points)
     else:
         path = path_of_contact(design, flank, points)
-    reason = reason_of(design, path)
+    reason = reason_of(path)
     fault = first_contact_fault(design)
-    certificate = certify(design, path) if certified and not reason and not fault else None
-    notes = () if reason else notes_of(design, path, certificate)
+    certificate = certify(path) if certified and not reason and not fault else None
+    notes = () if reason else notes_of(path, certificate)
     if fault and certified and not reason:
         notes = (*notes, f"whether something touches earlier is not known: {fault}")
     return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)

@@ -13,7 +13,6 @@ from .conditioning import rounding_error
 from .contact import Limit
 from .first_contact import FirstStatus
 from .flank import highest_parameter, root_parameter
-from .inputs import Design
 from .mounting import mounting_of
 from .path import ContactPath, path_of_contact
 from .solve import Status
@@ -29,8 +28,9 @@ UNKNOWN = {
 """Why the first contact at a position is not known; SOLVED is one found, but not as near as the position."""
 
 
-def reason_of(design: Design, path: ContactPath) -> str | None:
+def reason_of(path: ContactPath) -> str | None:
     """Why a path has no point on the flanks."""
+    design = path.design
     status = Status(int(path.ends.status))
     if status == Status.SOLVED:
         return None
@@ -53,9 +53,9 @@ def reason_of(design: Design, path: ContactPath) -> str | None:
     return f"{text}: at mid-depth of the pinion it runs at z = {' and '.join(where)}" if where else text
 
 
-def notes_of(design: Design, path: ContactPath, certificate: Certificate | None) -> tuple[str, ...]:
+def notes_of(path: ContactPath, certificate: Certificate | None) -> tuple[str, ...]:
     """What to know about a path that lies on the flanks, a line each."""
-    notes = []
+    design, notes = path.design, []
     difference = closing_offset(design) - float(design.pair.offset)
     module = float(design.pinion.tool.normal_module)
     if abs(difference) > OFFSET_TOLERANCE * module:
@@ -79,7 +79,7 @@ def notes_of(design: Design, path: ContactPath, certificate: Certificate | None)
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
         where = "at one place of the path the common normal is square to the common perpendicular (n_x = 0)"
         notes.append(f"{where}: small errors of mounting move the contact far there")
-    moved = rounding_error(design, path).max(initial=0.0)
+    moved = rounding_error(path).max(initial=0.0)
     if moved > ROUNDING_TOLERANCE:
         words = f"rounding of the inputs alone moves the contact by about {moved:.1g} mm"
         notes.append(f"{words}, errors of mounting far more")

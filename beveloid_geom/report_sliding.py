@@ -103,7 +103,7 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
     """Sliding of a single design at `points` positions of its path."""
     path, mounting = path_of_contact(design, flank, points), mounting_of(design)
     whole = path_of_contact(design, flank, DENSE)
-    dense = sliding_of(design, whole)
+    dense = sliding_of(whole)
     roll, speed = least_sliding(dense)
     away = ((whole.point - mounting.pitch_point) ** 2).sum(axis=-1)
     nearest = float(least_along(whole.pinion_roll, away)[0])
@@ -115,12 +115,12 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
         design=design,
         mounting=mounting,
         path=path,
-        sliding=sliding_of(design, path),
+        sliding=sliding_of(path),
         least_roll=float(roll),
         least_speed=float(speed),
         pitch_roll=math.nan if np.any(at_end) else nearest,
         ranges=ranges,
-        reason=reason_of(design, path),
+        reason=reason_of(path),
     )
 
 

@@ -83,8 +83,8 @@ class Sliding:
     status: NDArray[np.int8]
 
 
-def sliding_of(design: Design, path: ContactPath) -> Sliding:
-    """Velocities and specific sliding at the positions of a path of `design`.
+def sliding_of(path: ContactPath) -> Sliding:
+    """Velocities and specific sliding at the positions of a path.
 
     The contact's velocity grows without bound where the pinion's roll turns back along the path; all but
     `contact_velocity`, `rolling` and `specific_total` are regular there."""
@@ -92,16 +92,16 @@ def sliding_of(design: Design, path: ContactPath) -> Sliding:
     by_case = (max(1, int(np.prod(shape[:-1]))), shape[-1], 3)
     point, normal = path.point.reshape(by_case), path.normal.reshape(by_case)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        axes, feet = _axes(design)
+        axes, feet = _axes(path.design)
         turning = np.cross(axes, point[..., None, :] - feet)
         lever = _dot(normal[..., None, :], turning)
         rate = lever[..., 0] / lever[..., 1]
         turning[..., 1, :] *= rate[..., None]
-        tangent = _path_tangents(design, path, point, normal)
+        tangent = _path_tangents(path, point, normal)
         contact = tangent * (lever[..., 0] / _dot(normal, tangent))[..., None]
         sliding = turning[..., 0, :] - turning[..., 1, :]
         rolling = contact[..., None, :] - turning
-        trace = _tooth_traces(design, path)
+        trace = _tooth_traces(path)
         outward = flank_sign(path.flank) * np.stack((normal, -normal), axis=-2)
         upward, transverse = np.cross(outward, trace), _unit(np.cross(outward, axes))
         profile, speed = _dot(sliding[..., None, :], upward), np.linalg.norm(sliding, axis=-1)
@@ -159,9 +159,9 @@ def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
     return axes, feet
 
 
-def _path_tangents(design: Design, path: ContactPath, point: FloatArray, normal: FloatArray) -> FloatArray:
+def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> FloatArray:
     """Tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
-    pairing = pairing_of(design, path.flank)
+    pairing = pairing_of(path.design, path.flank)
     units, v = units_of(pairing), normal[..., 2]
     across = (point[..., 2] - v * _dot(point, normal)) / np.sqrt(1.0 - v * v)  # w1, as in `unfolded`
     l1, l2 = (values.reshape(v.shape) for values in (path.l1, path.l2))
@@ -171,10 +171,10 @@ def _path_tangents(design: Design, path: ContactPath, point: FloatArray, normal:
     return np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
 
 
-def _tooth_traces(design: Design, path: ContactPath) -> FloatArray:
+def _tooth_traces(path: ContactPath) -> FloatArray:
     """Unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the contacts, on
     pinion and gear, towards the heel."""
-    cases = max(1, int(np.prod(path.l1.shape[:-1])))
+    design, cases = path.design, max(1, int(np.prod(path.l1.shape[:-1])))
     l, u, roll = (
         np.stack([values.reshape(cases, -1 if values.size else 0) for values in pair])
         for pair in ((path.l1, path.l2), (path.u1, path.u2), (path.pinion_roll, path.gear_roll))

@@ -77,7 +77,7 @@ def paths_of(design: Design, flank: str) -> Paths:
     """Measures of the paths of a design with one batch axis."""
     path = path_of_contact(design, flank, POINTS)
     z, r = np.stack((path.pinion_z, path.gear_z)), np.stack((path.pinion_r, path.gear_r))
-    steps = np.diff(_tooth_points(design, path), axis=-2)
+    steps = np.diff(_tooth_points(path), axis=-2)
     near = slice(POINTS // 2 - 1, POINTS // 2 + 2, 2)
     return Paths(
         contact_ratio=np.where(path.ends.limit[:, 0] < 0, np.nan, path.ends.contact_ratio),
@@ -101,11 +101,11 @@ def _angle(z: FloatArray, r: FloatArray) -> FloatArray:
         return np.asarray(np.degrees(np.arctan(up / along)))
 
 
-def _tooth_points(design: Design, path: ContactPath) -> FloatArray:
+def _tooth_points(path: ContactPath) -> FloatArray:
     """Points (2, n, positions, 3) of paths on the flanks of both members, each in its own frame."""
     l, u = np.stack((path.l1, path.l2)), np.stack((path.u1, path.u2))
     shape = (2, -1, l.shape[-1])
-    return flank_point(design.stacked_members(), path.flank, l.reshape(shape), u.reshape(shape))
+    return flank_point(path.design.stacked_members(), path.flank, l.reshape(shape), u.reshape(shape))
 
 
 def sweep(design: Design, flank: str, signs: tuple[int, int], largest: float) -> Sweep:

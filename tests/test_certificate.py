@@ -24,7 +24,7 @@ BOTH = ["right", "left"]
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
 def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
-    proof = certify(design, path_of_contact(design, flank, 41))
+    proof = certify(path_of_contact(design, flank, 41))
     assert proof.holds
     assert np.abs(proof.separation).max() < 1e-11
     assert (proof.curvature > 1e-5).all()
@@ -33,7 +33,7 @@ def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
 def test_both_slightly_concave_edges_touch() -> None:
     """Right flanks with 0.0002 1/mm: tips touch nearly everywhere, ten micrometres before."""
     design = table1((0.0002, 0.0002))
-    proof = certify(design, path_of_contact(design, "right", 101))
+    proof = certify(path_of_contact(design, "right", 101))
     edges = proof.verdict == Verdict.EDGE_CONTACT
     assert edges.mean() > 0.97
     assert set(proof.first.limit[edges].ravel()) == {-1, Limit.PINION_TIP, Limit.GEAR_TIP}
@@ -47,7 +47,7 @@ def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
     tip first."""
     design = table1((coefficient, coefficient))
     path = path_of_contact(design, "right", 21)
-    proof = certify(design, path)
+    proof = certify(path)
     assert path.l1[0] > path.l1[-1]
     assert (proof.verdict == Verdict.INTERFERENCE).all()
     assert (proof.curvature < 0.0).all()
@@ -64,14 +64,14 @@ def test_a_saddle_overlaps_close_by() -> None:
         l, z = path.l1[1] + 0.5 * np.cos(place), path.pinion_z[1] + 5.0 * np.sin(place)
         met = separation(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
         assert bool((met.distance < 0.0).any()) == overlaps
-        assert bool(certify(design, path).curvature[1] < 0.0) == overlaps
+        assert bool(certify(path).curvature[1] < 0.0) == overlaps
 
 
 @pytest.mark.parametrize("flank", BOTH)
 def test_convex_flanks_hand_over(flank: str) -> None:
     """Both convex: contact in the middle of the path, the next pair's flanks before at its ends."""
     design = table1((-0.0005, -0.0005))
-    proof = certify(design, path_of_contact(design, flank, 41))
+    proof = certify(path_of_contact(design, flank, 41))
     assert set(proof.verdict) == {Verdict.FIRST_CONTACT, Verdict.NEXT_PAIR}
     assert proof.verdict[20] == Verdict.FIRST_CONTACT
     assert proof.verdict[0] == proof.verdict[-1] == Verdict.NEXT_PAIR
@@ -85,7 +85,7 @@ def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: 
     """Nothing on a grid over seven teeth lies lower, and the place that is named lies as low."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 4)
-    proof = certify(design, path)
+    proof = certify(path)
     first, gear = proof.first, surface_of(design.gear, flank)
     # Along the normal of the surface that is touched: by an edge of the gear, the pinion's.
     by_gear = (first.limit[:, 0] >= 0) & (first.limit[:, 0] % 2 == 1)
@@ -110,20 +110,20 @@ def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: 
 def test_batches_and_positions_without_a_path() -> None:
     design = table1((0.001, -0.001), Errors(offset=np.array([-0.3, 0.3, 9.0])))
     path = path_of_contact(design, "right", 11)
-    proof = certify(design, path)
+    proof = certify(path)
     assert proof.verdict.shape == (3, 11)
     single = table1((0.001, -0.001), Errors(offset=0.3))
     own = path_of_contact(single, "right", 11)
-    alone = certify(single, own)
+    alone = certify(own)
     assert np.array_equal(alone.verdict, proof.verdict[1])
-    rounding = rounding_error(single, own).max()  # each path has its own
+    rounding = rounding_error(own).max()  # each path has its own
     assert np.abs(alone.separation - proof.separation[1]).max() < 2.0 * rounding < 1e-11
     lost = proof.verdict == Verdict.NOT_SOLVED
     assert np.array_equal(lost, path.status != 0)
     assert lost[2].all()
     assert np.isnan(proof.separation[lost]).all()
     given = path_of_contact(table1(), "right", l1=[-8.0, 0.0, 8.0])
-    verdict = certify(table1(), given).verdict
+    verdict = certify(given).verdict
     assert list(verdict) == [Verdict.NOT_SOLVED, Verdict.FIRST_CONTACT, Verdict.NOT_SOLVED]
 
 
@@ -132,6 +132,6 @@ def test_no_path_is_no_certificate() -> None:
     design = table1(errors=Errors(offset=9.0))
     path = path_of_contact(design, "right")
     assert path.l1.size == 0
-    proof = certify(design, path)
+    proof = certify(path)
     assert proof.verdict.shape == proof.separation.shape == (0,)
     assert not proof.holds

@@ -29,7 +29,7 @@ def test_json_and_csv_hold_the_result_of_the_library() -> None:
     assert (result.exit_code, result.stderr) == (0, "")
     data = json.loads(result.stdout)
     design = builtin_design().with_parabola(pinion=0.001)
-    found = sliding_of(design, path_of_contact(design, "left", 5))
+    found = sliding_of(path_of_contact(design, "left", 5))
     positions = data["positions"]
     assert positions["speed"] == found.speed.tolist()
     assert positions["gear_specific"] == found.specific[:, 1].tolist()
@@ -96,6 +96,6 @@ def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
     drawn = [row for row in rows if not row["reason"]]
     assert len(rows) - len(drawn) == 2 * lost
     if offset == 0.0:
-        found = sliding_of(design, path_of_contact(design, "right", 201))
+        found = sliding_of(path_of_contact(design, "right", 201))
         shown = [row["pinion_specific"] for row in drawn if row["flank"] == "right"][:201]
         np.testing.assert_array_equal(shown, found.specific[:, 0])

@@ -41,14 +41,14 @@ def true_error(design: Design, flank: str = "right") -> float:
 @pytest.mark.parametrize("degrees", [0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6])
 def test_near_the_fold_the_estimate_grows_with_the_error(degrees: float) -> None:
     design = above_the_fold(degrees)
-    estimate = rounding_error(design, path_of_contact(design, points=5)).max()
+    estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert 0.05 * estimate < true_error(design) < 20.0 * estimate
     assert estimate == pytest.approx(2.27e-13 / degrees, rel=0.3)
 
 
 @pytest.mark.parametrize("design", [table1(), table1((0.001, -0.001)), *CROSSING.values()])
 def test_where_n_x_only_passes_0_nothing_is_lost(design: Design) -> None:
-    estimate = rounding_error(design, path_of_contact(design, points=5)).max()
+    estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert estimate < 1e-11
     assert true_error(design) < 20.0 * estimate
 
@@ -56,10 +56,10 @@ def test_where_n_x_only_passes_0_nothing_is_lost(design: Design) -> None:
 def test_batches_and_no_path() -> None:
     batch = table1((0.001, -0.001), Errors(offset=np.array([0.0, 0.1, 500.0])))
     path = path_of_contact(batch, points=4)
-    moved = rounding_error(batch, path)
+    moved = rounding_error(path)
     assert moved.shape == (3, 4)
     assert np.isnan(moved[2]).all()
     single = table1((0.001, -0.001), Errors(offset=0.1))
-    np.testing.assert_allclose(moved[1], rounding_error(single, path_of_contact(single, points=4)), rtol=1e-3)
+    np.testing.assert_allclose(moved[1], rounding_error(path_of_contact(single, points=4)), rtol=1e-3)
     none = table1(errors=Errors(offset=500.0))
-    assert rounding_error(none, path_of_contact(none, points=4)).size == 0
+    assert rounding_error(path_of_contact(none, points=4)).size == 0

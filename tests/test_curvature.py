@@ -146,7 +146,7 @@ def test_generators_cross_at_the_known_angle(flank: str, degrees: float) -> None
     """Unmodified flanks are developable: det(A_1 + A_2) = kappa_1 kappa_2 sin^2(angle)."""
     design = table1()
     path = path_of_contact(design, flank, 7)
-    curvature = relative_curvature(design, path).curvature
+    curvature = relative_curvature(path).curvature
     angle = float(layout_of(design).shaft_angle)
     axial = path.normal[:, 2], path.normal[:, 1] * np.sin(angle) + path.normal[:, 2] * np.cos(angle)
     own = []
@@ -187,13 +187,13 @@ def test_curvature_is_that_of_the_separation(flank: str, parabola: tuple[float, 
     """Mean of opposite points, so that the third order drops out; steps small against 1/kappa."""
     design = table1(parabola)
     path = path_of_contact(design, flank, l1=[0.5])
-    relative = relative_curvature(design, path)
+    relative = relative_curvature(path)
     basis, step = relative.direction[0], np.array((3.0, 0.3))
     assert np.abs(basis @ path.normal[0]).max() < 1e-14
     aside = np.concatenate((np.diag(step), -np.diag(step)))
     gap = _height(design, path, 1, aside, basis) - _height(design, path, 0, aside, basis)
     assert (gap[:2] + gap[2:]) / step**2 == pytest.approx(relative.curvature[0], rel=2e-3)
-    ellipse = contact_ellipse(design, path)
+    ellipse = contact_ellipse(path)
     tips = np.array(((0.1 * ellipse.semi_axes[0, 0], 0.1 * ellipse.semi_axes[0, 1]), (0.0, 0.0)))
     tips[1] = tips[0] * (1.0, -1.0)
     tips = np.concatenate((tips, -tips))
@@ -204,7 +204,7 @@ def test_curvature_is_that_of_the_separation(flank: str, parabola: tuple[float, 
 def test_ellipse_scales_with_the_root_of_the_separation() -> None:
     design = table1()
     path = path_of_contact(design, "left", 5)
-    one, four = (contact_ellipse(design, path, s) for s in (0.001, 0.004))
+    one, four = (contact_ellipse(path, s) for s in (0.001, 0.004))
     assert (one.status == EllipseStatus.ELLIPSE).all()
     assert np.array_equal(four.semi_axes, 2.0 * one.semi_axes)
     assert (one.semi_axes[:, 0] > one.semi_axes[:, 1]).all()
@@ -222,13 +222,13 @@ def test_curvatures_without_an_ellipse_are_named() -> None:
     assert found.semi_axes[0, 1] == pytest.approx(np.sqrt(0.4))
     for separation in (0.0, -1.0, np.inf, np.nan):
         with pytest.raises(ValueError, match="separation must be a positive length"):
-            contact_ellipse(table1(), path_of_contact(table1(), "left", 3), separation)
+            contact_ellipse(path_of_contact(table1(), "left", 3), separation)
 
 
 def test_concave_flanks_cut_each_other() -> None:
     design = table1((0.02, 0.02))
     path = path_of_contact(design, "left", l1=[0.0])
-    assert contact_ellipse(design, path).status[0] == EllipseStatus.INTERFERENCE
+    assert contact_ellipse(path).status[0] == EllipseStatus.INTERFERENCE
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -236,14 +236,14 @@ def test_the_same_pair_seen_otherwise(flank: str) -> None:
     design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
     other = {"right": "left", "left": "right"}[flank]
     path = path_of_contact(design, flank, 4)
-    wanted = relative_curvature(design, path).curvature
+    wanted = relative_curvature(path).curvature
     bigger, mirror = scaled(design, 2.0), mirrored(design)
-    seen = relative_curvature(bigger, path_of_contact(bigger, flank, 4)).curvature
+    seen = relative_curvature(path_of_contact(bigger, flank, 4)).curvature
     assert 2.0 * seen == pytest.approx(wanted, rel=1e-9)
-    seen = relative_curvature(mirror, path_of_contact(mirror, other, 4)).curvature
+    seen = relative_curvature(path_of_contact(mirror, other, 4)).curvature
     assert seen == pytest.approx(wanted, rel=1e-9)
     swapped = exchanged(design)
-    seen = relative_curvature(swapped, path_of_contact(swapped, flank, l1=path.l2)).curvature
+    seen = relative_curvature(path_of_contact(swapped, flank, l1=path.l2)).curvature
     assert seen == pytest.approx(wanted, rel=1e-7)
 
 
@@ -251,14 +251,14 @@ def test_batches_go_through_at_once() -> None:
     offset = np.array([[-0.1, 0.0], [0.1, 30.0]])
     design = table1((0.001, -0.001), Errors(offset=offset))
     path = path_of_contact(design, "right", 3)
-    found = contact_ellipse(design, path)
+    found = contact_ellipse(path)
     assert found.semi_axes.shape == (2, 2, 3, 2)
     assert found.direction.shape == (2, 2, 3, 2, 3)
     for i in np.ndindex(2, 2):
         single = replace(design, errors=Errors(offset=float(offset[i])))
         alone = path_of_contact(single, "right", 3)
         if len(alone.l1):
-            assert found.semi_axes[i] == pytest.approx(contact_ellipse(single, alone).semi_axes, rel=1e-9)
+            assert found.semi_axes[i] == pytest.approx(contact_ellipse(alone).semi_axes, rel=1e-9)
         else:
             assert (found.status[i] == EllipseStatus.NO_CONTACT).all()
             assert np.isnan(found.semi_axes[i]).all()
@@ -267,5 +267,5 @@ def test_batches_go_through_at_once() -> None:
 
 def test_an_empty_path_has_no_ellipses() -> None:
     design = table1((0.0, 0.0), Errors(offset=30.0))
-    found = contact_ellipse(design, path_of_contact(design, "right"))
+    found = contact_ellipse(path_of_contact(design, "right"))
     assert found.semi_axes.shape == (0, 2)

@@ -59,7 +59,7 @@ def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None
 def test_unmodified_wide_faces_operate_with_the_ratio_of_eq_16(error: float) -> None:
     design = wide(error)
     assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
-    certificate = certify(design, path_of_contact(design, "left", 5))
+    certificate = certify(path_of_contact(design, "left", 5))
     assert certificate.holds
     np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-12)
 
@@ -124,7 +124,7 @@ def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> N
     pinion, gear = (replace(m, tool=replace(m.tool, addendum=1.2)) for m in design.members)
     design = replace(design, pinion=pinion, gear=gear)
     path = path_of_contact(design, flank, 9)
-    found = certify(design, path)
+    found = certify(path)
     deep = found.verdict == Verdict.INTERFERENCE
     assert deep.any()
     assert found.first.on_fillet[deep].any(axis=-1).all()

@@ -264,7 +264,7 @@ def test_deep_teeth_touch_on_fillets() -> None:
     """Before their tangency, and not as first contacts of the path."""
     design = deep_design()
     path = path_of_contact(design, "right", 7)
-    proof = certify(design, path)
+    proof = certify(path)
     assert (proof.verdict != Verdict.FIRST_CONTACT).all()
     assert proof.first.on_fillet.any(axis=-1).all()
     assert (proof.separation < -0.02).all()
@@ -273,7 +273,7 @@ def test_deep_teeth_touch_on_fillets() -> None:
 def test_slight_overlap_is_not_certified() -> None:
     """Flanks so nearly unmodified that the next pair is hardly earlier."""
     design = table1((-1e-5, -1e-5))
-    proof = certify(design, path_of_contact(design, "left", 31))
+    proof = certify(path_of_contact(design, "left", 31))
     slight = (proof.separation < -TOLERANCE) & (proof.separation > -6e-4)
     assert slight.sum() > 10
     assert (proof.verdict[slight] == Verdict.NEXT_PAIR).all()

@@ -38,7 +38,7 @@ STEP = MP.mpf(10) ** -18
 
 def along(design: Design, flank: str = "right", points: int = 9) -> tuple[ContactPath, Sliding]:
     path = path_of_contact(design, flank, points)
-    return path, sliding_of(design, path)
+    return path, sliding_of(path)
 
 
 def rates(values: FloatArray, path: ContactPath) -> FloatArray:
@@ -203,7 +203,7 @@ def test_mirror_image_slides_the_same_way(design: Design, flank: str) -> None:
 def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> None:
     path, found = along(design, flank)
     swapped = exchanged(design)
-    other = sliding_of(swapped, path_of_contact(swapped, flank, l1=path.l2))
+    other = sliding_of(path_of_contact(swapped, flank, l1=path.l2))
     rate = -found.gear_rate
     np.testing.assert_allclose(other.gear_rate, 1.0 / found.gear_rate, rtol=1e-10)
     np.testing.assert_allclose(other.speed * rate, found.speed, rtol=1e-9)

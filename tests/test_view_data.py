@@ -170,7 +170,7 @@ def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
     edges = np.array([edge is not None for edge in cycle["edges"]])
     assert cycle["by"] == "first contact"
     assert phase[0] == pytest.approx(phase[-1], abs=1e-12)
-    ahead = phase - carried_phase(design, path_of_contact(design, flank, 65), roll)
+    ahead = phase - carried_phase(path_of_contact(design, flank, 65), roll)
     ahead *= 1.0 if flank == "left" else -1.0
     assert len(cycle["edges"]) == CYCLE_STEPS + 1
     np.testing.assert_allclose(ahead[~edges], 0.0, atol=1e-7)  # a straight line from point to point

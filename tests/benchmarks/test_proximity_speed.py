@@ -97,7 +97,7 @@ def test_pattern(parabola: tuple[float, float]) -> None:
 def test_ellipses() -> None:
     design = table1((0.001, -0.001))
     path = path_of_contact(design, "left", 10_000)
-    ellipses = best(lambda: contact_ellipse(design, path), 5)
+    ellipses = best(lambda: contact_ellipse(path), 5)
     whole = best(lambda: path_of_contact(design, "left", 10_000), 5)
     print(f"\n10,000 ellipses: {1e3 * ellipses:.1f} ms, {ellipses / whole:.1f} times their path of contact")
     assert ellipses / whole < 100.0

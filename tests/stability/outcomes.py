@@ -127,7 +127,7 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float]) -> st
 def of_first_contact(case: Case, path: ContactPath) -> str:
     """Verdicts of the certificate, or what touches where there is no path."""
     if path.l1.size:
-        proof = certify(case.design, path)
+        proof = certify(path)
         lost = proof.first.status != FirstStatus.SOLVED
         codes = np.unique(np.where(lost, -proof.first.status, proof.verdict))
         words = [_verdict(int(code)) for code in codes]

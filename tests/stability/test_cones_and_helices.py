@@ -88,7 +88,7 @@ def test_every_method_holds_without_cones(angle: float) -> None:
         method(design, "right", 5) for method in (path_of_contact, path_of_contact_five_equations)
     )
     np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-9)
-    assert certify(design, ours).holds
+    assert certify(ours).holds
     rolls = float(ours.pinion_roll[2]), float(ours.gear_roll[2])
     met = mesh_contact(design, "right", 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
     assert met.status == Status.SOLVED
@@ -115,7 +115,7 @@ def test_one_member_may_be_spur(flank: str) -> None:
         turned = replace(spur, gear=changed(spur.gear, helix_angle=radians(angle)))
         assert_near(solved_path(turned, flank), zero, angle, 1e5)
     other = closed(changed(PINION, helix_angle=0.0), changed(GEAR, helix_angle=radians(20.0)))
-    assert certify(other, solved_path(other, flank, 5)).holds
+    assert certify(solved_path(other, flank, 5)).holds
 
 
 @pytest.mark.parametrize("cones", [(0.0, 0.0), (3.0, 0.8)])

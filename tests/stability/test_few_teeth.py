@@ -164,7 +164,7 @@ def test_the_gear_may_have_the_few_teeth(teeth: int, axial: float) -> None:
 def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     """Its next turns stand at other teeth of the gear, and overlap nothing."""
     design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
-    proof = certify(design, path_of_contact(design, flank, 5))
+    proof = certify(path_of_contact(design, flank, 5))
     assert proof.holds
     np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
 

@@ -55,7 +55,7 @@ def even_in_l1(a: float, points: int) -> ContactPath:
 
 
 def smaller_curvature(a: float, path: ContactPath) -> FloatArray:
-    return np.asarray(relative_curvature(concave(a), path).curvature[..., 0])
+    return np.asarray(relative_curvature(path).curvature[..., 0])
 
 
 @lru_cache(maxsize=32)
@@ -181,7 +181,7 @@ def test_two_contacts_at_one_roll(a: float) -> None:
     assert min(curvature) < -1e-8
     assert max(curvature) > 1e-8
     assert abs(one.gear_roll[0] - two.gear_roll[0]) > 1e-9
-    proofs = [certify(design, path) for path in (one, two)]
+    proofs = [certify(path) for path in (one, two)]
     assert abs(proofs[0].first.gear_roll[0] - proofs[1].first.gear_roll[0]) < 1e-14
     for path, kappa, proof in zip((one, two), curvature, proofs, strict=True):
         assert np.sign(proof.curvature[0]) == np.sign(kappa)
@@ -224,7 +224,7 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
     if a in TURNING:
         l1 = np.append(l1, fold(a) + np.array((-1e-6, -1e-12, 0.0, 1e-12, 1e-6)))
     path = path_of_contact(concave(a), l1=l1)
-    proof, kappa = certify(concave(a), path), smaller_curvature(a, path)
+    proof, kappa = certify(path), smaller_curvature(a, path)
     first = first_contact(concave(a), "right", path.pinion_roll)
     assert (first.status == FirstStatus.SOLVED).all()
     assert (proof.verdict != Verdict.NOT_SOLVED).all()
@@ -237,7 +237,7 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
     cut = proof.verdict == Verdict.INTERFERENCE
     assert (kappa[cut] < 0.0).all()
     assert cut[kappa < -1e-8].all()
-    ellipse = contact_ellipse(concave(a), path)
+    ellipse = contact_ellipse(path)
     assert np.array_equal(
         ellipse.status == EllipseStatus.INTERFERENCE, kappa < -1e-9 * ellipse.curvature[:, 1]
     )

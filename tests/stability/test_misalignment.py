@@ -54,7 +54,7 @@ def test_off_the_face_on_the_right(errors: Errors) -> None:
     at = path_of_contact(design, l1=at.l1[found])
     assert five_equation_residual(design, at) < 1e-9
     assert margins(design, at).min(axis=0).max() < 0.0
-    assert certify(design, path).verdict.size == 0
+    assert certify(path).verdict.size == 0
 
 
 @pytest.mark.parametrize("errors", OFF[1:5])

@@ -92,7 +92,7 @@ def test_an_undercut_pair_has_tangencies_but_no_certificate(design: Design, flan
     """The equations hold on flanks the tool does not leave: first contact says so."""
     path = solved_path(design, flank, 5)
     assert_both_methods_agree(design, path)
-    certificate = certify(design, path)
+    certificate = certify(path)
     assert (certificate.verdict == Verdict.NOT_SOLVED).all()
     assert (certificate.first.status == FirstStatus.UNDERCUT).all()
     assert np.isnan(certificate.separation).all()
@@ -150,7 +150,7 @@ def test_a_tooth_pointed_at_the_heel() -> None:
         path = solved_path(POINTED, flank, 5)
         assert_both_methods_agree(POINTED, path)
         assert_meshes_agree(POINTED, path)
-        assert set(np.unique(certify(POINTED, path).verdict)) <= {v.value for v in Verdict}
+        assert set(np.unique(certify(path).verdict)) <= {v.value for v in Verdict}
         assert np.isfinite(sample_flank(member, flank, 0.02).points).all()
 
 
@@ -176,7 +176,7 @@ def test_flanks_that_never_meet(design: Design, flank: str) -> None:
     assert path_of_contact_five_equations(design, flank, 5).l1.size == 0
     beyond = path_of_contact(design, flank, l1=np.linspace(-6.0, 6.0, 7))
     assert set(np.unique(beyond.status)) <= {int(Status.OFF_FLANK), int(Status.NO_COMMON_NORMAL)}
-    assert not certify(design, path).holds
+    assert not certify(path).holds
     with pytest.raises(ValueError, match="no path of contact on which the pair could be posed"):
         meshing_pair(design, flank)
     met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
@@ -228,7 +228,7 @@ def test_a_thousand_teeth(design: Design) -> None:
         path = solved_path(design, flank, 5)
         assert_both_methods_agree(design, path)
         assert_meshes_agree(design, path)
-        assert certify(design, path).holds
+        assert certify(path).holds
         assert 1.7 < float(path.ends.contact_ratio) < 2.0
     assert not remarks_on(design)
     solid = gear_solid(design.gear, 0.1, teeth=2)
@@ -249,7 +249,7 @@ def test_very_small_and_very_large(module: float) -> None:
         assert float(path.ends.contact_ratio) == pytest.approx(float(known.ends.contact_ratio), abs=1e-11)
         assert_both_methods_agree(design, path)
         assert_meshes_agree(design, path)
-        certificate = certify(design, path)
+        certificate = certify(path)
         assert certificate.holds
         np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-10 * max(1.0, factor))
         first = first_contact(design, flank, path.pinion_roll)

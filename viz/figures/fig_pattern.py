@@ -148,7 +148,7 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
         return ()
     l1 = np.interp(ELLIPSES, np.linspace(0.0, 1.0, len(path.path.l1)), path.path.l1)
     at = path_of_contact(design, flank, l1=l1)
-    ellipse: ContactEllipse = contact_ellipse(design, at, 1e-3 * PATTERN_BANDS[-1])
+    ellipse: ContactEllipse = contact_ellipse(at, 1e-3 * PATTERN_BANDS[-1])
     turn = np.linspace(0.0, 2.0 * np.pi, 721)
     rings = []
     for index in range(len(l1)):

@@ -84,7 +84,7 @@ def film_of(design: Design, flank: str, frames: int) -> Film:
     """The motion of a single design over one pitch in equal steps. Raises NoFilmError where the flanks
     share no contact, or where it is not known what touches first."""
     path = solved.solve(design, flank)
-    reason = reason_of(design, path.path) or first_contact_fault(design)
+    reason = reason_of(path.path) or first_contact_fault(design)
     if reason:
         raise NoFilmError(reason)
     finer = -(-CURVE // frames)

@@ -130,7 +130,7 @@ def _flank(design: Design, flank: str) -> dict[str, Any]:
     data: dict[str, Any] = {"path": None, "middle": middle, "lever": 0.0, "note": "", "cycle": cycle}
     if solved.sum() > 1:
         data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
-        data["lever"] = _lever(design, path)
+        data["lever"] = _lever(path)
         data["path"] = {
             "roll": packed(path.pinion_roll[solved]),
             "phase": packed(_phase(design, path.pinion_roll, path.gear_roll)[solved]),
@@ -158,9 +158,9 @@ def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
     return np.asarray(np.nan_to_num(frames[0][1]) + np.array([tip, 0.0, 0.0]))
 
 
-def _lever(design: Design, path: ContactPath) -> float:
+def _lever(path: ContactPath) -> float:
     """Moment of the normal about the gear's axis in the middle of the path: mm of gap for each rad of it."""
-    rotation, origin = frames_at(design, 0.0, 0.0)[1]
+    rotation, origin = frames_at(path.design, 0.0, 0.0)[1]
     middle = len(path.point) // 2
     moment = np.cross(path.point[middle] - origin, path.normal[middle]) @ rotation[:, 2]
     return float(abs(np.nan_to_num(moment)))
@@ -188,17 +188,17 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
     by, roll = "first contact", start + steps
     if not np.isfinite(phase).all():
         by, edges = "path", [None] * roll.size
-        phase = carried_phase(design, path, roll)
+        phase = carried_phase(path, roll)
     if not np.isfinite(phase).any():
         by, phase = "unmodified", np.full(roll.shape, np.nan_to_num(float(conjugate_phase(design, flank))))
     phase = np.interp(roll, roll[np.isfinite(phase)], phase[np.isfinite(phase)], period=pitch)
     return {"start": start, "pitch": pitch, "phase": packed(phase), "edges": edges, "by": by}
 
 
-def carried_phase(design: Design, path: ContactPath, roll: FloatArray) -> FloatArray:
+def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
     """Phase (rad) at pinion rolls (n,) by the path of contact alone: that of the tooth pair that turns the
     gear furthest, on right flanks down and on left ones up; NaN where no pair is on its path."""
-    good = path.status == Status.SOLVED
+    design, good = path.design, path.status == Status.SOLVED
     if good.sum() < 2:
         return np.full(roll.shape, np.nan)
     rolls, phases = path.pinion_roll[good], _phase(design, path.pinion_roll, path.gear_roll)[good]
