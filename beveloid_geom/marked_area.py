@@ -26,6 +26,8 @@ from .inputs import FloatArray
 
 ROUNDS = 12
 """How often the border is improved, at most."""
+WORSE = 4.0
+"""A border whose error has grown by this is given up: it is not one line at the scale reached."""
 MAX_VERTICES = 20_000
 HALVINGS = 8
 """How often lines are put between those of the grid for narrow strips, at most."""
@@ -67,7 +69,7 @@ def marked_area(
 
     `table` (n, m): the function on an even grid of the unit square, to which its arguments belong;
     `points` (n, m, 3), mm, of the surface there. The error is within the relative `bound` unless
-    `ROUNDS` do not suffice."""
+    `ROUNDS` do not suffice or make it worse; it is that of the best of them."""
     size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
     amount = _amount(points)
     whole = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
@@ -80,17 +82,20 @@ def marked_area(
         return values
 
     border = _marched(placed, *_resolved(placed, table, size, bound))
-    density = whole / size.prod()
+    density, best = whole / size.prod(), (np.inf, 0.0)
     for count in range(ROUNDS + 1):
         places = _vertices(border, size)
         area = _area_inside(places / size, border.following, amount)
         spread, cut = density * _spread(border, places), density * _cut_off(border, places, size)
-        error, allowed = float(spread.sum() + cut.sum()), bound * area
-        if error <= allowed or count == ROUNDS or len(places) > MAX_VERTICES:
+        error, allowed = float(spread.sum() + cut.sum()), bound * max(area, 0.0)
+        best = min(best, (error, area))
+        diverges = error > WORSE * best[0]
+        if error <= allowed or diverges or count == ROUNDS or len(places) > MAX_VERTICES:
             break
         moved, split = _worst(spread, allowed / 4.0), _worst(cut, allowed / 4.0)
         border = _improved(placed, border, places, moved, split[_settled(border, places)[split]])
-    return area, error / area if area > 0.0 else 0.0, whole
+    error, area = best
+    return area, error / area if error > 0.0 else 0.0, whole
 
 
 def _length(points: FloatArray) -> float:
