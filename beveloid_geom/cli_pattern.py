@@ -32,16 +32,27 @@ from .cli_support import (
     "--resolution",
     type=NumberRange(0.01, 100.0),
     metavar="MM",
-    help="Distance of the points on both flanks. Default: a fifteenth of the module.",
+    help="Distance of the points on both flanks. Default: a fifteenth of the module. No areas hang on it.",
+)
+@click.option(
+    "--area-error",
+    type=NumberRange(0.001, 0.5),
+    default=0.01,
+    show_default=True,
+    metavar="SHARE",
+    help="Greatest error of an area, as a share of it, whatever the distance of the points.",
 )
 @override_options
-@click.option("--json", "as_json", is_flag=True, help="Print JSON of areas and extent, mm and rad.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON of areas with their error and extent, mm and rad."
+)
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one point of a flank a row, mm and rad.")
 def pattern(
     design: str,
     flank: str,
     separation: float,
     resolution: float | None,
+    area_error: float,
     as_json: bool,
     as_csv: bool,
     **changes: float | None,
@@ -61,7 +72,8 @@ def pattern(
     if fault:
         raise click.ClickException(f"no pattern: {fault}")  # status 1
     try:
-        found = report.pattern_report(click.format_filename(design), changed, flank, separation, resolution)
+        name = click.format_filename(design)
+        found = report.pattern_report(name, changed, flank, separation, resolution, area_error)
     except UnknownOperationError as error:
         raise click.ClickException(f"no pattern: {str(error).partition(': give')[0]}") from None  # status 1
     except ValueError as error:

@@ -7,7 +7,7 @@ the other one generates.
 
 The separation is the exact distance to the mating flank (`foot.feet`), counted while the foot
 lies on that flank. Along the roll it is sampled, bracketed, and searched for its least value. Where
-the foot leaves the mating flank before, the least value is that at the edge, found by halving.
+the foot leaves the mating flank before, the least value is that at the edge, found by quartering.
 
 The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
 (`first_contact`). The least separation is then positive but for rounding and the interpolation
@@ -29,24 +29,27 @@ from .curvature import MARKING_SEPARATION
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from .foot import feet
 from .inputs import Design, FloatArray, Member
+from .marked_area import marked_area
 from .operating_rolls import Operation, first_contact_operation, given_operation
 from .posing import frames_at
 from .solve import Status
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-HALVINGS, FINER = 20, 4
+QUARTERINGS, FINER = 10, 4
 """Steps to the edge of the mating flank; how much finer steps are made where a change is looked for."""
 GOLDEN, GOLDEN_STEPS = 0.5 * (np.sqrt(5.0) - 1.0), 12
 """Golden section of the last step between samples: to 2e-5 rad, for kinks of the operation; where there
 are none the vertex of a parabola is the standstill to rounding."""
 BLOCK = 8192
 """Points taken at a time, so that the arrays stay in the cache."""
-TRIAL = (13, 13)
-"""Grid on which a tolerance is turned into a density."""
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
 flank's root that the mating tip does not reach."""
+AREA_ERROR = 0.01
+"""Relative error that an area may have unless told otherwise."""
+LEAST_AREA_ERROR = 1e-3
+"""What the interpolation of the rolls leaves of an area."""
 MAX_POINTS = 1_000_000
 ROUNDING = 1e-12
 """Relative: what counts as whole."""
@@ -73,7 +76,8 @@ class MemberPattern:
     `l`, `z`, mm; `points` (nl, nz, 3), own frame, mm; `least`, the least separation, mm, negative
     for overlap; `pinion_roll` at which it occurs, rad; `marked`, whether it is within the
     separation of the pattern; `status`: codes of `PatternStatus`. `area` of the marked region, mm^2,
-    and its share of the active flank, from the root of the least separation, interpolated."""
+    and its share of the active flank; `area_error`, a bound on the relative error of both, whatever
+    the grid."""
 
     l: FloatArray
     z: FloatArray
@@ -84,6 +88,7 @@ class MemberPattern:
     status: NDArray[np.int8]
     area: float
     area_share: float
+    area_error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +115,7 @@ def contact_pattern(
     *,
     resolution: float | None = None,
     tolerance: float | None = None,
+    area_error: float = AREA_ERROR,
     pinion_roll: ArrayLike | None = None,
     gear_roll: ArrayLike | None = None,
 ) -> ContactPattern:
@@ -117,28 +123,36 @@ def contact_pattern(
 
     The grids have points about every `resolution` (mm), or so many that the least separation
     interpolated between them is right to about `tolerance` (mm; a twentieth of the separation unless
-    told otherwise). `pinion_roll` and `gear_roll` (n,), rad: poses of the pair, in the order of the
-    roll, between which its transmission error is interpolated; without them see the module's text.
+    told otherwise). Both are for the grids alone. The areas are found apart from them, each until it is
+    right to the share `area_error` of itself; the `area_error` of a member is the bound that was kept,
+    greater than that asked for only where `marked_area` had to stop before. `pinion_roll` and
+    `gear_roll` (n,), rad: poses of the pair, in the order of the roll, between which its transmission
+    error is interpolated; without them see the module's text.
 
-    Raises ValueError for a batch of designs, lengths that are not positive or too fine, poses of one
-    member only, or where the first contact is not known."""
-    _check(design, separation, resolution, tolerance)
+    Raises ValueError for a batch of designs, lengths or an error of areas that are not positive or too
+    fine, poses of one member only, or where the first contact is not known."""
+    _check(design, separation, resolution, tolerance, area_error)
     operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
     patterns = []
-    for member in (0, 1):
-        approach = approach_of(design, flank, member, operation)
-        rolls = sampled_rolls(design, operation)
+    rolls = sampled_rolls(design, operation)
+    for number, member in enumerate(design.members):
+        side = _Side(member, flank, approach_of(design, flank, number, operation), rolls)
         if resolution is not None:
-            cells = _cells_of_size(design.members[member], resolution)
+            grid = _found_on(side, _cells_of_size(member, resolution))
+            coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
+            found = _found_on(side, CELLS[0]) if coarse else grid
         else:
-            fine = separation / 20.0 if tolerance is None else tolerance
-            cells = _cells_within(design.members[member], flank, approach, rolls, fine, NEAR * separation)
-        patterns.append(_member_pattern(design.members[member], flank, approach, rolls, cells, separation))
+            grid = found = _within(
+                side, separation / 20.0 if tolerance is None else tolerance, NEAR * separation
+            )
+        patterns.append(_member_pattern(side, grid, found, separation, area_error))
     span = float(operation.roll[0]), float(operation.roll[-1])
     return ContactPattern(flank, separation, span, *patterns)
 
 
-def _check(design: Design, separation: float, resolution: float | None, tolerance: float | None) -> None:
+def _check(
+    design: Design, separation: float, resolution: float | None, tolerance: float | None, area_error: float
+) -> None:
     if design.batch_shape:
         raise ValueError(f"a pattern is that of one design, got a batch of the shape {design.batch_shape}")
     if resolution is not None and tolerance is not None:
@@ -147,6 +161,8 @@ def _check(design: Design, separation: float, resolution: float | None, toleranc
     for name, length in lengths.items():
         if length is not None and not 0.0 < length < np.inf:
             raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
+    if not LEAST_AREA_ERROR <= area_error < 1.0:
+        raise ValueError(f"area_error must be from {LEAST_AREA_ERROR:g} to under 1, got {area_error:g}")
 
 
 def approach_of(design: Design, flank: str, member: int, operation: Operation) -> Approach:
@@ -170,17 +186,48 @@ def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
     return np.linspace(operation.roll[0], operation.roll[-1], max(count, 3))
 
 
-def _grid(member: Member, flank: str, cells: tuple[int, int]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """l, z (nl, nz) and points (nl, nz, 3) of a grid evenly spaced in depth and face."""
-    half, root = 0.5 * float(member.face_width), root_parameter(member)
-    z = np.linspace(-half, half, cells[1] + 1)
-    share = np.linspace(0.0, 1.0, cells[0] + 1)[:, None]
-    tip = tip_parameter(member, flank, z)
-    if not np.isfinite(tip).all():
-        raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
-    l = root + share * (tip - root)
-    z = np.broadcast_to(z, l.shape)
-    return l, z, flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """A member's flank and its separation from the mating one over the cycle's `rolls` (n,), rad."""
+
+    member: Member
+    flank: str
+    approach: Approach
+    rolls: FloatArray
+
+    def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the toe."""
+        member, root = self.member, root_parameter(self.member)
+        z = float(member.face_width) * (face - 0.5)
+        tip = tip_parameter(member, self.flank, z)
+        if not np.isfinite(tip).all():
+            raise ValueError(
+                f"the {self.flank} flank does not reach its tip cone: reduce the addendum or the shift"
+            )
+        l = root + depth * (tip - root)
+        z = np.broadcast_to(z, l.shape)
+        return l, z, flank_point(member, self.flank, l, trace_parameter(member, self.flank, l, z))
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound."""
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    least: FloatArray
+    pinion_roll: FloatArray
+    status: NDArray[np.int8]
+
+
+def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
+    """Least separations on a grid evenly spaced in depth and face."""
+    depth, face = (np.linspace(0.0, 1.0, count + 1) for count in cells)
+    l, z, points = side.at(depth[:, None], face)
+    least, roll, status = least_separation(side.approach, points.reshape(-1, 3), side.rolls)
+    shape = l.shape
+    return _Grid(l, z, points, least.reshape(shape), roll.reshape(shape), status.reshape(shape))
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
@@ -198,46 +245,41 @@ def _whole(number: float) -> int:
     return int(np.ceil(number - ROUNDING * number))
 
 
-def _cells_within(
-    member: Member, flank: str, approach: Approach, rolls: FloatArray, tolerance: float, highest: float
-) -> tuple[int, int]:
-    """Cells for which an interpolated least separation is off by about `tolerance`, half of it from
+def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
+    """A grid on which an interpolated least separation is off by about `tolerance`, half of it from
     either direction, judged by second differences where it is a standstill, at most `highest`."""
-    _, _, points = _grid(member, flank, TRIAL)
-    least, _, status = least_separation(approach, points.reshape(-1, 3), rolls)
-    table = np.where((status == PatternStatus.STANDSTILL) & (least <= highest), least, np.nan)
-    table, counts = table.reshape(points.shape[:2]), []
+    grid, counts = _found_on(side, CELLS[0]), []
+    table = np.where((grid.status == PatternStatus.STANDSTILL) & (grid.least <= highest), grid.least, np.nan)
     for axis in (0, 1):
         values = np.moveaxis(table, axis, 0)
         bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
         bend = bend[np.isfinite(bend)]
-        count = TRIAL[axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
+        count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
         counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
-    return counts[0], counts[1]
+    cells = counts[0], counts[1]
+    return grid if cells == CELLS[0] else _found_on(side, cells)
 
 
 def _member_pattern(
-    member: Member,
-    flank: str,
-    approach: Approach,
-    rolls: FloatArray,
-    cells: tuple[int, int],
-    separation: float,
+    side: _Side, grid: _Grid, found: _Grid, separation: float, area_error: float
 ) -> MemberPattern:
-    l, z, points = _grid(member, flank, cells)
-    found, roll, status = least_separation(approach, points.reshape(-1, 3), rolls)
-    least = found.reshape(l.shape)
-    area, whole = _marked_area(points, least, separation)
+    """The pattern on a `grid`, its area from the grid `found`: by the root of the least separation, which
+    grows about evenly both beside the path of contact and beyond the reach of the mating edge."""
+
+    def excess(least: FloatArray) -> FloatArray:
+        return np.where(np.isnan(least), np.inf, np.sqrt(np.maximum(least, 0.0)) - np.sqrt(separation))
+
+    def excess_at(share: FloatArray) -> FloatArray:
+        *_, points = side.at(*share.T)
+        return excess(least_separation(side.approach, points, side.rolls)[0])
+
+    area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
-        l=l,
-        z=z,
-        points=points,
-        least=least,
-        pinion_roll=roll.reshape(l.shape),
-        marked=least <= separation,
-        status=status.reshape(l.shape),
+        **vars(grid),
+        marked=grid.least <= separation,
         area=area,
         area_share=area / whole,
+        area_error=error,
     )
 
 
@@ -254,7 +296,7 @@ def least_separation(
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     points, table, best = points[met], table[:, met], best[met]
-    low, high = (_side(approach, points, table, best, rolls, way) for way in (-1, 1))
+    low, high = _brackets(approach, points, table, best, rolls)
     least[met], at[met] = _refined(approach, points, (low, at[met], high), least[met])
     small = 1e-3 * (rolls[1] - rolls[0])
     for limit, end, way in ((low, 0, -1), (high, len(rolls) - 1, 1)):
@@ -267,25 +309,20 @@ def least_separation(
     return least, at, status
 
 
-def _side(
-    approach: Approach,
-    points: FloatArray,
-    table: FloatArray,
-    best: NDArray[np.int_],
-    rolls: FloatArray,
-    way: int,
-) -> FloatArray:
-    """Rolls (n,) next to the best sample on one side, or where the foot leaves the mating flank before."""
-    beside = np.clip(best + way, 0, len(rolls) - 1)
-    inner, outer = rolls[best], rolls[beside]
-    lost = np.flatnonzero(np.isinf(table[beside, np.arange(len(best))]))
-    valid, beyond = inner[lost], outer[lost]
-    for _ in range(HALVINGS if lost.size else 0):
-        middle = 0.5 * (valid + beyond)
-        held = np.isfinite(approach(points[lost], middle))
-        valid, beyond = np.where(held, middle, valid), np.where(held, beyond, middle)
-    outer[lost] = valid
-    return outer
+def _brackets(
+    approach: Approach, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rolls (n,) next to the best sample on either side, or where the foot leaves the mating flank before."""
+    beside = np.clip(best + np.array([[-1], [1]]), 0, len(rolls) - 1)
+    outer = rolls[beside]
+    way, lost = np.nonzero(np.isinf(table[beside, np.arange(len(best))]))
+    valid, step = rolls[best[lost]], outer[way, lost] - rolls[best[lost]]
+    for _ in range(QUARTERINGS if lost.size else 0):
+        step = 0.25 * step
+        held = np.isfinite(approach(points[lost], valid + step * np.arange(1.0, 4.0)[:, None]))
+        valid = valid + step * np.logical_and.accumulate(held).sum(axis=0)
+    outer[way, lost] = valid
+    return outer[0], outer[1]
 
 
 def _refined(
@@ -324,24 +361,3 @@ def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, Float
     """Least of the values (k, n) along the first axis, and its place."""
     pick = values.argmin(axis=0)[None]
     return np.take_along_axis(values, pick, axis=0)[0], np.take_along_axis(places, pick, axis=0)[0]
-
-
-def _marked_area(points: FloatArray, least: FloatArray, separation: float) -> tuple[float, float]:
-    """Area (mm^2) within the separation, and the whole area. Inside the triangles of a grid the root of
-    the least separation is taken to be linear: it grows with the square of the distance both from
-    the path of contact and beyond the reach of the mating edge.
-
-    Triangles with a corner that never meets the mating flank count as not marked."""
-    index = np.arange(least.size).reshape(least.shape)
-    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]
-    corners = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (d, c, b))])
-    p, q, r = np.moveaxis(points.reshape(-1, 3)[corners], 1, 0)
-    area = 0.5 * np.linalg.norm(np.cross(q - p, r - p), axis=-1)
-    limit, root = np.sqrt(separation), np.sqrt(np.maximum(least.ravel(), 0.0))
-    low, middle, high = np.sort(root[corners], axis=-1).T
-    with np.errstate(invalid="ignore", divide="ignore"):
-        first = (limit - low) ** 2 / ((middle - low) * (high - low))
-        last = 1.0 - (high - limit) ** 2 / ((high - low) * (high - middle))
-        share = np.where(limit < middle, first, np.where(limit < high, last, 1.0))
-        share = np.where((limit <= low) | np.isnan(high), 0.0, share)
-    return float(area @ share), float(area.sum())

@@ -30,19 +30,21 @@ def test_json_and_csv_hold_the_result_of_the_library() -> None:
     assert (data["separation"], data["roll_range"]) == (0.01, list(pattern.roll_range))
     for member, side in (("pinion", pattern.pinion), ("gear", pattern.gear)):
         z = side.z[side.marked]
-        assert data[member] == {
-            "area": side.area, "area_share": side.area_share, "z_range": [z.min(), z.max()]
-        }  # fmt: skip
+        sizes = {"area": side.area, "area_share": side.area_share, "area_error": side.area_error}
+        assert data[member] == {**sizes, "z_range": [z.min(), z.max()]}
         own = [row for row in rows if row["member"] == member]
         least = np.array([float(row["least_mm"] or "nan") for row in own])
         np.testing.assert_array_equal(least, side.least.ravel())
         assert [row["marked"] == "1" for row in own] == side.marked.ravel().tolist()
+        assert {float(row["area_mm2"]) for row in own} == {side.area}
+        assert {float(row["area_error"]) for row in own} == {side.area_error}
 
 
 def test_table_of_table_1() -> None:
     """The unmodified right flanks are in approximate line contact: compound covers nearly all."""
     text = run("--resolution", "0.4").stdout
-    assert "621.5 mm^2 marked, 94.5 % of the active flank" in text
+    assert "621.8 mm^2 marked, 94.6 % of the active flank" in text
+    assert "right to 0.27 % of the area" in text
     assert all(len(line) <= 100 for line in text.splitlines())
 
 

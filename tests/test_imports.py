@@ -21,7 +21,7 @@ FLOORS = (
     *("fillet", "undercut", "closing"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
     "ratio_in_operation",
-    *("operating_rolls", "foot", "curvature", "pattern"),
+    *("operating_rolls", "foot", "curvature", "marked_area", "pattern"),
     *("sensitivity", "statement_measures", "statement_verdicts", "modification_statements"),
     *("error_statements", "statements", "statement_readings"),
     "sliding",
