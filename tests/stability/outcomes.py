@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from beveloid_geom.certificate import Verdict, certify
-from beveloid_geom.closing import remarks_on
 from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.inputs import Design
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.proximity import mesh_contact
@@ -183,13 +183,13 @@ def path_notes(design: Design, flank: str) -> Iterator[str]:
     """What `tca --no-certify` says besides its numbers, of as many positions: the reason without contact,
     or notes."""
     report = contact_report("design", design, flank, 101, "one-equation", certified=False)
-    yield from (report.reason,) if report.reason else report.notes
+    yield from (report.reason,) if report.reason else (remark.text for remark in report.remarks)
 
 
 def all_notes(design: Design, flank: str) -> Iterator[str]:
     """The same with the notes of the certificate."""
     report = contact_report("design", design, flank, POINTS, "one-equation")
-    yield from (report.reason,) if report.reason else report.notes
+    yield from (report.reason,) if report.reason else (remark.text for remark in report.remarks)
 
 
 def checked(design: Design, flank: str) -> Iterator[str]:

@@ -15,8 +15,9 @@ from beveloid_geom.curvature import MARKING_SEPARATION
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Design, Errors
 from beveloid_geom.path import ContactPath, path_of_contact
-from beveloid_geom.report import ContactReport, contact_json, contact_report, first_contact_fault, json_text
+from beveloid_geom.report import ContactReport, contact_json, contact_report, json_text
 from beveloid_geom.report_closing import closing_json, closing_report
+from beveloid_geom.report_notes import first_contact_fault
 from beveloid_geom.report_operation import OperationReport, operation_json, operation_report
 from beveloid_geom.report_pattern import PatternReport, pattern_json, pattern_report
 from beveloid_geom.report_sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
