@@ -170,8 +170,8 @@ def contact_json(report: ContactReport) -> str:
 
 
 def advice_data(advice: Sequence[Advice]) -> list[dict[str, Any]]:
-    """Entries of JSON: each change with all that it needs, mm and rad."""
-    return [dict(vars(one)) for one in advice]
+    """Entries of JSON: each change with all that it needs, mm and rad, and in words."""
+    return [{**vars(one), "text": one.words()} for one in advice]
 
 
 def csv_text(header: Sequence[str], columns: Sequence[Sequence[object]]) -> str:
