@@ -131,9 +131,10 @@ def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
     without backlash that follows: the gear's, the pinion's, each to the nearer of both hands."""
     for name in ("gear", "pinion"):
         fitting = [found for hand in (1.0, -1.0) if (found := _fitted(design, name, hand)) is not None]
-        own = float(getattr(design, name).helix_angle)
-        for found in sorted(fitting, key=lambda one: abs(getattr(one, name).helix_angle - own))[:1]:
-            yield f"helix angle of the {name}", found
+        before = float(getattr(design, name).helix_angle)
+        changes = [abs(float(getattr(found, name).helix_angle) - before) for found in fitting]
+        if changes:
+            yield f"helix angle of the {name}", fitting[int(np.argmin(changes))]
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:

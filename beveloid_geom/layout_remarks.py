@@ -22,7 +22,7 @@ import numpy as np
 from .closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
 from .fillet import root_radius
 from .flank import tip_radius
-from .inputs import FLANK_SIGN, Design, Errors
+from .inputs import FLANK_SIGN, Design, Errors, Quantity
 from .path import ContactPath, path_of_contact
 from .remarks import ERROR, WARNING, Remark, clearance_remarks, in_order, tooth_remarks
 from .report_notes import reason_of
@@ -53,7 +53,7 @@ class Reach:
     crossing: float
 
 
-def crossing_of(cone_angles: Iterable[float], shaft_angle: float) -> float:
+def crossing_of(cone_angles: Iterable[Quantity], shaft_angle: float) -> float:
     """Angle (rad) at which generators of rolling cones cross; NaN where they have no common plane."""
     one, other = (float(angle) for angle in cone_angles)
     cosine = (math.cos(shaft_angle) + math.sin(one) * math.sin(other)) / (math.cos(one) * math.cos(other))

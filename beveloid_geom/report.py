@@ -275,7 +275,8 @@ def contact_table(report: ContactReport) -> str:
     path, mounting = report.path, report.mounting
     text = f"Path of contact of {report.name}, {path.flank} flanks, {report.method} method\n"
     text += layout_line(report.design, mounting) + error_line(report.design.errors)
-    text += parabola_line(report.design) + remark_lines(report.remarks, report.advice)
+    first = [remark for remark in report.remarks if remark.level != NOTE]
+    text += parabola_line(report.design) + remark_lines(first, report.advice)
     ratio = report.contact_ratio
     text += line("contact ratio", "not known" if math.isnan(ratio) else f"{ratio:.6f}")
     if not report.reason:
@@ -288,4 +289,5 @@ def contact_table(report: ContactReport) -> str:
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
         text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+    text += remark_lines([remark for remark in report.remarks if remark.level == NOTE])
     return text if report.reason else f"{text}\n{_position_lines(path)}"
