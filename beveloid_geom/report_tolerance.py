@@ -67,7 +67,7 @@ def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
     if not lost:
         return ()
     level = WARNING if lost >= LOST_SHARE * study.cases else NOTE
-    share = _percent(lost, study.cases)
+    share = f"{100.0 * lost / study.cases:.3g} %"
     text = f"{study.flank} flanks: {share} of mountings have no contact, with errors drawn at random within"
     return (Remark(level, f"{text} {_tolerance_words(study)}"),)
 
