@@ -112,7 +112,7 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
         return
     wanted = float(design.pair.shaft_angle)
     layout = Pair(float(ideal.offset), float(ideal.shaft_angle))
-    turned = abs(layout.shaft_angle - wanted) > HELIX_TOLERANCE
+    turned = abs(float(ideal.shaft_angle) - wanted) > HELIX_TOLERANCE
     if turned:
         yield from _with_helix(design)
     elif design.pair.pinion_mounting is not None or design.pair.gear_mounting is not None:
