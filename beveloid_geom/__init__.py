@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from .certificate import certify as certify
     from .closing import (
         closing_of as closing_of,
-        remarks_on as remarks_on,
         zero_backlash_layout as zero_backlash_layout,
     )
     from .conditioning import rounding_error as rounding_error
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from .flank import base_cylinder as base_cylinder, flank_patch as flank_patch, flank_point as flank_point
     from .hexahedra import tooth_hexahedra as tooth_hexahedra
     from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
+    from .layout_remarks import remarks_on as remarks_on
     from .mounting import mounting_of as mounting_of
     from .operation import mesh_cycle as mesh_cycle
     from .optimise import Aim as Aim, optimise_parabola as optimise_parabola
@@ -100,7 +100,7 @@ _HOME = {
     "path_sensitivity": "sensitivity",
     "read_design": "design_file",
     "refine": "five_equations",
-    "remarks_on": "closing",
+    "remarks_on": "layout_remarks",
     "rounding_error": "conditioning",
     "sample_flank": "sampling",
     "separation": "touch",

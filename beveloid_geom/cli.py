@@ -1,6 +1,6 @@
 """The command `beveloid-geom`.
 
-Exit status: 0 done (`check`: warnings or not), 1 no contact on the flanks or none that could be
+Exit status: 0 done (`check`: errors, warnings or not), 1 no contact on the flanks or none that could be
 followed, 2 bad input.
 """
 
@@ -130,10 +130,12 @@ def design() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one quantity a row, mm and rad.")
 def check(design: str, as_json: bool, as_csv: bool, **changes: float | None) -> None:
-    """Say how well a design closes: offset, shaft angle, backlash.
+    """Say whether a design meshes and how well it closes: offset, shaft angle, backlash.
 
-    Warns of lines of action that do not meet, interference, undercut, pointed teeth, tools whose
-    rounds overlap and small tip clearance. Exit status 0 with or without warnings.
+    Errors: gears that do not reach each other or run into each other, no contact on a flank,
+    interference, each with advice that was tried first. Warnings: lines of action that do not meet, contact
+    that usual errors of assembly lose, edges that touch earlier, undercut, pointed teeth, tools whose rounds
+    overlap. Exit status 0 with or without them.
     """
     require_one_format(as_json, as_csv)
     given = changed_design(load_design(design), changes)

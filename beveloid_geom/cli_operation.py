@@ -66,7 +66,7 @@ def operation(
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
     from . import report_operation as report
-    from .report import first_contact_fault
+    from .report_notes import first_contact_fault
 
     fault = first_contact_fault(changed)
     if fault:

@@ -66,7 +66,7 @@ def pattern(
     changed = changed_design(load_design(design), changes)
     from . import report_pattern as report
     from .operating_rolls import UnknownOperationError
-    from .report import first_contact_fault
+    from .report_notes import first_contact_fault
 
     fault = first_contact_fault(changed)
     if fault:

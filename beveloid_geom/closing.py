@@ -29,30 +29,19 @@ All of it holds for unmodified flanks without assembly errors.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from .assembly import common_normal, layout_of, member_frame, to_fixed
-from .fillet import root_radius
-from .flank import root_parameter, tip_radius, tip_thickness, undercut_margin
+from .assembly import common_normal, layout_of
 from .inputs import Design, FloatArray, Member
 from .mounting import mounting_of
 from .rack import rack_of
-from .undercut import CURE, cut_fault, pointed_part, undercut_of, words_of
 
-OFFSET_TOLERANCE = 1.0 / 60.0
-SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
-"""Differences (modules of the pinion, rad) beyond which a design does not count as closed."""
-INTERFERENCE_TOLERANCE = 1.0 / 6000.0
-"""Overlap (modules of the pinion) that rounded input explains."""
-THIN_TIP = 0.2
-"""Tip thickness in modules below which a tooth is apt to be hardened through or to chip."""
-SMALL_CLEARANCE = 0.1
-"""Tip clearance in modules below which a mounting error or a deflection may use it up."""
 SAMPLES = 721
+HALVINGS = 64
+"""Halvings of the interval between two samples that find a root to the last digit."""
 PARALLEL = 1e-12
 """Sine of a shaft angle below which axes count as parallel: rounding of the helix angles leaves no
 digits of it."""
@@ -96,13 +85,6 @@ class Closing:
     shaft_angle: float
     shaft_angle_difference: float
     reasons: tuple[str, ...] = ()
-
-
-class Remark(NamedTuple):
-    """What is to be known about a design: `level` is 'warning' or 'note'."""
-
-    level: str
-    text: str
 
 
 def _only_single(design: Design) -> None:
@@ -182,13 +164,18 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     )
 
 
-def _roots(function: Callable[[float], float], samples: FloatArray, values: FloatArray) -> list[float]:
-    """Zeros of `function` between samples at which its values change sign."""
-    from scipy.optimize import brentq  # slow to import
-
+def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) -> FloatArray:
+    """Zeros of a vectorised `function` between samples at which its values change sign. All are halved
+    at once: scipy's root finders take longer to import than that."""
+    values = function(samples)
     known = np.isfinite(values[:-1]) & np.isfinite(values[1:])
     cells = np.flatnonzero(known & (np.signbit(values[:-1]) != np.signbit(values[1:])))
-    return [float(brentq(function, samples[i], samples[i + 1], xtol=1e-15, rtol=1e-15)) for i in cells]
+    low, high, below = samples[cells], samples[cells + 1], np.signbit(values[cells])
+    for _ in range(HALVINGS if cells.size else 0):
+        middle = 0.5 * (low + high)
+        same = np.signbit(function(middle)) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return 0.5 * (low + high)
 
 
 def zero_backlash_layout(design: Design) -> ClosedLayout:
@@ -199,17 +186,16 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     where the axes of the one without meet or are parallel."""
     _only_single(design)
 
-    def backlash(pressure_angle: float) -> float:
-        return float(closed_layout(design, np.asarray(pressure_angle)).normal_backlash)
+    def backlash(pressure_angle: FloatArray) -> FloatArray:
+        return closed_layout(design, pressure_angle).normal_backlash
 
     samples = _pressure_angles(design)
-    values = closed_layout(design, samples).normal_backlash
-    lowest = int(np.argmin(values)) if samples.size else 0
-    roots = _roots(backlash, samples[lowest:], values[lowest:])
-    if not roots:
-        reason = "the teeth are too thin in all that close, take more profile shift"
+    lowest = int(np.argmin(backlash(samples))) if samples.size else 0
+    roots = _roots(backlash, samples[lowest:])
+    if not roots.size:
+        reason = "the teeth are too thin in all that close"
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
-    found = closed_layout(design, np.asarray(roots[0]))
+    found = closed_layout(design, roots[0])
     if not float(found.offset) > 0.0:
         cause = "the helix angles nearly cancel, the axes would meet or be parallel"
         raise ValueError(f"no layout without backlash: {cause}")
@@ -241,12 +227,10 @@ def _closing_shaft_angle(design: Design) -> float:
     """Shaft angle (rad) that closes at the design's offset; of several that nearest to the
     design's, NaN if there is none."""
 
-    def excess(pressure_angle: float | FloatArray) -> FloatArray:
-        return closed_layout(design, np.asarray(pressure_angle)).offset - design.pair.offset
+    def excess(pressure_angle: FloatArray) -> FloatArray:
+        return closed_layout(design, pressure_angle).offset - design.pair.offset
 
-    samples = _pressure_angles(design)
-    roots = _roots(lambda pressure_angle: float(excess(pressure_angle)), samples, excess(samples))
-    angles = closed_layout(design, np.array(roots)).shaft_angle
+    angles = closed_layout(design, _roots(excess, _pressure_angles(design))).shaft_angle
     if not angles.size:
         return math.nan
     return float(angles[np.argmin(np.abs(angles - design.pair.shaft_angle))])
@@ -274,104 +258,3 @@ def closing_of(design: Design) -> Closing:
         shaft_angle_difference=shaft_angle - float(design.pair.shaft_angle),
         reasons=tuple(reasons),
     )
-
-
-def _closing_remarks(closing: Closing, module: float) -> Iterator[Remark]:
-    for reason in closing.reasons:
-        yield Remark("warning", reason)
-    off, turned = closing.offset_difference, closing.shaft_angle_difference
-    closed = abs(off) <= OFFSET_TOLERANCE * module and abs(turned) <= SHAFT_ANGLE_TOLERANCE
-    meets = []
-    if not math.isnan(off):
-        meets.append(f"an offset of {closing.offset:.4f} mm ({off:+.4f})")
-    if not math.isnan(turned):
-        at, turned_deg = math.degrees(closing.shaft_angle), math.degrees(turned)
-        meets.append(f"a shaft angle of {at:.4f} deg ({turned_deg:+.4f})")
-    if meets and not closed:
-        apart = "" if math.isnan(closing.gap) else f" pass {closing.gap:.4g} mm apart and"
-        text = f"the design does not close: its lines of action{apart} meet at {' or '.join(meets)}"
-        yield Remark("warning", text)
-    if closing.normal_backlash < -INTERFERENCE_TOLERANCE * module:
-        text = f"the teeth interfere by {-closing.normal_backlash:.4f} mm along the normal"
-        yield Remark("warning", f"{text}: take a larger offset or less profile shift" if closed else text)
-
-
-def tip_clearances(design: Design) -> FloatArray:
-    """Least distances (2,), mm, of the tip cones of pinion and gear from the root cone of the
-    other member, of a single design as mounted, without errors; to about 0.001 mm. NaN where the
-    faces do not stand beside each other or the mounting is not known."""
-    layout, distance = layout_of(design, with_errors=False), mounting_of(design).distance
-    frames = [member_frame(layout, j, 0.0, distance[j]) for j in (0, 1)]
-    turn, share = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 721)[:, None], np.linspace(-0.5, 0.5, 65)
-    least = np.full(2, np.nan)
-    for j, (member, mate) in enumerate((design.members, design.members[::-1])):
-        z = share * float(member.face_width)
-        radius = tip_radius(member, z)
-        tip = np.stack(np.broadcast_arrays(radius * np.cos(turn), radius * np.sin(turn), z), axis=-1)
-        rotation, origin = frames[1 - j]
-        x, y, along = np.moveaxis((to_fixed(frames[j], tip) - origin) @ rotation, -1, 0)
-        gap = (np.hypot(x, y) - root_radius(mate, along)) * np.cos(float(mate.cone_angle))
-        beside = np.abs(along) <= 0.5 * float(mate.face_width)
-        least[j] = gap[beside].min() if beside.any() else np.nan
-    return least
-
-
-def _clearance_remarks(design: Design) -> Iterator[Remark]:
-    for name, mate, member, clearance in zip(
-        ("pinion", "gear"), ("gear", "pinion"), design.members, tip_clearances(design), strict=True
-    ):
-        module = float(member.tool.normal_module)
-        if clearance <= 0.0:
-            text = f"the tips of the {name} run {-clearance:.3g} mm into the bottom lands of the {mate}"
-            yield Remark("warning", f"{text}: take a larger offset, a lower addendum or a deeper tool")
-        elif clearance < SMALL_CLEARANCE * module:
-            size = f"{clearance:.3g} mm, {clearance / module:.2g} modules"
-            yield Remark("note", f"the tip clearance of the {name} is small: {size}")
-
-
-def _undercut_remarks(name: str, member: Member) -> Iterator[Remark]:
-    for flank in ("right", "left"):
-        text = f"the {flank} flank of the {name} is undercut"
-        try:
-            found = undercut_of(member, flank)
-        except ValueError as error:
-            if flank == "right":
-                yield Remark("warning", f"the fillets of the {name} cannot be cut: {error}")
-            if not float(undercut_margin(member, flank)) > 0.0:
-                yield Remark("warning", f"{text}: {CURE}")
-            continue
-        if found.undercut:
-            active = not np.all(found.start <= float(root_parameter(member)))
-            level, where = ("warning", "") if active else ("note", " below its active part")
-            yield Remark(level, f"{text}{where} {words_of(found)}: {CURE}")
-
-
-def _tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
-    if fault := cut_fault(member):
-        yield Remark("warning", f"the flanks of the {name} cannot be cut: {fault}")
-        return
-    yield from _undercut_remarks(name, member)
-    module, pointed = float(member.tool.normal_module), pointed_part(member)
-    for end, z, part in (("heel", 0.5, "from {0:.4g} mm on"), ("toe", -0.5, "up to {1:.4g} mm")):
-        thickness = float(tip_thickness(member, z * float(member.face_width)))
-        if math.isnan(thickness):
-            yield Remark("warning", f"the flanks of the {name} do not reach its tip cone at the {end}")
-        elif thickness <= 0.0:
-            text = f"the tooth of the {name} is pointed at the {end}, {part.format(*pointed)}"
-            yield Remark("warning", f"{text}: take less profile shift or a lower addendum")
-        elif thickness < THIN_TIP * module:
-            at = f"{thickness:.3g} mm, {thickness / module:.2g} modules, at the {end}"
-            yield Remark("note", f"the tooth tip of the {name} is thin: {at}")
-
-
-def remarks_on(design: Design, closing: Closing | None = None) -> tuple[Remark, ...]:
-    """Warnings: the design does not close (by more than OFFSET_TOLERANCE or
-    SHAFT_ANGLE_TOLERANCE), the teeth interfere, tips run into bottom lands, the tool's rounds overlap,
-    an active flank is undercut, a tooth is pointed; notes: undercut below the active flank, a
-    thin tooth tip, a small tip clearance. Raises ValueError for arrays."""
-    closing = closing_of(design) if closing is None else closing
-    found = list(_closing_remarks(closing, float(design.pinion.tool.normal_module)))
-    for name, member in (("pinion", design.pinion), ("gear", design.gear)):
-        found += _tooth_remarks(name, member)
-    found += _clearance_remarks(design)
-    return tuple(found)

@@ -19,11 +19,13 @@ import numpy as np
 
 from .certificate import Certificate, Verdict, certify
 from .contact import Limit
-from .fillet import tool_round
 from .inputs import Design, Errors
+from .layout_advice import Advice, advice_on
+from .layout_remarks import layout_remarks
 from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
-from .report_notes import notes_of, reason_of
+from .remarks import NOTE, Remark, in_order, remarks_data
+from .report_notes import first_contact_fault, path_remarks, reason_of
 from .solve import Status
 
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
@@ -51,8 +53,8 @@ class ContactReport:
     """A path of contact with all that it is to be read with.
 
     `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
-    asked for; `reason` why there is no contact on the flanks, None if there is; `notes` what a
-    contact ratio or a path does not."""
+    asked for; `reason` why there is no contact on the flanks, None if there is; `remarks` on layout and
+    path, what matters most first; `advice` what to change about a layout without contact."""
 
     name: str
     design: Design
@@ -61,7 +63,8 @@ class ContactReport:
     mounting: Mounting
     certificate: Certificate | None
     reason: str | None
-    notes: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+    advice: tuple[Advice, ...]
 
     @property
     def contact_ratio(self) -> float:
@@ -83,20 +86,12 @@ def contact_report(
     reason = reason_of(path)
     fault = first_contact_fault(design)
     certificate = certify(path) if certified and not reason and not fault else None
-    notes = () if reason else notes_of(path, certificate)
+    remarks = [*layout_remarks(design, flanks=(flank,)), *path_remarks(path, certificate)]
     if fault and certified and not reason:
-        notes = (*notes, f"whether something touches earlier is not known: {fault}")
-    return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)
-
-
-def first_contact_fault(design: Design) -> str | None:
-    """Why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
-    for name, member in zip(("pinion", "gear"), design.members, strict=True):
-        try:
-            tool_round(member.tool, "right")
-        except ValueError as error:
-            return f"{name}: {error}"
-    return None
+        remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {fault}"))
+    advice = advice_on(design) if reason else ()
+    mounting = mounting_of(design)
+    return ContactReport(name, design, method, path, mounting, certificate, reason, in_order(remarks), advice)
 
 
 def verdict_name(verdict: int) -> str:
@@ -160,7 +155,7 @@ def contact_json(report: ContactReport) -> str:
         "parabola": {"pinion": report.design.pinion.tool.parabola, "gear": report.design.gear.tool.parabola},
         "ends": {"enter": _end_data(path.ends.enter), "leave": _end_data(path.ends.leave)},
         "path": {name: getattr(path, name) for name in PATH_FIELDS},
-        "notes": report.notes,
+        **remarks_data(report.remarks),
     }
     data["path"]["status"] = [status_name(code) for code in path.status]
     if report.certificate is not None:
@@ -170,7 +165,13 @@ def contact_json(report: ContactReport) -> str:
         }
     if report.reason:
         data["reason"] = report.reason
+        data["advice"] = advice_data(report.advice)
     return json_text(data)
+
+
+def advice_data(advice: Sequence[Advice]) -> list[dict[str, Any]]:
+    """Entries of JSON: each change with all that it needs, mm and rad, and in words."""
+    return [{**vars(one), "text": one.words()} for one in advice]
 
 
 def csv_text(header: Sequence[str], columns: Sequence[Sequence[object]]) -> str:
@@ -210,6 +211,12 @@ def line(label: str, text: str) -> str:
     """A line of a table: a label, and text that is broken where it is long."""
     indent = " " * 21
     return textwrap.fill(f"{label:<19}{text}", 100, initial_indent="  ", subsequent_indent=indent) + "\n"
+
+
+def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> str:
+    """Lines of a table: what was found, what matters most first, and what to change."""
+    text = "".join(line(remark.level, remark.text) for remark in remarks)
+    return text + "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
 
 
 def _stand_words(mounting: Mounting) -> str:
@@ -268,7 +275,8 @@ def contact_table(report: ContactReport) -> str:
     path, mounting = report.path, report.mounting
     text = f"Path of contact of {report.name}, {path.flank} flanks, {report.method} method\n"
     text += layout_line(report.design, mounting) + error_line(report.design.errors)
-    text += parabola_line(report.design)
+    first = [remark for remark in report.remarks if remark.level != NOTE]
+    text += parabola_line(report.design) + remark_lines(first, report.advice)
     ratio = report.contact_ratio
     text += line("contact ratio", "not known" if math.isnan(ratio) else f"{ratio:.6f}")
     if not report.reason:
@@ -281,5 +289,5 @@ def contact_table(report: ContactReport) -> str:
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
         text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
-    text += "".join(line("note", note) for note in report.notes)
+    text += remark_lines([remark for remark in report.remarks if remark.level == NOTE])
     return text if report.reason else f"{text}\n{_position_lines(path)}"

@@ -6,21 +6,27 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from .closing import ClosedLayout, Closing, Remark, closing_of, remarks_on, zero_backlash_layout
+from .closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
 from .inputs import Design
+from .layout_advice import Advice, advice_on, findings_on
+from .layout_remarks import meshes
 from .mounting import mounting_of
-from .report import csv_text, json_text, layout_data, layout_line, line
+from .remarks import Remark, quiet, remarks_data
+from .report import advice_data, csv_text, json_text, layout_data, layout_line, line, remark_lines
 
 
 @dataclass(frozen=True, eq=False)
 class ClosingReport:
-    """How well a single design closes; `ideal` is the layout without backlash or why there is none."""
+    """How well a single design closes; `ideal` is the layout without backlash or why there is none,
+    `remarks` all there is to know of layout, teeth and paths, what matters most first, `advice` what to
+    change about the layout."""
 
     name: str
     design: Design
     closing: Closing
     ideal: ClosedLayout | str
     remarks: tuple[Remark, ...]
+    advice: tuple[Advice, ...]
 
 
 def closing_report(name: str, design: Design) -> ClosingReport:
@@ -31,20 +37,20 @@ def closing_report(name: str, design: Design) -> ClosingReport:
         ideal = zero_backlash_layout(design)
     except ValueError as error:
         ideal = str(error)
-    return ClosingReport(name, design, closing, ideal, remarks_on(design, closing))
+    return ClosingReport(name, design, closing, ideal, findings_on(design, closing), advice_on(design))
 
 
 def closing_json(report: ClosingReport) -> str:
     """Strict JSON of how well a design closes, mm and rad."""
-    ideal, remarks = report.ideal, report.remarks
+    ideal = report.ideal
     return json_text(
         {
             "design": report.name,
             **layout_data(report.design, mounting_of(report.design)),
             "closing": dict(vars(report.closing)),
             "zero_backlash": None if isinstance(ideal, str) else dict(vars(ideal)),
-            "warnings": [remark.text for remark in remarks if remark.level == "warning"],
-            "notes": [remark.text for remark in remarks if remark.level != "warning"],
+            **remarks_data(report.remarks),
+            "advice": advice_data(report.advice),
         }
     )
 
@@ -67,6 +73,10 @@ def closing_csv(report: ClosingReport) -> str:
     if isinstance(ideal, str):
         rows.append(("zero_backlash", "reason", "", ideal))
     rows += [("remark", remark.level, "", remark.text) for remark in report.remarks]
+    for number, advice in enumerate(report.advice, 1):
+        rows.append((f"advice {number}", "change", "", advice.change))
+        units = ((key, value) for key, value in vars(advice).items() if key != "change")
+        rows += [(f"advice {number}", key, "rad" if "angle" in key else "mm", value) for key, value in units]
     return csv_text(["group", "quantity", "unit", "value"], list(zip(*rows, strict=True)))
 
 
@@ -83,20 +93,19 @@ def closing_table(report: ClosingReport) -> str:
     """Readable account of how well a design closes."""
     closing, ideal, mounting = report.closing, report.ideal, mounting_of(report.design)
     text = f"How well {report.name} closes (unmodified flanks, without errors)\n"
-    text += layout_line(report.design, mounting)
-    if not math.isnan(closing.gap):
+    text += layout_line(report.design, mounting) + remark_lines(report.remarks, report.advice)
+    if meshes(report.design):  # without contact there is no pitch point for them to hold at
         text += line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
         text += line("lines of action", f"pass {closing.gap:.4f} mm apart")
         text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
-    if not math.isnan(closing.offset):
-        at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
-        text += line("closes at", at)
-    if not math.isnan(closing.shaft_angle):
-        angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
-        text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
+        if not math.isnan(closing.offset):
+            at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
+            text += line("closes at", at)
+        if not math.isnan(closing.shaft_angle):
+            angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
+            text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
     text += line("zero backlash", ideal if isinstance(ideal, str) else _ideal_words(ideal))
-    text += "".join(line(remark.level, remark.text) for remark in report.remarks)
-    return text if report.remarks else text + "No warnings.\n"
+    return text + "No warnings.\n" if quiet(report.remarks) else text
 
 
 def _ideal_words(ideal: ClosedLayout) -> str:

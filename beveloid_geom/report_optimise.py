@@ -12,7 +12,17 @@ from .certificate import Verdict
 from .inputs import Design
 from .mounting import mounting_of
 from .optimise import Aim, Optimum
-from .report import contact_report, csv_text, error_line, json_text, layout_data, layout_line, line
+from .remarks import remarks_data
+from .report import (
+    contact_report,
+    csv_text,
+    error_line,
+    json_text,
+    layout_data,
+    layout_line,
+    line,
+    remark_lines,
+)
 
 ARCSEC = math.degrees(3600.0)
 POINTS = 21
@@ -37,7 +47,7 @@ def optimum_json(name: str, design: Design, aim: Aim, flank: str, optimum: Optim
         "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
         "found": dict(vars(optimum.found)),
         "given": dict(vars(optimum.given)),
-        "notes": report.notes,
+        **remarks_data(report.remarks),
     }
     if report.certificate is not None:
         first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
@@ -71,7 +81,7 @@ def optimum_table(name: str, design: Design, aim: Aim, flank: str, optimum: Opti
     if report.certificate is not None:
         first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
         text += line("certified", f"{first} of {POINTS} positions: nothing on this side touches earlier")
-    text += "".join(line("note", note) for note in report.notes)
+    text += remark_lines(report.remarks)
     text += f"\n{'':<22}{'found':>14}{'as given':>14}\n"
     for figure, label, scale, digits in SHOWN:
         both = (scale * float(getattr(paths, figure)) for paths in (optimum.found, optimum.given))

@@ -10,6 +10,7 @@ import numpy as np
 from .contact import Limit
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
+from .remarks import NOTE, WARNING, Remark, remarks_data
 from .report import (
     csv_text,
     error_line,
@@ -18,6 +19,7 @@ from .report import (
     layout_line,
     line,
     parabola_line,
+    remark_lines,
     status_name,
 )
 from .tolerance import ERROR_NAMES, PLACES, SHARES, ToleranceStudy
@@ -38,6 +40,9 @@ SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SHOWN_LIMITS = 8
 """Pairs of limits that a table names."""
 LABEL, WIDTH = 22, 11
+LOST_SHARE = 0.0027
+"""Share of mountings without contact from which it is a warning: so many of a normal distribution lie
+outside a tolerance of three standard deviations anyway."""
 
 
 def limit_name(limit: int) -> str:
@@ -54,6 +59,17 @@ def _nominal(study: ToleranceStudy) -> dict[str, Any]:
 def below_one(study: ToleranceStudy) -> int:
     """Mountings with a path whose contact ratio is below 1."""
     return int(np.count_nonzero(study.mountings.contact_ratio[study.mountings.solved] < 1.0))
+
+
+def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
+    """Which share of the mountings has no contact, if any has none."""
+    lost = study.cases - int(np.count_nonzero(study.mountings.solved))
+    if not lost:
+        return ()
+    level = WARNING if lost >= LOST_SHARE * study.cases else NOTE
+    share = f"{100.0 * lost / study.cases:.3g} %"
+    text = f"{study.flank} flanks: {share} of mountings have no contact, with errors drawn at random within"
+    return (Remark(level, f"{text} {_tolerance_words(study)}"),)
 
 
 def tolerance_json(name: str, design: Design, study: ToleranceStudy) -> str:
@@ -75,6 +91,7 @@ def tolerance_json(name: str, design: Design, study: ToleranceStudy) -> str:
         ],
         "contact_ratio_below_1": below_one(study),
         "quantiles": {"share": SHARES, **study.quantiles()},
+        **remarks_data(tolerance_remarks(study)),
     }
     return json_text(data)
 
@@ -98,7 +115,7 @@ def tolerance_table(name: str, design: Design, study: ToleranceStudy) -> str:
     """Readable summary of a study, at most 100 characters wide, in mm, deg and arc seconds."""
     text = f"Tolerance study of {name}, {study.flank} flanks: {study.cases} mountings, seed {study.seed}\n"
     text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
-    text += line("tolerances", _tolerance_words(study))
+    text += line("tolerances", _tolerance_words(study)) + remark_lines(tolerance_remarks(study))
     counts = (
         f"{status_name(status).replace('_', ' ')} {_percent(count, study.cases)}"
         for status, count in study.status_counts().items()

@@ -83,7 +83,8 @@ def test_installed_command_prints_a_table() -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in lines[1]
-    assert len(lines) == 9 + 5
+    assert sum(line.startswith("  note ") for line in lines) == 1
+    assert len(lines) == 9 + 3 + 5
 
 
 def test_installed_command_refuses_an_unknown_file() -> None:
@@ -254,7 +255,7 @@ def test_notes_where_something_touches_earlier(
 ) -> None:
     options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
     data = tca("--flank", flank, *options)
-    notes, verdicts = data["notes"], data["certificate"]["verdict"]
+    notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
     assert all(any(words in note for note in notes) for words in said)
     assert any("not an operating one" in note for note in notes) is bool(said)
     assert all(verdict == "first_contact" for verdict in verdicts) is not bool(said)
@@ -271,8 +272,8 @@ def test_a_tool_without_a_fitting_round_leaves_the_path() -> None:
 
 
 def test_negative_backlash_is_noted(design_file: Callable[..., Path]) -> None:
-    notes = tca(design_file("offset = 229.0", "offset = 228.7"))["notes"]
-    assert any("backlash is -" in note and "interfere" in note for note in notes)
+    errors = tca(design_file("offset = 229.0", "offset = 228.7"))["errors"]
+    assert errors == ["the teeth interfere by 0.3062 mm along the normal"]
 
 
 def test_check_takes_parabolas() -> None:
@@ -288,9 +289,9 @@ def test_positions_need_not_be_certified() -> None:
 
 
 def test_note_on_a_design_that_does_not_close(design_file: Callable[..., Path]) -> None:
-    notes = tca(design_file("offset = 229.0", "offset = 229.3"))["notes"]
-    assert notes[0].startswith("the design does not close")
-    assert "-0.225 mm" in notes[0]
+    warnings = tca(design_file("offset = 229.0", "offset = 229.3"))["warnings"]
+    assert warnings[0].startswith("the design does not close")
+    assert "are 6.622 mm apart" in warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -381,7 +382,8 @@ def test_check_as_json() -> None:
     assert data["closing"]["shaft_angle_difference"] == pytest.approx(math.radians(-0.0021), abs=1e-6)
     assert data["zero_backlash"]["offset"] == pytest.approx(228.84, abs=0.005)
     assert len(data["zero_backlash"]["mounting"]) == 2
-    assert data["warnings"] == data["notes"] == []
+    assert data["errors"] == data["warnings"] == data["advice"] == []
+    assert [text.split(":")[0] for text in data["notes"]] == ["right flanks"]
 
 
 @pytest.mark.parametrize(
@@ -399,7 +401,7 @@ def test_check_warns_and_succeeds(design_file: Callable[..., Path], old: str, ne
     assert (result.exit_code, result.stderr) == (0, "")
     assert "No warnings" not in result.stdout
     data = strict_json(run("check", "--json", path).stdout)
-    assert any(warning in text for text in data["warnings"])
+    assert any(warning in text for text in data["errors"] + data["warnings"])
     assert "nan" not in result.stdout
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import subprocess
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +21,10 @@ from click.testing import CliRunner
 
 from beveloid_geom.cli import main as beveloid_geom
 from beveloid_geom.design_file import builtin_design, builtin_text
-from beveloid_geom.inputs import Errors
-from beveloid_geom.tolerance import Tolerances, tolerance_study
+from beveloid_geom.inputs import Design, Errors, Pair
+from beveloid_geom.layout_advice import findings_on
+from beveloid_geom.report_tolerance import tolerance_json, tolerance_remarks
+from beveloid_geom.tolerance import USUAL, Tolerances, tolerance_study
 from viz.page import svg
 from viz.page.data import CLOUD, SECTIONS, Settings, _cloud, is_papers
 from viz.page.page import looked_up, number_of, script_json, with_code
@@ -119,6 +124,52 @@ def test_nothing_is_fetched(page: Page, text: str) -> None:
     assert "http" not in policy
 
 
+def test_it_says_which_file_when_and_which_version(page: Page) -> None:
+    """Near the top, before the contents; and the numbers that are saved carry it too."""
+    data, head = page.json("data"), page.words[: page.words.index("Paths and patterns")]
+    assert (data["name"], data["version"]) == (str(NAME), version("beveloid-geom"))
+    made = datetime.fromisoformat(data["made"])
+    assert abs(datetime.now(UTC) - made) < timedelta(hours=2)
+    assert f"Design file {NAME} , page made {made:%Y-%m-%d %H:%M}" in head
+    assert f"by beveloid-geom {data['version']}" in head
+    assert page.words.count(f"Numbers of {NAME}") >= 6
+
+
+def test_what_was_found_leads_the_summary(page: Page) -> None:
+    """All that `check` and `tca` say and the share of lost mountings, warnings before the numbers."""
+    data, words = page.json("data"), " ".join(page.words.split())
+    summary = words[words.index("Summary", words.index("Terms")) :]
+    table = summary.index("contact ratio by Eq. 16")
+    sections = [data["check"], *data["tca"].values(), *data["tolerance"].values()]
+    for level, before in (("errors", True), ("warnings", True), ("notes", False)):
+        for text in (text for section in sections for text in section[level]):
+            assert (summary.index(" ".join(text.replace("`", " ").split())) < table) is before
+    assert any("an edge touches earlier" in text for text in data["check"]["warnings"])
+
+
+def test_lost_mountings_are_a_warning() -> None:
+    """A pair of its own, whose right flanks lose contact in some 15 % of the mountings."""
+    table1 = builtin_design()
+    tool = replace(table1.pinion.tool, normal_module=4.0)
+    pinion = replace(table1.pinion, tool=tool, teeth=25)
+    gear = replace(
+        table1.gear, tool=tool, teeth=31, cone_angle=math.radians(5.0), helix_angle=math.radians(-6.64)
+    )
+    design = Design(pinion, gear, Pair(111.6066, math.radians(20.0)))
+    study = tolerance_study(design, USUAL, "right", 100)
+    (remark,) = tolerance_remarks(study)
+    share = 1.0 - np.count_nonzero(study.mountings.solved) / study.cases
+    assert 0.08 < share < 0.25
+    assert remark.level == "warning"
+    assert remark.text.startswith(f"right flanks: {100.0 * share:.3g} % of mountings have no contact")
+    assert json.loads(tolerance_json("own", design, study))["warnings"] == [remark.text]
+    told = [found.text for found in findings_on(design) if found.level == "warning"]
+    assert told[0].startswith("right flanks: sensitive to errors")
+    assert "0.01 deg of shaft angle shifts the path on the pinion by 57.3 mm along its face" in told[0]
+    assert told[1].endswith("at an error of shaft angle +0.01 deg or shaft angle -0.01 deg")
+    assert tolerance_remarks(tolerance_study(design, USUAL, "left", 100)) == ()
+
+
 def test_a_name_cannot_become_code(page: Page, text: str) -> None:
     assert str(NAME) in page.words
     assert page.json("data")["tca"]["left"]["design"] == str(NAME)
@@ -205,7 +256,7 @@ def test_a_section_that_fails_leaves_the_others_and_two_runs_give_the_same_bytes
         subprocess.Popen(
             [*COMMAND, *options, f"{seed}.html"],
             cwd=tmp_path,
-            env={**os.environ, "PYTHONHASHSEED": seed},
+            env={**os.environ, "PYTHONHASHSEED": seed, "SOURCE_DATE_EPOCH": "86400"},
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
@@ -218,6 +269,7 @@ def test_a_section_that_fails_leaves_the_others_and_two_runs_give_the_same_bytes
     one, two = ((tmp_path / f"{seed}.html").read_bytes() for seed in "12")
     assert one == two
     page = Page(one.decode())
+    assert page.json("data")["made"] == "1970-01-02T00:00:00+00:00"
     data, shown = page.json("data"), {attributes["data-key"]: text for attributes, text in page.cells}
     for flank in ("right", "left"):
         assert data["operation"][flank]["reason"].startswith("no first contact: pinion: tip_radius 0.38")

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from beveloid_geom.certificate import Verdict, certify
-from beveloid_geom.closing import remarks_on
 from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.inputs import Design
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.proximity import mesh_contact
-from beveloid_geom.report import contact_report
+from beveloid_geom.report import ContactReport, contact_report
 from beveloid_geom.solve import Status
 
 from .answers import SIZE, size_of
@@ -179,17 +179,27 @@ def _told(situation: Situation, design: Design, flank: str) -> str:
     return f'"{situation.told}"' if said else f"NOT TOLD, but: {' | '.join(texts)}"
 
 
+OF_ASSEMBLY = ("sensitive to errors", "contact is lost within usual tolerances")
+"""Remarks on how a pair answers other errors than it has, which no method is the cause of."""
+
+
+def on_method(report: ContactReport) -> Iterator[str]:
+    """The remarks of a path but for those on errors of assembly."""
+    texts = (remark.text for remark in report.remarks)
+    return (text for text in texts if not any(words in text for words in OF_ASSEMBLY))
+
+
 def path_notes(design: Design, flank: str) -> Iterator[str]:
     """What `tca --no-certify` says besides its numbers, of as many positions: the reason without contact,
     or notes."""
     report = contact_report("design", design, flank, 101, "one-equation", certified=False)
-    yield from (report.reason,) if report.reason else report.notes
+    yield from (report.reason,) if report.reason else on_method(report)
 
 
 def all_notes(design: Design, flank: str) -> Iterator[str]:
     """The same with the notes of the certificate."""
     report = contact_report("design", design, flank, POINTS, "one-equation")
-    yield from (report.reason,) if report.reason else report.notes
+    yield from (report.reason,) if report.reason else on_method(report)
 
 
 def checked(design: Design, flank: str) -> Iterator[str]:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from beveloid_geom.certificate import certify
-from beveloid_geom.closing import closing_of, remarks_on, zero_backlash_layout
+from beveloid_geom.closing import closing_of, zero_backlash_layout
 from beveloid_geom.design_file import DesignError, builtin_text, parse_design
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.inputs import Design, Pair
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, contact_ratio, path_of_contact
 from beveloid_geom.proximity import mesh_contact
@@ -135,7 +136,7 @@ def test_two_spur_members_have_no_layout(cones: tuple[float, float]) -> None:
         "the lines of action do not meet at a shaft angle of 15 deg: no offset closes it",
         "no shaft angle closes it at an offset of 229 mm",
     )
-    assert [remark.level for remark in remarks_on(spur)][:2] == ["warning", "warning"]
+    assert [remark.level for remark in remarks_on(spur)][:2] == ["error", "error"]
 
 
 def test_a_file_with_helix_angles_that_cancel_is_refused_in_one_line() -> None:

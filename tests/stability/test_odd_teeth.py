@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from beveloid_geom.certificate import Verdict, certify
-from beveloid_geom.closing import remarks_on
 from beveloid_geom.contact import Limit
 from beveloid_geom.first_contact import FirstStatus, first_contact
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.flank import tip_radius, tip_thickness, undercut_margin
 from beveloid_geom.inputs import Design, Errors
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.posing import meshing_pair
 from beveloid_geom.proximity import mesh_contact

@@ -9,13 +9,13 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.closing import remarks_on
 from beveloid_geom.design_file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design_limits import parabola_limit
 from beveloid_geom.first_contact import first_contact
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.flank import active_range, flank_point, highest_parameter, root_parameter, tip_thickness
 from beveloid_geom.inputs import FloatArray
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.posing import meshing_pair
 from beveloid_geom.proximity import mesh_contact

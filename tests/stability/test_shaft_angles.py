@@ -12,11 +12,12 @@ import pytest
 from scipy.optimize import brentq
 
 from beveloid_geom.certificate import certify
-from beveloid_geom.closing import closing_of, closing_offset, remarks_on, zero_backlash_layout
+from beveloid_geom.closing import closing_of, closing_offset, zero_backlash_layout
 from beveloid_geom.conditioning import rounding_error
 from beveloid_geom.design_file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.inputs import Design, Errors, Pair
+from beveloid_geom.layout_remarks import remarks_on
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.proximity import mesh_contact

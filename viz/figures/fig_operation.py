@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom.inputs import Design, FloatArray
-from beveloid_geom.report import first_contact_fault
+from beveloid_geom.report_notes import first_contact_fault
 from beveloid_geom.report_operation import OperationReport, operation_report
 
 from .. import theme

@@ -17,7 +17,7 @@ from beveloid_geom.flank import flank_patch, flank_point, root_parameter, tip_pa
 from beveloid_geom.inputs import Design, FloatArray, Member
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.pattern import ContactPattern, contact_pattern
-from beveloid_geom.report import first_contact_fault
+from beveloid_geom.report_notes import first_contact_fault
 from beveloid_geom.sampling import grid_faces
 from beveloid_geom.touch import separation
 

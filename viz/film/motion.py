@@ -17,8 +17,7 @@ from beveloid_geom.curvature import MARKING_SEPARATION
 from beveloid_geom.first_contact import FirstContact, first_contact, mesh_of
 from beveloid_geom.inputs import Design, FloatArray, Member
 from beveloid_geom.posing import frames_at
-from beveloid_geom.report import first_contact_fault
-from beveloid_geom.report_notes import reason_of
+from beveloid_geom.report_notes import first_contact_fault, reason_of
 from beveloid_geom.report_operation import OperationReport, operation_report
 from beveloid_geom.surface import cut_at, surface_of
 

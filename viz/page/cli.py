@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -123,6 +124,12 @@ def settings_of(design: Design, sizes: tuple[float, float, float, float], cases:
     return Settings(given, True, cases, seed)
 
 
+def _now() -> datetime:
+    """The time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every run."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    return datetime.now(UTC).astimezone() if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
+
+
 def _made(
     name: str, design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int
 ) -> tuple[PageData, str]:
@@ -146,6 +153,6 @@ def _made(
         progress("view")
         from .view_data import view_data
 
-        text = page_text(data, drawn, view_data(design))
+        text = page_text(data, drawn, view_data(design), _now())
         bar.set_postfix_str("")
     return data, text

@@ -15,14 +15,16 @@ from beveloid_geom.curvature import MARKING_SEPARATION
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.inputs import Design, Errors
 from beveloid_geom.path import ContactPath, path_of_contact
-from beveloid_geom.report import ContactReport, contact_json, contact_report, first_contact_fault, json_text
+from beveloid_geom.remarks import Remark, in_order
+from beveloid_geom.report import ContactReport, contact_json, contact_report, json_text
 from beveloid_geom.report_closing import closing_json, closing_report
+from beveloid_geom.report_notes import first_contact_fault
 from beveloid_geom.report_operation import OperationReport, operation_json, operation_report
 from beveloid_geom.report_pattern import PatternReport, pattern_json, pattern_report
 from beveloid_geom.report_sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
 from beveloid_geom.report_sliding import SlidingReport, sliding_json, sliding_report
 from beveloid_geom.report_statements import statements_json
-from beveloid_geom.report_tolerance import tolerance_json
+from beveloid_geom.report_tolerance import tolerance_json, tolerance_remarks
 from beveloid_geom.statements import paper_statements
 from beveloid_geom.tolerance import USUAL, Tolerances, ToleranceStudy, mounted, tolerance_study
 
@@ -69,13 +71,15 @@ class FlankResults:
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """The page's contents: results by flank, and `numbers`, the JSON by section and flank."""
+    """The page's contents: results by flank, `numbers`, the JSON by section and flank, and `remarks`, all
+    that was found, what matters most first."""
 
     name: str
     design: Design
     settings: Settings
     flanks: dict[str, FlankResults]
     numbers: dict[str, Any]
+    remarks: tuple[Remark, ...]
 
     @cached_property
     def found(self) -> bool:
@@ -99,7 +103,8 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     Raises ValueError for tolerances that do not suit the design, if they were given."""
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
     progress("check")
-    numbers["check"] = json.loads(closing_json(closing_report(name, design)))
+    checked = closing_report(name, design)
+    numbers["check"] = json.loads(closing_json(checked))
     flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
@@ -107,7 +112,10 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     if is_papers(design):
         judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
         numbers["statements"] = json.loads(statements_json(judged))
-    return PageData(name, design, settings, flanks, numbers)
+    studies = [results.study for results in flanks.values() if results.study is not None]
+    shares = [remark for study in studies for remark in tolerance_remarks(study)]
+    paths = [remark for results in flanks.values() for remark in results.contact.remarks]
+    return PageData(name, design, settings, flanks, numbers, in_order([*shares, *checked.remarks, *paths]))
 
 
 def _flank_results(

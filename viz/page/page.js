@@ -18,7 +18,7 @@
     const text = document.getElementById("data").textContent;
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
-    link.download = "report.json";
+    link.download = `${JSON.parse(text).name.split(/[\\/]/).pop().replace(/\.toml$/i, "")}.json`;
     link.click();
     URL.revokeObjectURL(link.href);
   });

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
+from datetime import datetime
 from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
@@ -16,6 +17,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from beveloid_geom.cli_support import BUILTIN_DESIGN
+from beveloid_geom.remarks import quiet
 from beveloid_geom.report_sensitivity import STEPS
 from beveloid_geom.report_tolerance import SHOWN_SHARES
 from beveloid_geom.tolerance import SHARES
@@ -128,8 +131,8 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def page_text(data: PageData, drawn: Charts, view: dict[str, Any]) -> str:
-    """The whole page; `view` is the data of the view in 3D."""
+def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
+    """The whole page, `made` when; `view` is the data of the view in 3D."""
     environment = Environment(
         loader=PackageLoader("viz", "page"),
         autoescape=True,
@@ -139,7 +142,12 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any]) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["code"] = with_code
-    numbers = data.numbers
+    stamp = {
+        "name": data.name,
+        "version": version("beveloid-geom"),
+        "made": made.isoformat(timespec="seconds"),
+    }
+    numbers = stamp | data.numbers
 
     def number(key: str, digits: int, scale: float = 1.0, general: bool = False) -> Markup:
         return number_of(numbers, key, digits, scale, general)
@@ -157,7 +165,10 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any]) -> str:
         positions=POSITIONS,
         quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
         statements=by_statement(numbers.get("statements", [])),
-        version=version("beveloid-geom"),
+        version=stamp["version"],
+        made=made,
+        builtin=BUILTIN_DESIGN,
+        clean=quiet(data.remarks),
         asset=asset,
         script_json=script_json,
         view=view,
