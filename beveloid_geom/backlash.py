@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from .assembly import layout_of, member_frame, normals_to_fixed
 from .first_contact import FirstContact, FirstStatus, first_contact, middle_roll
 from .inputs import Design, FloatArray
-from .mounting import mounting_of
+from .mounting import half_pitch, mounting_of
 from .surface import cut_at, surface_of
 from .touch import pitch_shift, pose_of
 
@@ -77,7 +77,7 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArra
     lost = np.isnan(own)
     if lost.any():  # without a layout to count from: the play nearest to none
         pitch = 2.0 * np.pi / float(design.gear.teeth)
-        turn = np.remainder(right.gear_roll - left.gear_roll + 0.5 * pitch, pitch) - 0.5 * pitch
+        turn = half_pitch(right.gear_roll - left.gear_roll, pitch)
         play = np.where(lost, lever_of(design) * turn, play)
     status = np.where(right.status != FirstStatus.SOLVED, right.status, left.status)
     return play, status.astype(np.int8)
@@ -129,9 +129,7 @@ def _backlash(design: Design) -> Backlash:
     return _result(design, at, least[..., 0], status)
 
 
-def _finer(
-    design: Design, at: FloatArray, values: FloatArray, step: float
-) -> tuple[FloatArray, FloatArray]:
+def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
     """Minima (*batch, k) between finer steps, and the play (3, *batch, k) about them, from that at steps
     of roll `step`: at even finer steps, moved so that one meets the vertex of the parabola."""
     with np.errstate(invalid="ignore", divide="ignore"):  # flat, or not known beside
@@ -147,7 +145,9 @@ def _finer(
 
 def _result(design: Design, roll: FloatArray, least: FloatArray, status: NDArray[np.int8]) -> Backlash:
     """The backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
-    first_fault = np.take_along_axis(status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1)
+    first_fault = np.take_along_axis(
+        status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
+    )
     jammed = least < -JAMMED * float(design.pinion.tool.normal_module)
     jammed |= (status == FirstStatus.MEETS_BOTTOM).any(axis=-1)
     known = first_fault[..., 0] == FirstStatus.SOLVED
@@ -190,7 +190,7 @@ def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArr
 
 
 def _on_pinion(first: FirstContact) -> NDArray[np.bool_]:
-    """Whether (*batch, 1) it is edges of the gear that touch, the normal then that of the pinion's surface."""
+    """Whether (*batch, 1) it is edges of the gear that touch: the normal is that of the pinion's surface."""
     limit = first.limit[..., 0, :]
     return np.asarray((limit[..., :1] >= 0) & ((limit < 0) | (limit % 2 == 1)).all(axis=-1, keepdims=True))
 

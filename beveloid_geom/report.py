@@ -19,10 +19,15 @@ import numpy as np
 
 from .certificate import Certificate, Verdict, certify
 from .contact import Limit
-from .fillet import tool_round
 from .inputs import Design, Errors
 from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
+from .report_backlash import (
+    BacklashReport,
+    backlash_data,
+    backlash_report,
+    first_contact_fault as first_contact_fault,
+)
 from .report_notes import notes_of, reason_of
 from .solve import Status
 
@@ -51,14 +56,15 @@ class ContactReport:
     """A path of contact with all that it is to be read with.
 
     `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
-    asked for; `reason` why there is no contact on the flanks, None if there is; `notes` what a
-    contact ratio or a path does not."""
+    asked for or the pair cannot be put together (`backlash`); `reason` why there is no contact on the
+    flanks, None if there is; `notes` what a contact ratio or a path does not."""
 
     name: str
     design: Design
     method: str
     path: ContactPath
     mounting: Mounting
+    backlash: BacklashReport
     certificate: Certificate | None
     reason: str | None
     notes: tuple[str, ...]
@@ -80,23 +86,17 @@ def contact_report(
         path = path_of_contact_five_equations(design, flank, points)
     else:
         path = path_of_contact(design, flank, points)
-    reason = reason_of(path)
-    fault = first_contact_fault(design)
-    certificate = certify(path) if certified and not reason and not fault else None
+    reason, backlash = reason_of(path), backlash_report(design)
+    certified = certified and not reason and not backlash.jam
+    certificate = certify(path) if certified and not backlash.fault else None
     notes = () if reason else notes_of(path, certificate)
-    if fault and certified and not reason:
-        notes = (*notes, f"whether something touches earlier is not known: {fault}")
-    return ContactReport(name, design, method, path, mounting_of(design), certificate, reason, notes)
-
-
-def first_contact_fault(design: Design) -> str | None:
-    """Why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
-    for name, member in zip(("pinion", "gear"), design.members, strict=True):
-        try:
-            tool_round(member.tool, "right")
-        except ValueError as error:
-            return f"{name}: {error}"
-    return None
+    if backlash.fault and certified:
+        notes = (*notes, f"whether something touches earlier is not known: {backlash.fault}")
+    if backlash.jam:
+        notes = (backlash.jam, *notes)
+    return ContactReport(
+        name, design, method, path, mounting_of(design), backlash, certificate, reason, notes
+    )
 
 
 def verdict_name(verdict: int) -> str:
@@ -140,6 +140,7 @@ def layout_data(design: Design, mounting: Mounting) -> dict[str, Any]:
             "pitch_point": mounting.pitch_point,
         },
         "normal_backlash": mounting.normal_backlash,
+        **backlash_data(design),
     }
 
 
@@ -199,6 +200,8 @@ def contact_csv(report: ContactReport) -> str:
         else:
             header.append(f"{name}{suffix}")
             columns.append(values.tolist())
+    header.append("mounted_backlash_mm")
+    columns.append([report.backlash.normal] * report.path.status.size)
     if report.certificate is not None:
         header += ["separation_mm", "verdict"]
         columns.append(report.certificate.separation.tolist())
@@ -238,6 +241,12 @@ def error_line(errors: Errors) -> str:
     )
     text = ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
     return line("errors", text) if text else ""
+
+
+def backlash_lines(design: Design) -> str:
+    """The backlash as mounted and modified, and that the pair cannot be put together, if that is so."""
+    report = backlash_report(design)
+    return line("as mounted", f"backlash {report.line}") + (line("jammed", report.jam) if report.jam else "")
 
 
 def parabola_line(design: Design) -> str:
@@ -281,5 +290,6 @@ def contact_table(report: ContactReport) -> str:
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
         text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+    text += line("as mounted", f"backlash {report.backlash.line}")
     text += "".join(line("note", note) for note in report.notes)
     return text if report.reason else f"{text}\n{_position_lines(path)}"

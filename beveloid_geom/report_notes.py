@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .certificate import Certificate, Verdict
-from .closing import INTERFERENCE_TOLERANCE, OFFSET_TOLERANCE, closing_offset
+from .closing import OFFSET_TOLERANCE, closing_offset
 from .conditioning import rounding_error
 from .contact import Limit
 from .first_contact import FirstStatus
@@ -61,9 +61,6 @@ def notes_of(path: ContactPath, certificate: Certificate | None) -> tuple[str, .
     if abs(difference) > OFFSET_TOLERANCE * module:
         closes = f"the lines of action would meet at an offset of {difference:+.3g} mm from the design's"
         notes.append(f"the design does not close, {closes}: see `beveloid-geom check`")
-    backlash = float(mounting_of(design).normal_backlash)
-    if backlash < -INTERFERENCE_TOLERANCE * module:
-        notes.append(f"the normal backlash is {backlash:.4f} mm: the other flanks interfere")
     if path.ends.pieces > 1:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
         notes.append(f"{pieces}: this is the one that covers most roll, the contact ratio is its own")

@@ -13,6 +13,7 @@ from .inputs import Design
 from .mounting import mounting_of
 from .optimise import Aim, Optimum
 from .report import contact_report, csv_text, error_line, json_text, layout_data, layout_line, line
+from .report_backlash import backlash_data
 
 ARCSEC = math.degrees(3600.0)
 POINTS = 21
@@ -37,6 +38,7 @@ def optimum_json(name: str, design: Design, aim: Aim, flank: str, optimum: Optim
         "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
         "found": dict(vars(optimum.found)),
         "given": dict(vars(optimum.given)),
+        **backlash_data(optimum.design),
         "notes": report.notes,
     }
     if report.certificate is not None:
@@ -71,6 +73,7 @@ def optimum_table(name: str, design: Design, aim: Aim, flank: str, optimum: Opti
     if report.certificate is not None:
         first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
         text += line("certified", f"{first} of {POINTS} positions: nothing on this side touches earlier")
+    text += line("as mounted", f"backlash {report.backlash.line}")
     text += "".join(line("note", note) for note in report.notes)
     text += f"\n{'':<22}{'found':>14}{'as given':>14}\n"
     for figure, label, scale, digits in SHOWN:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .backlash import backlash_by_errors
 from .contact import Limit
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
 from .report import (
+    backlash_lines,
     csv_text,
     error_line,
     json_text,
@@ -21,6 +23,7 @@ from .report import (
     parabola_line,
     status_name,
 )
+from .report_backlash import backlash_report, first_contact_fault
 from .sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
 
 ARCSEC = math.degrees(3600.0)
@@ -35,11 +38,13 @@ STEPS = (
 
 @dataclass(frozen=True, eq=False)
 class SensitivityReport:
-    """The `found` sensitivity of one flank of a single design."""
+    """The `found` sensitivity of one flank of a single design, and the derivatives (4,) of its least
+    normal backlash, NaN where that is not known."""
 
     name: str
     design: Design
     found: Sensitivity
+    backlash_by: FloatArray
 
     @property
     def reason(self) -> str | None:
@@ -52,7 +57,8 @@ class SensitivityReport:
 
 def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
     """Report of a single design."""
-    return SensitivityReport(name, design, path_sensitivity(design, flank))
+    backlash = np.full(len(ERRORS), np.nan) if first_contact_fault(design) else backlash_by_errors(design)
+    return SensitivityReport(name, design, path_sensitivity(design, flank), backlash)
 
 
 def sensitivity_json(report: SensitivityReport) -> str:
@@ -72,17 +78,20 @@ def sensitivity_json(report: SensitivityReport) -> str:
             "members": ("pinion", "gear"),
             "limits": limits,
             **values,
+            "mounted_backlash_by": report.backlash_by,
         }
     )
 
 
 def sensitivity_csv(report: SensitivityReport) -> str:
     """CSV, a row for each quantity with its derivatives; rows name units of quantities, the header those
-    of errors. Without a path there are no rows."""
+    of errors. Without a path there is the row of the backlash alone."""
     units = ("rad" if name == "shaft_angle" else "mm" for name in ERRORS)
     header = ["quantity", "place", "member", "value"]
     header += [f"by_{name}_per_{unit}" for name, unit in zip(ERRORS, units, strict=True)]
     rows = [] if report.reason else list(_csv_rows(report.found))
+    backlash = backlash_report(report.design).normal
+    rows.append(["mounted_backlash_mm", "", "", backlash, *report.backlash_by.tolist()])
     return csv_text(header, list(zip(*rows, strict=True)))
 
 
@@ -109,6 +118,7 @@ def sensitivity_table(report: SensitivityReport) -> str:
     found, design = report.found, report.design
     text = f"Sensitivity of {report.name}, {found.flank} flanks: exact derivatives, for the errors named\n"
     text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
+    text += backlash_lines(design)
     if report.reason:
         return text
     swing = ARCSEC * float(found.peak_to_peak)
@@ -116,7 +126,8 @@ def sensitivity_table(report: SensitivityReport) -> str:
     text += line("transmission error", f"{swing:z.4f} arcsec peak to peak over the path")
     head = "".join(f"{f'{size:g} {unit}':>16}" for _, size, unit in STEPS)
     text += f"\n{'':<36}" + "".join(f"{name:>16}" for name, _, _ in STEPS) + f"\n{'':<36}{head}\n"
-    for label, rates in _rows(found):
+    rows = [*_rows(found), ("least normal backlash, mm", report.backlash_by)]
+    for label, rates in rows:
         text += f"  {label:<34}" + "".join(f"{value:z16.6f}" for value in rates * _sizes()) + "\n"
     return text
 
