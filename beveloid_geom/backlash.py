@@ -32,7 +32,7 @@ from .touch import pitch_shift, pose_of
 
 SAMPLES, KEPT = 32, 2
 """Rolls of a mesh cycle at which the play is found, and how many of its minima are refined."""
-PASSES, FINER = 2, 4
+PASSES, FINER = 3, 4
 """Passes of the refinement, each of which makes the steps so much finer."""
 EVEN = 1e-11
 """Modules of play between rolls that are rounding: flatter minima are not refined."""
@@ -87,7 +87,7 @@ def mounted_backlash(design: Design) -> Backlash:
     """Least normal backlash over a mesh cycle of a design with its errors and parabolas.
 
     Members must be single; pair and errors may be arrays. SAMPLES first contacts a flank and case, and
-    28 more where the play changes over the cycle; its least value is then right to 1e-7 modules. The
+    54 more where the play changes over the cycle; its least value is right to 1e-6 modules. The
     answer for a design of plain numbers is kept. Raises ValueError for members of arrays."""
     try:
         return _kept_backlash(design)

@@ -87,13 +87,12 @@ def contact_report(
     else:
         path = path_of_contact(design, flank, points)
     reason, backlash = reason_of(path), backlash_report(design)
-    certified = certified and not reason and not backlash.jam
-    certificate = certify(path) if certified and not backlash.fault else None
+    certificate = certify(path) if certified and not reason and not backlash.fault else None
     notes = () if reason else notes_of(path, certificate)
-    if backlash.fault and certified:
+    if backlash.fault and certified and not reason:
         notes = (*notes, f"whether something touches earlier is not known: {backlash.fault}")
     if backlash.jam:
-        notes = (backlash.jam, *notes)
+        notes, certificate = (backlash.jam, *notes), None
     return ContactReport(
         name, design, method, path, mounting_of(design), backlash, certificate, reason, notes
     )

@@ -85,17 +85,16 @@ def sensitivity_json(report: SensitivityReport) -> str:
 
 def sensitivity_csv(report: SensitivityReport) -> str:
     """CSV, a row for each quantity with its derivatives; rows name units of quantities, the header those
-    of errors. Without a path there is the row of the backlash alone."""
+    of errors. Without a path there are no rows."""
     units = ("rad" if name == "shaft_angle" else "mm" for name in ERRORS)
     header = ["quantity", "place", "member", "value"]
     header += [f"by_{name}_per_{unit}" for name, unit in zip(ERRORS, units, strict=True)]
-    rows = [] if report.reason else list(_csv_rows(report.found))
-    backlash = backlash_report(report.design).normal
-    rows.append(["mounted_backlash_mm", "", "", backlash, *report.backlash_by.tolist()])
+    rows = [] if report.reason else list(_csv_rows(report))
     return csv_text(header, list(zip(*rows, strict=True)))
 
 
-def _csv_rows(found: Sensitivity) -> Iterator[list[object]]:
+def _csv_rows(report: SensitivityReport) -> Iterator[list[object]]:
+    found = report.found
     nothing = np.full(found.z.shape, np.nan)
     for name, values, rates in (
         ("l_mm", found.l, found.l_by),
@@ -111,6 +110,8 @@ def _csv_rows(found: Sensitivity) -> Iterator[list[object]]:
         yield ["pinion_roll_rad", place, "pinion", roll, *found.pinion_roll_by[k].tolist()]
     yield ["contact_ratio", "", "", float(found.contact_ratio), *found.contact_ratio_by.tolist()]
     yield ["peak_to_peak_rad", "", "", float(found.peak_to_peak), *found.peak_to_peak_by.tolist()]
+    backlash = backlash_report(report.design).normal
+    yield ["mounted_backlash_mm", "", "", backlash, *report.backlash_by.tolist()]
 
 
 def sensitivity_table(report: SensitivityReport) -> str:

@@ -265,8 +265,7 @@ def test_backlash_under_an_offset_error(seed: int) -> None:
         offset, shaft_angle = pair.layout(aw + radians(turn))
         rough = pair.design(offset - 0.05 * pair.module, abs(shaft_angle))
         pinion, gear = (
-            replace(member, tool=replace(member.tool, tip_radius=0.2))
-            for member in (rough.pinion, rough.gear)
+            replace(member, tool=replace(member.tool, tip_radius=0.2)) for member in rough.members
         )
         design = Design(pinion, gear, rough.pair, Errors(offset=0.05 * pair.module))
         wanted = pair.backlash(aw + radians(turn))
