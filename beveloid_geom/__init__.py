@@ -14,6 +14,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .backlash import backlash_by_errors as backlash_by_errors, mounted_backlash as mounted_backlash
+    from .backlash_by_tangency import tangent_backlash as tangent_backlash
     from .certificate import certify as certify
     from .closing import (
         closing_of as closing_of,
@@ -72,6 +74,7 @@ _HOME = {
     "Status": "solve",
     "Tolerances": "tolerance",
     "Tool": "inputs",
+    "backlash_by_errors": "backlash",
     "base_cylinder": "flank",
     "builtin_design": "design_file",
     "certify": "certificate",
@@ -89,6 +92,7 @@ _HOME = {
     "mesh_cycle": "operation",
     "mesh_separation": "proximity",
     "meshing_pair": "posing",
+    "mounted_backlash": "backlash",
     "mounting_of": "mounting",
     "operating_ratio": "ratio_in_operation",
     "optimise_parabola": "optimise",
@@ -105,6 +109,7 @@ _HOME = {
     "sample_flank": "sampling",
     "separation": "touch",
     "sliding_of": "sliding",
+    "tangent_backlash": "backlash_by_tangency",
     "tolerance_study": "tolerance",
     "tooth_hexahedra": "hexahedra",
     "undercut_of": "undercut",

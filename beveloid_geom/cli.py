@@ -1,7 +1,7 @@
 """The command `beveloid-geom`.
 
-Exit status: 0 done (`check`: errors, warnings or not), 1 no contact on the flanks or none that could be
-followed, 2 bad input.
+Exit status: 0 done (`check`: errors, warnings or not), 1 no contact on the flanks, none that could be
+followed, or a pair that cannot be assembled, 2 bad input.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from .cli_support import (
     BUILTIN_DESIGN,
     Interrupted,
     changed_design,
+    end_if_jammed,
     flank_option,
     format_options,
     load_design,
@@ -96,7 +97,7 @@ def tca(
     Rolls count from the position in which each member's generating rack is centred; z counts
     from mid-face towards the heel. JSON and CSV give each position a status, and JSON the path:
     solved, no_common_normal, not_converged, off_flank, several_contacts, endless or undefined.
-    Exit status 1 if there is no contact on the flanks.
+    Exit status 1 if there is no contact on the flanks, or the pair cannot be assembled.
     """
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
@@ -114,6 +115,7 @@ def tca(
             click.echo(f"No contact: {found.reason}", err=True)
     if found.reason:
         context.exit(1)
+    end_if_jammed(context, changed, as_json)
 
 
 @main.command()
@@ -132,10 +134,10 @@ def design() -> None:
 def check(design: str, as_json: bool, as_csv: bool, **changes: float | None) -> None:
     """Say whether a design meshes and how well it closes: offset, shaft angle, backlash.
 
-    Errors: gears that do not reach each other or run into each other, no contact on a flank,
-    interference, each with advice that was tried first. Warnings: lines of action that do not meet, contact
-    that usual errors of assembly lose, edges that touch earlier, undercut, pointed teeth, tools whose rounds
-    overlap. Exit status 0 with or without them.
+    Errors: gears that do not reach each other or run into each other, no contact on a flank, a pair
+    that cannot be assembled as mounted; with advice that was tried first. Warnings: lines of action that
+    do not meet, contact that usual errors of assembly lose, edges that touch earlier, undercut, pointed
+    teeth, tools whose rounds overlap. Exit status 0 with or without them.
     """
     require_one_format(as_json, as_csv)
     given = changed_design(load_design(design), changes)

@@ -8,6 +8,7 @@ from .cli_support import (
     BUILTIN_DESIGN,
     NumberRange,
     changed_design,
+    end_if_jammed,
     flank_option,
     format_options,
     load_design,
@@ -61,7 +62,8 @@ def operation(
 
     At every roll of the pinion the first of all teeth touches, with its flank, its fillet or an
     edge; tooth pairs hand over to each other. One mesh cycle is solved, it repeats with the
-    pinion's pitch. Rigid teeth, no load. Exit status 1 if a first contact is not known.
+    pinion's pitch. Rigid teeth, no load. Exit status 1 if a first contact is not
+    known, or the pair cannot be assembled.
     """
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
@@ -80,3 +82,4 @@ def operation(
             click.echo(f"No contact: {found.reason}", err=True)
     if found.reason:
         context.exit(1)
+    end_if_jammed(context, changed, as_json)

@@ -9,6 +9,7 @@ from .cli_support import (
     NumberRange,
     Refusal,
     changed_design,
+    end_if_jammed,
     flank_option,
     load_design,
     override_options,
@@ -47,7 +48,10 @@ from .cli_support import (
     "--json", "as_json", is_flag=True, help="Print JSON of areas with their error and extent, mm and rad."
 )
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one point of a flank a row, mm and rad.")
+@click.pass_context
 def pattern(
+    context: click.Context,
+    /,
     design: str,
     flank: str,
     separation: float,
@@ -60,7 +64,7 @@ def pattern(
     """Contact pattern: where the flanks come within marking compound of each other.
 
     One tooth pair rolls through the mesh, the gear where the first of all teeth touches. Exit status 1
-    if a first contact is not known.
+    if a first contact is not known, or the pair cannot be assembled.
     """
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
@@ -82,3 +86,4 @@ def pattern(
         write_out(report.pattern_json(found))
     else:
         write_out(report.pattern_csv(found) if as_csv else report.pattern_table(found))
+    end_if_jammed(context, changed, as_json)

@@ -7,6 +7,7 @@ import click
 from .cli_support import (
     BUILTIN_DESIGN,
     changed_design,
+    end_if_jammed,
     flank_option,
     load_design,
     override_options,
@@ -25,10 +26,11 @@ from .cli_support import (
 def sensitivity(
     context: click.Context, /, design: str, flank: str, as_json: bool, as_csv: bool, **changes: float | None
 ) -> None:
-    """How path, contact ratio and transmission error answer the assembly errors.
+    """How path, contact ratio, transmission error and backlash answer the assembly errors.
 
     Derivatives by each of the four errors, exact, at the errors that the design has. Shifts are those of
-    the middle of the path, positive towards the heel. Exit status 1 if there is no path on the flanks.
+    the middle of the path, positive towards the heel. Exit status 1 if there is no path on the flanks,
+    or the pair cannot be assembled.
     """
     require_one_format(as_json, as_csv)
     changed = changed_design(load_design(design), changes)
@@ -43,3 +45,4 @@ def sensitivity(
         if not as_json:
             click.echo(f"No contact: {found.reason}", err=True)
         context.exit(1)
+    end_if_jammed(context, changed, as_json)

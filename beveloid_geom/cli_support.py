@@ -155,6 +155,18 @@ def changed_design(design: Design, changes: dict[str, float | None]) -> Design:
         ) from None
 
 
+def end_if_jammed(context: click.Context, design: Design, quiet: bool) -> None:
+    """End with exit status 1 where the pair cannot be put together, with a line on standard error unless
+    `quiet`."""
+    from .report_backlash import backlash_report
+
+    jam = backlash_report(design).jam
+    if jam:
+        if not quiet:
+            click.echo(f"Jammed: {jam}", err=True)
+        context.exit(1)
+
+
 def write_out(text: str) -> None:
     """Write to standard output. A reader that leaves early (`| head`) ends the command quietly;
     raises Refusal where the text cannot be written, as on a full disk."""

@@ -26,6 +26,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .backlash_by_tangency import jammed, tangent_backlash
 from .design_limits import member_faults, parabola_limit
 from .first_contact import FirstStatus, first_contact, middle_roll
 from .inputs import Design, Errors, FloatArray, Quantity, flank_sign
@@ -61,7 +62,10 @@ ROLLS = 12
 """Rolls of a mesh cycle at which first contacts are looked for."""
 QUADRANTS: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
 """Signs of both coefficients in the paper's cases."""
-FIGURES = ("contact_ratio", "angle", "shift", "peak_to_peak", "centre", "normal_backlash", "flank_share")
+FIGURES = (
+    *("contact_ratio", "angle", "shift", "peak_to_peak", "centre"),
+    *("normal_backlash", "mounted_backlash", "flank_share"),
+)
 """What is mapped, by the names of the fields."""
 
 
@@ -76,8 +80,10 @@ class DesignMap:
     `errors`, each alone and both ways (root of the sum of the squares, the mean over both ways); NaN also
     where an error carries the path off the flanks. `peak_to_peak` (rad): transmission error over the path
     of one tooth pair. `centre` (mm): z at mid-roll on the pinion. `normal_backlash` (mm): without
-    parabolas and errors, that of the design followed past half a pitch. `flank_share`: of a mesh cycle,
-    the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not known."""
+    parabolas and errors, that of the design followed past half a pitch. `mounted_backlash` (mm): least over
+    a mesh cycle with those of the design, by tangency (`backlash_by_tangency`). `flank_share`: of a mesh
+    cycle, the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not
+    known."""
 
     design: Design
     flank: str
@@ -92,6 +98,7 @@ class DesignMap:
     peak_to_peak: FloatArray
     centre: FloatArray
     normal_backlash: FloatArray
+    mounted_backlash: FloatArray
     flank_share: FloatArray
 
     @property
@@ -112,9 +119,14 @@ class DesignMap:
         return np.asarray(self.normal_backlash < -ROUNDING)
 
     @property
+    def jammed(self) -> Mask:
+        """Cells that cannot be put together with the errors and parabolas that they have."""
+        return jammed(self.mounted_backlash, float(self.design.pinion.tool.normal_module))
+
+    @property
     def sound(self) -> Mask:
-        """Cells with a path that are neither hollow nor interfere."""
-        return self.solved & ~self.hollow & ~self.interferes
+        """Cells with a path that are neither hollow nor interfere, and can be put together."""
+        return self.solved & ~self.hollow & ~self.interferes & ~self.jammed
 
     def quadrants(self) -> dict[str, Mask]:
         """Cells of the paper's cases C1 to C4 in a map of parabola coefficients; axes belong to none."""
@@ -217,6 +229,7 @@ def _cells(
     parabola = (np.broadcast_to(member.tool.parabola, pinion.shape) for member in cells.members)
     with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
         measures, shown = measures_of(cells, flank), paths_of(cells, flank, Aim(errors), *parabola)
+    backlash = _backlash(design, over, pinion, gear)
     status, lost = np.full(pinion.size, Status.SOLVED, dtype=float), measures.limit[:, 0] < 0
     if lost.any():
         status[lost] = path_ends(design_at(design, over, pinion[lost], gear[lost]), flank).status
@@ -227,7 +240,8 @@ def _cells(
         "shift": shown.shift,
         "peak_to_peak": shown.peak_to_peak,
         "centre": shown.centre,
-        "normal_backlash": _backlash(design, over, pinion, gear),
+        "normal_backlash": backlash,
+        "mounted_backlash": backlash + tangent_backlash(cells).normal - mounting_of(cells).normal_backlash,
     }
 
 

@@ -100,10 +100,13 @@ def closes(design: Design, closing: Closing) -> bool:
 
 
 def layout_remarks(
-    design: Design, closing: Closing | None = None, flanks: Iterable[str] = FLANKS
+    design: Design,
+    closing: Closing | None = None,
+    flanks: Iterable[str] = FLANKS,
+    jam: str | None = None,
 ) -> Iterator[Remark]:
-    """Why there is no contact on these flanks of a single design; teeth that interfere; a layout that does
-    not close. Where gears cannot mesh as laid out there is no pitch point for the other two to hold at."""
+    """Why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
+    (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot mesh as laid out there is no pitch point for the other two to hold at."""
     closing = closing_of(design) if closing is None else closing
     misfit = [] if meshes(design) else list(_misfit(design, closing))
     lost = [path for path in _paths(design, flanks) if path.ends.status != Status.SOLVED]
@@ -114,7 +117,9 @@ def layout_remarks(
         return
     yield from (Remark(ERROR, str(reason_of(path))) for path in lost)
     backlash = closing.normal_backlash
-    if backlash < -INTERFERENCE_TOLERANCE * float(design.pinion.tool.normal_module):
+    if jam:
+        yield Remark(ERROR, jam)
+    elif backlash < -INTERFERENCE_TOLERANCE * float(design.pinion.tool.normal_module):
         yield Remark(ERROR, f"the teeth interfere by {-backlash:.4f} mm along the normal")
     if not closes(design, closing):
         apart = f"the lines of action of right and left flanks are {closing.gap:.4g} mm apart"
@@ -162,14 +167,14 @@ def _helix_words(design: Design, ideal: ClosedLayout) -> str:
     return text if math.isnan(fitting) else wanted
 
 
-def remarks_on(design: Design, closing: Closing | None = None) -> tuple[Remark, ...]:
+def remarks_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
     """What is to be known of layout and teeth of a single design, what matters most first.
 
     Errors: no contact on a flank, and why; teeth that interfere. Warnings: the design does not close (by more
     than OFFSET_TOLERANCE or SHAFT_ANGLE_TOLERANCE), tips run into bottom lands, the tool's rounds
     overlap, an active flank is undercut, a tooth is pointed. Notes: undercut below the active flank,
     a thin tooth tip, a small tip clearance. Raises ValueError for arrays."""
-    found = list(layout_remarks(design, closing))
+    found = list(layout_remarks(design, closing, jam=jam))
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         found += tooth_remarks(name, member)
     if meshes(design):

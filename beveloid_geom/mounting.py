@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from .assembly import Layout, common_normal, layout_by_case, layout_of
-from .inputs import Design, FloatArray, Member, Pair
+from .inputs import Design, FloatArray, Member, Pair, Quantity
 from .rack import rack_of
 
 
@@ -159,10 +159,31 @@ def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: Flo
         for flank, sign in zip(("right", "left"), branch, strict=True)
     )
     tool, teeth = members.tool, np.asarray(members.teeth)[1]
-    pitch = 2.0 * np.pi / teeth
-    clearance = np.remainder(right - left + 0.5 * pitch, pitch) - 0.5 * pitch
     lever = 0.5 * np.asarray(tool.normal_module)[1] * teeth * np.cos(tool.normal_pressure_angle)[1]
-    return np.asarray(clearance * lever)
+    return np.asarray(lever * half_pitch(right - left, 2.0 * np.pi / teeth))
+
+
+def half_pitch(value: Quantity, pitch: Quantity) -> FloatArray:
+    """A value less whole pitches, within half a pitch either way."""
+    return np.asarray(np.remainder(value + 0.5 * pitch, pitch) - 0.5 * pitch)
+
+
+def unmodified_backlash(design: Design) -> FloatArray:
+    """Normal backlash (mm, batch shape) of the flanks without parabolas, endless along depth and face, with
+    the errors of the design: followed from that of the layout, half a pitch at the most. NaN where a side
+    has no common normal."""
+    mounting, shape = mounting_of(design), design.batch_shape
+    plain = design.with_parabola(0.0, 0.0)
+    members, errors = plain.stacked_members(), plain.errors
+    layout, branch = layout_by_case(layout_of(plain), shape), np.empty((2, *shape))
+    moved = np.empty((2, *shape))
+    branch[0], branch[1] = mounting.branch[0], mounting.branch[1]
+    moved[0], moved[1] = mounting.distance[0] + errors.pinion_axial, mounting.distance[1] + errors.gear_axial
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        found = _backlash(layout, members, branch.reshape(2, -1, 1), moved.reshape(2, -1, 1)).reshape(shape)
+    tool, own = design.gear.tool, mounting.normal_backlash
+    pitch = np.pi * tool.normal_module * np.cos(tool.normal_pressure_angle)
+    return np.asarray(own + half_pitch(found - own, pitch))
 
 
 def _mounting(design: Design) -> Mounting:

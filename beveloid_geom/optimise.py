@@ -21,6 +21,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from .backlash_by_tangency import jammed, tangent_backlash
 from .inputs import Design, Errors, FloatArray, flank_sign
 from .path import path_of_contact
 from .tolerance import ERROR_NAMES, swing_of
@@ -120,8 +121,8 @@ def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: Flo
 def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum:
     """Coefficients within the bounds that meet the aim with the least shift of the path.
 
-    Raises ValueError for a batch, an aim without errors or with bounds that leave nothing, and where
-    no coefficients were found that meet the conditions."""
+    Raises ValueError for a batch, an aim without errors or with bounds that leave nothing, where no
+    coefficients were found that meet the conditions, and where none of these can be put together."""
     _check(design, aim, flank)
     limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / UNIT
     starts = _starts(design, flank, aim, limits)
@@ -135,6 +136,13 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
             f"no coefficients were found for a contact ratio of {aim.contact_ratio:g} within"
             f" {aim.off_centre:g} mm of mid-face{swing}, the greatest ratio tried is {best:.3f}:"
             " ask for less, or widen the bounds"
+        )
+    backlash = tangent_backlash(design.with_parabola(UNIT * x[0], UNIT * x[1])).normal
+    met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
+    if not met.any():
+        raise ValueError(
+            f"all coefficients found for the aim leave no backlash, {np.nanmax(backlash):.4f} mm at the most:"
+            " take a larger offset or less profile shift"
         )
     first, second = UNIT * x[:, np.where(met, paths.shift, np.inf).argmin()]
     changed = design.with_parabola(float(first), float(second))

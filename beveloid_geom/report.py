@@ -25,7 +25,8 @@ from .layout_remarks import layout_remarks
 from .mounting import Mounting, mounting_of
 from .path import ContactPath, path_of_contact
 from .remarks import NOTE, Remark, in_order, remarks_data
-from .report_notes import first_contact_fault, path_remarks, reason_of
+from .report_backlash import BacklashReport, backlash_data, backlash_report
+from .report_notes import path_remarks, reason_of
 from .solve import Status
 
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}
@@ -53,14 +54,16 @@ class ContactReport:
     """A path of contact with all that it is to be read with.
 
     `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
-    asked for; `reason` why there is no contact on the flanks, None if there is; `remarks` on layout and
-    path, what matters most first; `advice` what to change about a layout without contact."""
+    asked for or the pair cannot be put together (`backlash`); `reason` why there is no contact on the
+    flanks, None if there is; `remarks` on layout and path, what matters most first; `advice` what to change
+    about a layout without contact."""
 
     name: str
     design: Design
     method: str
     path: ContactPath
     mounting: Mounting
+    backlash: BacklashReport
     certificate: Certificate | None
     reason: str | None
     remarks: tuple[Remark, ...]
@@ -83,15 +86,27 @@ def contact_report(
         path = path_of_contact_five_equations(design, flank, points)
     else:
         path = path_of_contact(design, flank, points)
-    reason = reason_of(path)
-    fault = first_contact_fault(design)
-    certificate = certify(path) if certified and not reason and not fault else None
-    remarks = [*layout_remarks(design, flanks=(flank,)), *path_remarks(path, certificate)]
-    if fault and certified and not reason:
-        remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {fault}"))
-    advice = advice_on(design) if reason else ()
-    mounting = mounting_of(design)
-    return ContactReport(name, design, method, path, mounting, certificate, reason, in_order(remarks), advice)
+    reason, backlash = reason_of(path), backlash_report(design)
+    certifiable = certified and not (reason or backlash.fault or backlash.jam)
+    certificate = certify(path) if certifiable else None
+    remarks = [
+        *layout_remarks(design, flanks=(flank,), jam=backlash.jam),
+        *path_remarks(path, certificate),
+    ]
+    if backlash.fault and certified and not reason:
+        remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {backlash.fault}"))
+    return ContactReport(
+        name=name,
+        design=design,
+        method=method,
+        path=path,
+        mounting=mounting_of(design),
+        backlash=backlash,
+        certificate=certificate,
+        reason=reason,
+        remarks=in_order(remarks),
+        advice=advice_on(design) if reason else (),
+    )
 
 
 def verdict_name(verdict: int) -> str:
@@ -135,6 +150,7 @@ def layout_data(design: Design, mounting: Mounting) -> dict[str, Any]:
             "pitch_point": mounting.pitch_point,
         },
         "normal_backlash": mounting.normal_backlash,
+        **backlash_data(design),
     }
 
 
@@ -200,6 +216,8 @@ def contact_csv(report: ContactReport) -> str:
         else:
             header.append(f"{name}{suffix}")
             columns.append(values.tolist())
+    header.append("mounted_backlash_mm")
+    columns.append([report.backlash.normal] * report.path.status.size)
     if report.certificate is not None:
         header += ["separation_mm", "verdict"]
         columns.append(report.certificate.separation.tolist())
@@ -247,6 +265,12 @@ def error_line(errors: Errors) -> str:
     return line("errors", text) if text else ""
 
 
+def backlash_lines(design: Design) -> str:
+    """The backlash as mounted and modified, and that the pair cannot be put together, if that is so."""
+    report = backlash_report(design)
+    return line("as mounted", f"backlash {report.line}") + (line("jammed", report.jam) if report.jam else "")
+
+
 def parabola_line(design: Design) -> str:
     """The parabola coefficients, nothing where there are none."""
     parabolas = [float(member.tool.parabola) for member in design.members]
@@ -289,5 +313,6 @@ def contact_table(report: ContactReport) -> str:
     backlash = float(mounting.normal_backlash)
     if not math.isnan(backlash):
         text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+    text += line("as mounted", f"backlash {report.backlash.line}")
     text += remark_lines([remark for remark in report.remarks if remark.level == NOTE])
     return text if report.reason else f"{text}\n{_position_lines(path)}"

@@ -13,6 +13,7 @@ from .layout_remarks import meshes
 from .mounting import mounting_of
 from .remarks import Remark, quiet, remarks_data
 from .report import advice_data, csv_text, json_text, layout_data, layout_line, line, remark_lines
+from .report_backlash import backlash_report
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,8 @@ def closing_report(name: str, design: Design) -> ClosingReport:
         ideal = zero_backlash_layout(design)
     except ValueError as error:
         ideal = str(error)
-    return ClosingReport(name, design, closing, ideal, findings_on(design, closing), advice_on(design))
+    jam = backlash_report(design).jam
+    return ClosingReport(name, design, closing, ideal, findings_on(design, closing, jam), advice_on(design))
 
 
 def closing_json(report: ClosingReport) -> str:
@@ -69,6 +71,7 @@ def closing_csv(report: ClosingReport) -> str:
     for group, values in groups.items():
         for key, value in values.items():
             rows.append((group, key, "rad" if "angle" in key else "mm", float(value)))
+    rows.append(("mounted", "normal_backlash", "mm", backlash_report(design).normal))
     rows += [("closing", "reason", "", reason) for reason in closing.reasons]
     if isinstance(ideal, str):
         rows.append(("zero_backlash", "reason", "", ideal))
@@ -98,6 +101,7 @@ def closing_table(report: ClosingReport) -> str:
         text += line("working radii", "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting.working_radius))
         text += line("lines of action", f"pass {closing.gap:.4f} mm apart")
         text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
+        text += line("as mounted", f"backlash {backlash_report(report.design).line}")
         if not math.isnan(closing.offset):
             at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
             text += line("closes at", at)

@@ -29,6 +29,7 @@ SHOWN = {
     "peak_to_peak": ("tr. error, arcsec", math.degrees(3600.0), 3),
     "centre": ("pinion z middle, mm", 1.0, 3),
     "normal_backlash": ("backlash, mm", 1.0, 4),
+    "mounted_backlash": ("as mounted, mm", 1.0, 4),
     "flank_share": ("flanks first, share", 1.0, 3),
 }
 """Rows of the table: figure, label, scale, digits; of the angle its magnitude."""
@@ -42,6 +43,7 @@ SUFFIXES = {
     "peak_to_peak": "_rad",
     "centre": "_mm",
     "normal_backlash": "_mm",
+    "mounted_backlash": "_mm",
 }
 WORDS = {
     "parabola": "parabola coefficients",
@@ -72,6 +74,7 @@ def map_json(name: str, found: DesignMap) -> str:
             "status": [[status_name(code) for code in row] for row in found.status.tolist()],
             "hollow": found.hollow,
             "interferes": found.interferes,
+            "jammed": found.jammed,
             **{figure: getattr(found, figure) for figure in FIGURES},
         },
     }
@@ -85,12 +88,12 @@ def map_csv(found: DesignMap) -> str:
 
 def map_columns(found: DesignMap) -> tuple[list[str], list[list[Any]]]:
     """Names with units, and values by cells, of the columns of a map."""
-    header = [*COLUMNS[found.over], "status", "hollow", "interferes"]
+    header = [*COLUMNS[found.over], "status", "hollow", "interferes", "jammed"]
     header += [f"{figure}{SUFFIXES.get(figure, '')}" for figure in FIGURES]
     sides = np.meshgrid(found.pinion, found.gear, indexing="ij")
     columns: list[list[Any]] = [side.ravel().tolist() for side in sides]
     columns.append([status_name(code) for code in found.status.ravel().tolist()])
-    columns += [mask.astype(int).ravel().tolist() for mask in (found.hollow, found.interferes)]
+    columns += [mask.astype(int).ravel().tolist() for mask in (found.hollow, found.interferes, found.jammed)]
     columns += [getattr(found, figure).ravel().tolist() for figure in FIGURES]
     return header, columns
 
@@ -130,6 +133,7 @@ def cell_words(found: DesignMap) -> str:
         (lost, "an error of the shift carries the path off the flanks"),
         (int(np.count_nonzero(found.hollow)), "the flanks are hollow against each other"),
         (int(np.count_nonzero(found.interferes)), "the backlash is negative"),
+        (int(np.count_nonzero(found.jammed)), "the pair cannot be assembled"),
     ):
         if count:
             words.append(f"in {count} {text}")

@@ -16,6 +16,7 @@ from .operation import Cycle, mesh_cycle
 from .path import contact_ratio
 from .ratio_in_operation import RatioStatus, operating_ratios
 from .report import (
+    backlash_lines,
     csv_text,
     error_line,
     json_text,
@@ -24,6 +25,7 @@ from .report import (
     line,
     parabola_line,
 )
+from .report_backlash import backlash_report
 
 ARCSEC = math.degrees(3600.0)
 FIELDS = (
@@ -167,17 +169,18 @@ def operation_json(report: OperationReport) -> str:
 
 def operation_csv(report: OperationReport) -> str:
     """CSV of the positions of a mesh cycle, mm and rad, units in the header."""
-    header = [*(name + unit for name, unit in FIELDS), "carried_by", "status"]
+    header = [*(name + unit for name, unit in FIELDS), "carried_by", "status", "mounted_backlash_mm"]
     columns = [getattr(report.first, name).tolist() for name, _ in FIELDS]
     status = [first_status_name(code) for code in report.first.status]
-    return csv_text(header, [*columns, report.carriers, status])
+    backlash = [backlash_report(report.design).normal] * len(status)
+    return csv_text(header, [*columns, report.carriers, status, backlash])
 
 
 def operation_table(report: OperationReport) -> str:
     """Readable account of a mesh cycle, at most 100 characters wide."""
     text = f"Operation of {report.name}, {report.flank} flanks: first contact of all teeth, one mesh cycle\n"
     text += layout_line(report.design, report.mounting) + error_line(report.design.errors)
-    text += parabola_line(report.design)
+    text += parabola_line(report.design) + backlash_lines(report.design)
     eq16 = "not known" if math.isnan(report.eq16) else f"{report.eq16:.6f}"
     if report.reason:
         return text + line("contact ratio", f"{eq16} by Eq. 16")

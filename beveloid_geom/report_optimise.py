@@ -23,6 +23,7 @@ from .report import (
     line,
     remark_lines,
 )
+from .report_backlash import backlash_data
 
 ARCSEC = math.degrees(3600.0)
 POINTS = 21
@@ -47,6 +48,7 @@ def optimum_json(name: str, design: Design, aim: Aim, flank: str, optimum: Optim
         "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
         "found": dict(vars(optimum.found)),
         "given": dict(vars(optimum.given)),
+        **backlash_data(optimum.design),
         **remarks_data(report.remarks),
     }
     if report.certificate is not None:
@@ -81,6 +83,7 @@ def optimum_table(name: str, design: Design, aim: Aim, flank: str, optimum: Opti
     if report.certificate is not None:
         first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
         text += line("certified", f"{first} of {POINTS} positions: nothing on this side touches earlier")
+    text += line("as mounted", f"backlash {report.backlash.line}")
     text += remark_lines(report.remarks)
     text += f"\n{'':<22}{'found':>14}{'as given':>14}\n"
     for figure, label, scale, digits in SHOWN:

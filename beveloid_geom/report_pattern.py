@@ -11,7 +11,17 @@ import numpy as np
 from .inputs import Design
 from .mounting import Mounting, mounting_of
 from .pattern import AREA_ERROR, ContactPattern, MemberPattern, PatternStatus, contact_pattern
-from .report import csv_text, error_line, json_text, layout_data, layout_line, line, parabola_line
+from .report import (
+    backlash_lines,
+    csv_text,
+    error_line,
+    json_text,
+    layout_data,
+    layout_line,
+    line,
+    parabola_line,
+)
+from .report_backlash import backlash_report
 
 FINE = 15
 """Points of a pattern to a module: some pixels apart where a flank is drawn."""
@@ -81,13 +91,15 @@ def pattern_json(report: PatternReport) -> str:
 def pattern_csv(report: PatternReport) -> str:
     """CSV of the points of both flanks and the sizes of their patterns, mm and rad, units in the header."""
     header = ["member", *(name + unit for name, unit in FIELDS), "marked", "status", *SIZES.values()]
+    header.append("mounted_backlash_mm")
+    backlash = backlash_report(report.design).normal
     columns: list[list[Any]] = [[] for _ in header]
     for member, side in report.sides.items():
         status = [PatternStatus(int(code)).name.lower() for code in side.status.ravel()]
         numbers = (getattr(side, name).ravel().tolist() for name, _ in FIELDS)
         marked = side.marked.ravel().astype(int).tolist()
         sizes = ([getattr(side, name)] * len(status) for name in SIZES)
-        values = ([member] * len(status), *numbers, marked, status, *sizes)
+        values = ([member] * len(status), *numbers, marked, status, *sizes, [backlash] * len(status))
         for column, added in zip(columns, values, strict=True):
             column += added
     return csv_text(header, columns)
@@ -104,6 +116,7 @@ def pattern_table(report: PatternReport) -> str:
     pattern, design = report.pattern, report.design
     text = f"Contact pattern of {report.name}, {pattern.flank} flanks\n"
     text += layout_line(design, report.mounting) + error_line(design.errors) + parabola_line(design)
+    text += backlash_lines(design)
     text += line("marking compound", f"{1e3 * pattern.separation:g} um thick")
     rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in pattern.roll_range)
     text += line("pinion rolls", f"{rolls} deg, one tooth pair through the mesh")

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .backlash import backlash_by_errors
 from .contact import Limit
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
 from .report import (
+    backlash_lines,
     csv_text,
     error_line,
     json_text,
@@ -21,6 +23,8 @@ from .report import (
     parabola_line,
     status_name,
 )
+from .report_backlash import backlash_report
+from .report_notes import first_contact_fault
 from .sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
 
 ARCSEC = math.degrees(3600.0)
@@ -35,11 +39,13 @@ STEPS = (
 
 @dataclass(frozen=True, eq=False)
 class SensitivityReport:
-    """The `found` sensitivity of one flank of a single design."""
+    """The `found` sensitivity of one flank of a single design, and the derivatives (4,) of its least
+    normal backlash, NaN where that is not known."""
 
     name: str
     design: Design
     found: Sensitivity
+    backlash_by: FloatArray
 
     @property
     def reason(self) -> str | None:
@@ -52,7 +58,8 @@ class SensitivityReport:
 
 def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
     """Report of a single design."""
-    return SensitivityReport(name, design, path_sensitivity(design, flank))
+    backlash = np.full(len(ERRORS), np.nan) if first_contact_fault(design) else backlash_by_errors(design)
+    return SensitivityReport(name, design, path_sensitivity(design, flank), backlash)
 
 
 def sensitivity_json(report: SensitivityReport) -> str:
@@ -72,6 +79,7 @@ def sensitivity_json(report: SensitivityReport) -> str:
             "members": ("pinion", "gear"),
             "limits": limits,
             **values,
+            "mounted_backlash_by": report.backlash_by,
         }
     )
 
@@ -82,11 +90,12 @@ def sensitivity_csv(report: SensitivityReport) -> str:
     units = ("rad" if name == "shaft_angle" else "mm" for name in ERRORS)
     header = ["quantity", "place", "member", "value"]
     header += [f"by_{name}_per_{unit}" for name, unit in zip(ERRORS, units, strict=True)]
-    rows = [] if report.reason else list(_csv_rows(report.found))
+    rows = [] if report.reason else list(_csv_rows(report))
     return csv_text(header, list(zip(*rows, strict=True)))
 
 
-def _csv_rows(found: Sensitivity) -> Iterator[list[object]]:
+def _csv_rows(report: SensitivityReport) -> Iterator[list[object]]:
+    found = report.found
     nothing = np.full(found.z.shape, np.nan)
     for name, values, rates in (
         ("l_mm", found.l, found.l_by),
@@ -102,6 +111,8 @@ def _csv_rows(found: Sensitivity) -> Iterator[list[object]]:
         yield ["pinion_roll_rad", place, "pinion", roll, *found.pinion_roll_by[k].tolist()]
     yield ["contact_ratio", "", "", float(found.contact_ratio), *found.contact_ratio_by.tolist()]
     yield ["peak_to_peak_rad", "", "", float(found.peak_to_peak), *found.peak_to_peak_by.tolist()]
+    backlash = backlash_report(report.design).normal
+    yield ["mounted_backlash_mm", "", "", backlash, *report.backlash_by.tolist()]
 
 
 def sensitivity_table(report: SensitivityReport) -> str:
@@ -109,6 +120,7 @@ def sensitivity_table(report: SensitivityReport) -> str:
     found, design = report.found, report.design
     text = f"Sensitivity of {report.name}, {found.flank} flanks: exact derivatives, for the errors named\n"
     text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
+    text += backlash_lines(design)
     if report.reason:
         return text
     swing = ARCSEC * float(found.peak_to_peak)
@@ -116,7 +128,8 @@ def sensitivity_table(report: SensitivityReport) -> str:
     text += line("transmission error", f"{swing:z.4f} arcsec peak to peak over the path")
     head = "".join(f"{f'{size:g} {unit}':>16}" for _, size, unit in STEPS)
     text += f"\n{'':<36}" + "".join(f"{name:>16}" for name, _, _ in STEPS) + f"\n{'':<36}{head}\n"
-    for label, rates in _rows(found):
+    rows = [*_rows(found), ("least normal backlash, mm", report.backlash_by)]
+    for label, rates in rows:
         text += f"  {label:<34}" + "".join(f"{value:z16.6f}" for value in rates * _sizes()) + "\n"
     return text
 

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from .backlash_by_tangency import Tangency
 from .contact import Limit
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
 from .remarks import NOTE, WARNING, Remark, remarks_data
 from .report import (
+    backlash_lines,
     csv_text,
     error_line,
     json_text,
@@ -28,6 +30,7 @@ ARCSEC = math.degrees(3600.0)
 SHOWN = (
     ("contact_ratio", "contact ratio", 1.0, 6),
     ("peak_to_peak", "tr. error, arcsec", ARCSEC, 4),
+    ("normal_backlash", "backlash, mm", 1.0, 4),
     ("pinion_z_enter", "pinion z enter, mm", 1.0, 3),
     ("pinion_z_middle", "pinion z middle, mm", 1.0, 3),
     ("pinion_z_leave", "pinion z leave, mm", 1.0, 3),
@@ -72,6 +75,21 @@ def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
     return (Remark(level, f"{text} {_tolerance_words(study)}"),)
 
 
+def tangency_name(code: int) -> str:
+    """Name in files of what a backlash by tangency is."""
+    return Tangency(int(code)).name.lower()
+
+
+def jam_counts(study: ToleranceStudy) -> dict[str, int]:
+    """Mountings that cannot be put together; of these such whose tangencies lie on the faces of both sides,
+    so that their teeth jam for sure; and mountings whose backlash is not known."""
+    found = study.mountings
+    sure = found.jammed & (found.tangency == Tangency.TOUCHES)
+    unknown = found.tangency == Tangency.UNKNOWN
+    masks = {"jammed": found.jammed, "jammed_for_sure": sure, "backlash_unknown": unknown}
+    return {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
+
+
 def tolerance_json(name: str, design: Design, study: ToleranceStudy) -> str:
     """Strict JSON of the summary of a study, mm and rad; the mountings are in its CSV."""
     data: dict[str, Any] = {
@@ -90,6 +108,7 @@ def tolerance_json(name: str, design: Design, study: ToleranceStudy) -> str:
             for (enter, leave), count in study.limit_counts().items()
         ],
         "contact_ratio_below_1": below_one(study),
+        **jam_counts(study),
         "quantiles": {"share": SHARES, **study.quantiles()},
         **remarks_data(tolerance_remarks(study)),
     }
@@ -108,6 +127,9 @@ def tolerance_csv(study: ToleranceStudy) -> str:
     for name in ("pinion_z", "pinion_r", "gear_z", "gear_r"):
         header += [f"{name}_{place}_mm" for place in PLACES]
         columns += getattr(found, name).T.tolist()
+    header += ["normal_backlash_mm", "tangency", "jammed"]
+    columns += [found.normal_backlash.tolist(), [tangency_name(code) for code in found.tangency]]
+    columns.append(found.jammed.astype(int).tolist())
     return csv_text(header, columns)
 
 
@@ -115,19 +137,29 @@ def tolerance_table(name: str, design: Design, study: ToleranceStudy) -> str:
     """Readable summary of a study, at most 100 characters wide, in mm, deg and arc seconds."""
     text = f"Tolerance study of {name}, {study.flank} flanks: {study.cases} mountings, seed {study.seed}\n"
     text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
+    text += backlash_lines(design)
     text += line("tolerances", _tolerance_words(study)) + remark_lines(tolerance_remarks(study))
     counts = (
         f"{status_name(status).replace('_', ' ')} {_percent(count, study.cases)}"
         for status, count in study.status_counts().items()
         if count
     )
-    text += line("mountings", ", ".join(counts))
+    text += line("mountings", ", ".join(counts)) + line("jammed", _jam_words(study))
     if not study.mountings.solved.any():
         return text
     text += line("limits changed", f"{_percent(study.limits_changed(), study.cases)} of the mountings")
     text += line("path", _limit_words(study))
     text += line("contact ratio", f"below 1 in {_percent(below_one(study), study.cases)} of the mountings")
     return f"{text}\n{_quantile_lines(study)}"
+
+
+def _jam_words(study: ToleranceStudy) -> str:
+    counts = jam_counts(study)
+    some, sure, unknown = (_percent(count, study.cases) for count in counts.values())
+    text = f"{some} of the mountings cannot be assembled, by the tangency of their flanks"
+    if counts["jammed_for_sure"] < counts["jammed"]:
+        text += f"; {sure} surely: in the others edges carry, which may leave more or less backlash"
+    return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
 def _tolerance_words(study: ToleranceStudy) -> str:

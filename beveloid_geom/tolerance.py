@@ -25,6 +25,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .backlash_by_tangency import jammed, tangent_backlash
 from .contact import Limit
 from .inputs import Design, Errors, FloatArray, flank_sign
 from .path import path_of_contact
@@ -75,7 +76,9 @@ class Mountings:
     leaves, -1 without a path. `pieces` (n): in how many the path lies on the flanks.
     `contact_ratio` (n): Eq. 16, 0 without contact on the flanks. `peak_to_peak` (n): greatest less
     least transmission error of the path, rad. `pinion_z, pinion_r, gear_z, gear_r` (n, 3), mm:
-    where it enters, at mid-roll, where it leaves."""
+    where it enters, at mid-roll, where it leaves. `normal_backlash` (n), mm: least over a mesh cycle by
+    tangency, with or without a path on these flanks, and `tangency` (n), codes of `Tangency`, what it is
+    for the teeth; `jammed` (n): whether it is too little to put the pair together."""
 
     errors: FloatArray
     status: NDArray[np.int8]
@@ -87,6 +90,9 @@ class Mountings:
     pinion_r: FloatArray
     gear_z: FloatArray
     gear_r: FloatArray
+    normal_backlash: FloatArray
+    tangency: NDArray[np.int8]
+    jammed: NDArray[np.bool_]
 
     @property
     def solved(self) -> NDArray[np.bool_]:
@@ -95,7 +101,8 @@ class Mountings:
 
     def quantities(self) -> dict[str, FloatArray]:
         """What a study gives the spread of, by name, each (n,): mm and rad."""
-        found = {"contact_ratio": self.contact_ratio, "peak_to_peak": self.peak_to_peak}
+        names = "contact_ratio", "peak_to_peak", "normal_backlash"
+        found = {name: getattr(self, name) for name in names}
         for name in ("pinion_z", "gear_z"):
             found |= {f"{name}_{place}": getattr(self, name)[:, k] for k, place in enumerate(PLACES)}
         return found
@@ -139,8 +146,10 @@ class ToleranceStudy:
         solved = self.mountings.solved
         if not solved.any():
             return {name: np.full(len(shares), np.nan) for name in self.mountings.quantities()}
-        found = self.mountings.quantities().items()
-        return {name: np.quantile(value[solved], shares) for name, value in found}
+        found = {name: value[solved] for name, value in self.mountings.quantities().items()}
+        known = {name: value[~np.isnan(value)] for name, value in found.items()}
+        nothing = np.full(len(shares), np.nan)
+        return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
 
 
 @dataclass(frozen=True)
@@ -252,7 +261,9 @@ def _joined(parts: Sequence[Mountings]) -> Mountings:
 
 def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
     """Mountings with these drawn errors (n, 4), in one call."""
-    path = path_of_contact(mounted(design, errors), flank, POINTS)
+    cases = mounted(design, errors)
+    path = path_of_contact(cases, flank, POINTS)
+    backlash = tangent_backlash(cases, {flank: path.ends})
     at = [0, POINTS // 2, POINTS - 1]
     return Mountings(
         errors=errors,
@@ -265,6 +276,9 @@ def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
         pinion_r=path.pinion_r[:, at],
         gear_z=path.gear_z[:, at],
         gear_r=path.gear_r[:, at],
+        normal_backlash=backlash.normal,
+        tangency=backlash.status,
+        jammed=jammed(backlash.normal, float(design.pinion.tool.normal_module)),
     )
 
 

@@ -83,8 +83,11 @@ def test_installed_command_prints_a_table() -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in lines[1]
+    assert lines[6].startswith(
+        "  as mounted         backlash 0.041589 mm with errors and parabolas, least at"
+    )
+    assert len(lines) == 10 + 3 + 5
     assert sum(line.startswith("  note ") for line in lines) == 1
-    assert len(lines) == 9 + 3 + 5
 
 
 def test_installed_command_refuses_an_unknown_file() -> None:
@@ -173,12 +176,12 @@ def test_json_holds_the_layout() -> None:
 
 
 def test_options_change_the_design() -> None:
-    given = "--offset-error=-0.1 --shaft-angle-error 0.002 --pinion-axial-error 0.3 --gear-axial-error -0.4"
+    given = "--offset-error=-0.01 --shaft-angle-error 0.002 --pinion-axial-error 0.3 --gear-axial-error -0.4"
     data = tca(*given.split(), "--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--flank", "left")
     errors = data["layout"]["errors"]
     assert errors["shaft_angle"] == pytest.approx(math.radians(0.002))
-    assert [errors[name] for name in ("offset", "pinion_axial", "gear_axial")] == [-0.1, 0.3, -0.4]
-    design = builtin_design().with_errors(Errors(-0.1, math.radians(0.002), 0.3, -0.4))
+    assert [errors[name] for name in ("offset", "pinion_axial", "gear_axial")] == [-0.01, 0.3, -0.4]
+    design = builtin_design().with_errors(Errors(-0.01, math.radians(0.002), 0.3, -0.4))
     path = path_of_contact(design.with_parabola(0.001, -0.001), "left")
     assert data["flank"] == "left"
     np.testing.assert_allclose(data["path"]["pinion_z"], path.pinion_z, rtol=0, atol=1e-9)
@@ -254,7 +257,7 @@ def test_notes_where_something_touches_earlier(
     flank: str, parabolas: tuple[float, float], said: list[str]
 ) -> None:
     options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
-    data = tca("--flank", flank, *options)
+    data = tca("--flank", flank, *options, "--offset-error", "0.06")  # with backlash for all of them
     notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
     assert all(any(words in note for note in notes) for words in said)
     assert any("not an operating one" in note for note in notes) is bool(said)
@@ -271,9 +274,47 @@ def test_a_tool_without_a_fitting_round_leaves_the_path() -> None:
     assert any("not known: pinion: tip_radius 0.38 is too large" in note for note in data["notes"])
 
 
-def test_negative_backlash_is_noted(design_file: Callable[..., Path]) -> None:
-    errors = tca(design_file("offset = 229.0", "offset = 228.7"))["errors"]
-    assert errors == ["the teeth interfere by 0.3062 mm along the normal"]
+def test_negative_backlash_is_a_verdict(design_file: Callable[..., Path]) -> None:
+    result = run("tca", "--json", design_file("offset = 229.0", "offset = 228.7"))
+    data = strict_json(result.stdout)
+    assert result.exit_code == 1
+    assert "backlash is -" in data["errors"][0]
+    assert "interfere" in data["errors"][0]
+    assert data["jammed"] is True
+    assert data["mounted_backlash"]["normal"] == pytest.approx(data["normal_backlash"], abs=1e-12)
+
+
+@pytest.mark.parametrize("command", ["tca", "operation", "sensitivity", "pattern"])
+def test_a_jammed_pair_is_told(command: str) -> None:
+    """Errors of mounting use up the backlash of the layout: no certificate, exit status 1."""
+    extra = ("--resolution", "2") if command == "pattern" else ()
+    result = run(command, "--offset-error", "-0.5", *extra)
+    words = " ".join(result.stdout.split())
+    assert result.exit_code == 1
+    assert "certified" not in words
+    assert "backlash -0.313020 mm with errors and parabolas" in words
+    assert "the pair cannot be assembled" in words
+    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
+    data = run(command, "--offset-error", "-0.5", "--json", *extra)
+    found = strict_json(data.stdout)
+    assert (data.exit_code, data.stderr) == (1, "")
+    assert found["jammed"] is True
+    assert "certificate" not in found
+    assert found["normal_backlash"] == pytest.approx(0.0416, abs=5e-5)
+    assert found["mounted_backlash"]["normal"] == pytest.approx(-0.3130, abs=5e-5)
+    assert found["mounted_backlash"]["left"]["edges"] == []
+    rows = list(csv.DictReader(io.StringIO(run(command, "--offset-error", "-0.5", "--csv", *extra).stdout)))
+    if command != "sensitivity":
+        assert {float(row["mounted_backlash_mm"]) for row in rows} == {found["mounted_backlash"]["normal"]}
+
+
+def test_check_warns_of_a_jam(design_file: Callable[..., Path]) -> None:
+    path = design_file("[errors]\noffset = 0.0", "[errors]\noffset = -0.5")
+    result = run("check", path)
+    assert result.exit_code == 0
+    assert "error the pair cannot be assembled" in " ".join(result.stdout.split())
+    assert "cannot be assembled" in strict_json(run("check", path, "--json").stdout)["errors"][0]
+    assert "mounted,normal_backlash,mm,-0.3130" in run("check", path, "--csv").stdout
 
 
 def test_check_takes_parabolas() -> None:

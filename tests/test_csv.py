@@ -44,7 +44,7 @@ def test_one_format_at_a_time(command: tuple[str, ...]) -> None:
 def test_sensitivity() -> None:
     found = path_sensitivity(builtin_design().with_parabola(0.001, -0.001), "left")
     rows = rows_of("sensitivity", "--flank", "left", *MODIFIED)
-    assert len(rows) == 5 * 6 + 3 + 2
+    assert len(rows) == 5 * 6 + 3 + 3
     units = ("mm", "rad", "mm", "mm")
     heads = [f"by_{error}_per_{unit}" for error, unit in zip(ERRORS, units, strict=True)]
     by = {(row["quantity"], row["place"], row["member"]): row for row in rows}
@@ -57,6 +57,9 @@ def test_sensitivity() -> None:
         assert [float(by[key][head]) for head in heads] == expected.tolist()
     assert float(by["z_mm", "leave", "gear"]["value"]) == found.z[2, 1]
     assert by["face_shift_mm", "middle", "gear"]["value"] == ""
+    backlash = by["mounted_backlash_mm", "", ""]
+    assert float(backlash["value"]) == pytest.approx(0.03956, abs=1e-5)
+    assert 0.7 < float(backlash["by_offset_per_mm"]) < 0.75
 
 
 def test_sensitivity_without_a_path() -> None:

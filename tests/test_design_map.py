@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from beveloid_geom.backlash_by_tangency import tangent_backlash
 from beveloid_geom.design_limits import parabola_limit
 from beveloid_geom.design_map import (
     FIGURES,
@@ -45,8 +46,9 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
     """Figures of one cell by paths of single designs; the shift by hand."""
     path = path_of_contact(cell, flank, 17)
     backlash = float(mounting_of(cell).normal_backlash)
+    play = float(tangent_backlash(cell).normal)
     if path.l1.size == 0:
-        return dict.fromkeys(FIGURES, nan) | {"normal_backlash": backlash}
+        return dict.fromkeys(FIGURES, nan) | {"normal_backlash": backlash, "mounted_backlash": play}
     along = np.array([path.pinion_z[9] - path.pinion_z[7], path.l1[9] - path.l1[7]])
     squares = []
     for sign in (1.0, -1.0):
@@ -64,6 +66,7 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
         "peak_to_peak": float(np.ptp(path_of_contact(cell, flank, 2001).transmission_error)),
         "centre": float(z[8]),
         "normal_backlash": backlash,
+        "mounted_backlash": play,
         "flank_share": nan,
     }
 
@@ -85,6 +88,14 @@ def test_cells_are_those_of_single_designs(over: Over, flank: str) -> None:
     lost = found.status == Status.OFF_FLANK
     assert lost.any() or over != "mounting"
     assert (np.isnan(found.contact_ratio) == lost).all()
+
+
+def test_jammed_cells_are_not_sound() -> None:
+    """With an offset error the layout has backlash and the pair none."""
+    found = map_of(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
+    assert (found.mounted_backlash < found.normal_backlash).all()
+    assert (found.jammed & ~found.interferes).any()
+    assert not (found.sound & found.jammed).any()
 
 
 def test_the_papers_numbers() -> None:

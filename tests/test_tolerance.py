@@ -20,12 +20,15 @@ import pytest
 from click.testing import CliRunner, Result
 from distributed import Client, LocalCluster
 
+from beveloid_geom.backlash import mounted_backlash
+from beveloid_geom.backlash_by_tangency import Tangency
 from beveloid_geom.cli_tolerance import tolerance
 from beveloid_geom.contact import Limit
 from beveloid_geom.design_file import builtin_text
 from beveloid_geom.flank import root_parameter
 from beveloid_geom.inputs import Errors
 from beveloid_geom.path import path_of_contact
+from beveloid_geom.report_tolerance import jam_counts, tolerance_json, tolerance_table
 from beveloid_geom.solve import Status
 from beveloid_geom.tolerance import (
     PLACES,
@@ -34,6 +37,7 @@ from beveloid_geom.tolerance import (
     Tolerances,
     ToleranceStudy,
     drawn_errors,
+    mounted,
     tolerance_study,
 )
 from tests.oracle.table1 import table1
@@ -369,3 +373,31 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
+
+
+def test_jammed_mountings_are_counted() -> None:
+    """At 0.3 mm of offset, 3 sigma, Table 1 jams below -0.0588 mm: a tail of the normal distribution."""
+    study = tolerance_study(table1(), Tolerances(offset=0.3), cases=20_000)
+    share = 0.5 * math.erfc(0.0588 / 0.1 / math.sqrt(2.0))
+    assert np.mean(study.mountings.jammed) == pytest.approx(share, abs=4.0 * math.sqrt(share / 20_000))
+    assert (study.mountings.tangency == Tangency.TOUCHES).all()
+    offset, backlash = study.mountings.errors[:, 0], study.mountings.normal_backlash
+    np.testing.assert_array_equal(study.mountings.jammed, backlash < -2e-5 * 6.0)
+    assert (backlash[np.argsort(offset)][1:] > backlash[np.argsort(offset)][:-1]).all()
+    assert float(study.nominal.normal_backlash[0]) == pytest.approx(0.0416, abs=5e-5)
+
+
+def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
+    """And of these some surely: the others have a path that leaves the faces."""
+    given = Tolerances(0.5, math.radians(0.1), 1.0, 1.0)
+    study = tolerance_study(table1(), given, cases=8 * UNIT)
+    counts = jam_counts(study)
+    assert counts["jammed"] / study.cases == pytest.approx(0.402, abs=0.02)
+    assert 0.5 * counts["jammed"] < counts["jammed_for_sure"] < counts["jammed"]
+    assert counts["backlash_unknown"] == 0
+    some = np.flatnonzero(study.mountings.jammed & (study.mountings.tangency == Tangency.TOUCHES))[:4]
+    assert mounted_backlash(mounted(table1(), study.mountings.errors[some])).jammed.all()
+    data = json.loads(tolerance_json("x", table1(), study))
+    assert {name: data[name] for name in counts} == counts
+    assert len(data["quantiles"]["normal_backlash"]) == len(data["quantiles"]["share"])
+    assert "of the mountings cannot be assembled" in " ".join(tolerance_table("x", table1(), study).split())

@@ -8,13 +8,15 @@ Theory, chapter on crossed helical gears; DIN 868 sense of signs).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import acos, asin, atan, cos, degrees, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from beveloid_geom.backlash import mounted_backlash
+from beveloid_geom.backlash_by_tangency import tangent_backlash
 from beveloid_geom.closing import closed_layout, closing_of, zero_backlash_layout
 from beveloid_geom.contact import Limit
 from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
@@ -252,3 +254,22 @@ def test_axial_errors_do_not_move_the_path_of_cylindrical_gears_in_space() -> No
     moved = path_of_contact(Design(pinion, gear, pair, Errors(pinion_axial=3.0, gear_axial=-2.0)), points=5)
     np.testing.assert_allclose(moved.point, plain.point, atol=1e-10)
     np.testing.assert_allclose(moved.pinion_z, plain.pinion_z - 3.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_backlash_under_an_offset_error(seed: int) -> None:
+    """An offset error of the right size makes a layout with, or without, backlash in closed form."""
+    pair = drawn_pair(seed)
+    aw = pair.without_backlash()
+    for turn in (0.3, -0.02):
+        offset, shaft_angle = pair.layout(aw + radians(turn))
+        rough = pair.design(offset - 0.05 * pair.module, abs(shaft_angle))
+        pinion, gear = (
+            replace(member, tool=replace(member.tool, tip_radius=0.2)) for member in rough.members
+        )
+        design = Design(pinion, gear, rough.pair, Errors(offset=0.05 * pair.module))
+        wanted = pair.backlash(aw + radians(turn))
+        found = mounted_backlash(design)
+        assert float(tangent_backlash(design).normal) == pytest.approx(wanted, abs=1e-9 * offset)
+        assert float(found.normal) == pytest.approx(wanted, abs=1e-9 * offset)
+        assert bool(found.jammed) is (wanted < 0.0)

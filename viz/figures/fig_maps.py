@@ -90,7 +90,9 @@ class MapFigure:
 
     def panels(self) -> list[tuple[str, DesignMap]]:
         """What is mapped in each panel."""
-        names = [name for name in FIGURES if name not in ("normal_backlash", "flank_share")]
+        names = [
+            name for name in FIGURES if name not in ("normal_backlash", "mounted_backlash", "flank_share")
+        ]
         last = ("normal_backlash", self.found) if self.first is None else ("flank_share", self.first)
         return [*((name, self.found) for name in names), last]
 
