@@ -22,7 +22,7 @@ from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
 from .solid import NAMES, bore_of, turned
-from .volume import Indices, VolumeMesh, determinants, face_nodes
+from .volume import Indices, VolumeMesh, element_shapes, face_nodes
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Nodes of the elements, by Abaqus's names."""
@@ -43,6 +43,11 @@ PROBE, PASSES, MANY = 8, 2, 300
 again, if they are not that many already."""
 FINE = 400
 """Steps in which lengths along a profile are measured."""
+LEAST_SHAPE = 0.2
+"""Of the scaled Jacobian and of the ratio of determinants, see `volume.element_shapes`."""
+HALVINGS = 2
+"""How often the tolerance is halved for elements in shape: next to undercut a fillet curves sharply."""
+SHAPE_CURE = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
 GRADED = 0.5
 """Columns of the tooth are narrower by this share at its flanks than on average, wider inside."""
 
@@ -131,38 +136,53 @@ def tooth_hexahedra(
     cells: Cells | None = None,
 ) -> VolumeMesh:
     """Hexahedra of `teeth` neighbouring teeth of a single member (the first at angle 0, the others
-    against the clock seen from the heel; None: all), own frame.
+    against the clock seen from the heel; None: all), own frame. All teeth are the whole gear, without sides.
 
     `element`: 'C3D20' or 'C3D20R' with 20 nodes, 'C3D8I' or 'C3D8' with 8. The reduced integration of
-    C3D20R leaves hourglass modes under a point load, and C3D8I fails the patch test where elements
-    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, unless
-    `cells` are given. Sets are as `VolumeMesh` has them; a whole gear has no sides.
+    C3D20R leaves hourglass modes under a load on one face, and C3D8I fails the patch test where elements
+    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, or half
+    or a quarter of it where they would be too distorted, unless `cells` are given. Sets are as `VolumeMesh`
+    has them.
 
-    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, and as
-    `cut_sheets`, `bore_of` and `section_of` do."""
+    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, for elements out of
+    shape (LEAST_SHAPE), and as `cut_sheets`, `bore_of` and `section_of` do."""
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
     if teeth is not None and not 0 < teeth <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {teeth}")
-    cells = cells_of(member, tolerance) if cells is None else cells
+    wanted = count if teeth is None else teeth
+    fault = ""
+    for halved in range(HALVINGS + 1 if cells is None else 1):
+        numbers = cells_of(member, tolerance / 2.0**halved) if cells is None else cells
+        tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore_of(member, bore_radius), wanted)
+        fault = _shape_fault(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
+        if not fault:
+            return _repeated(tooth, count, wanted)
+    raise ValueError(f"some elements are too distorted ({fault}): {SHAPE_CURE}")
+
+
+def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
+    """One tooth of so many cells. Raises ValueError for numbers below 1, and where `teeth` of them take too
+    many nodes."""
     for name, number in vars(cells).items():
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
     sheets, half = cut_sheets(member), 0.5 * float(member.face_width)
-    bore = bore_of(member, bore_radius)
-    quadratic = ELEMENTS[element] == 20
-    wanted = count if teeth is None else teeth
-    _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, wanted)
+    _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, teeth)
     size = section_size(_corners(_outline(sheets, cells, np.zeros(1))), bore, ASPECT, GROWTH)
-    _require_size(size, cells.face, quadratic, wanted)
+    _require_size(size, cells.face, quadratic, teeth)
     outline = _outline(sheets, cells, np.linspace(-half, half, 2 * cells.face + 1))
     section = section_of(_corners(outline), bore, ASPECT, GROWTH)
-    tooth = _quadratic(section, outline, bore) if quadratic else _linear(section)
-    values, _ = determinants(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
-    if not values.min() > 0.0:
-        raise ValueError("some elements are turned over: take more of them, or a smaller tolerance")
-    return _repeated(tooth, count, teeth)
+    return _quadratic(section, outline, bore) if quadratic else _linear(section)
+
+
+def _shape_fault(mesh: VolumeMesh) -> str:
+    """What is wrong with the shape of the elements, if anything."""
+    scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
+    if min(scaled, ratio) >= LEAST_SHAPE:
+        return ""
+    return f"scaled Jacobian {scaled:.2f}, ratio of determinants {ratio:.2f}, the least is {LEAST_SHAPE:g}"
 
 
 def _outline(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, FloatArray]:
@@ -321,11 +341,11 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
     return _Tooth(points, hexahedra, first, last, _surfaces(section, layers))
 
 
-def _repeated(tooth: _Tooth, count: int, teeth: int | None) -> VolumeMesh:
-    """So many teeth of a gear of `count`, joined."""
-    wanted = count if teeth is None else teeth
+def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
+    """So many teeth of a gear of `count`, joined; all of them round the gear."""
+    closed = wanted == count
     numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if teeth is None:
+    if closed:
         numbers[:, tooth.last] = np.roll(numbers[:, tooth.first], -1, axis=0)
     else:
         for number in range(1, wanted):
@@ -334,7 +354,7 @@ def _repeated(tooth: _Tooth, count: int, teeth: int | None) -> VolumeMesh:
     angles = np.asarray(2.0 * np.pi / count * np.arange(wanted), dtype=float)
     points = turned(tooth.points, angles).reshape(-1, 3)[used]
     bare = VolumeMesh(points, hexahedra.reshape(-1, tooth.hexahedra.shape[1]), {}, {}, {})
-    surfaces = _named(tooth, wanted, teeth is None)
+    surfaces = _named(tooth, wanted, closed)
     return VolumeMesh(
         points,
         bare.hexahedra,
