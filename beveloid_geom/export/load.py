@@ -192,7 +192,8 @@ def _sampled(sight: _Sight, ellipse: HertzEllipse, per_face: int) -> _Sample:
     face, parameter = _located(sight, places)
     on = (face >= 0) & (face >= 0)[::-1]
     force = ellipse.pressure * np.sqrt(square) * float(np.prod(2.0 * half / counts))
-    return _Sample(force[on], face[on], parameter[on], not on.all())
+    cut = not on.all() or bool((half < ellipse.semi_axes).any())
+    return _Sample(force[on], face[on], parameter[on], cut)
 
 
 def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:

@@ -106,15 +106,13 @@ def _write_meshio(surface: SurfaceMesh, path: Path, suffix: str) -> None:
 def _write_trimesh(surface: SurfaceMesh, path: Path, suffix: str, title: str) -> None:
     """Write what trimesh can. Nothing may be merged or dropped: the triangles are to be those of the
     calculation."""
-    from trimesh.exchange.export import export_mesh
-
     normals = surface.point_fields.get("normals")
     if suffix == ".obj":
         path.write_text(_obj(surface, title), encoding="utf-8")
         return
     options = {".ply": {"vertex_normal": normals is not None}}.get(suffix, {})
     mesh = _trimesh(surface.points, surface.faces, normals)
-    export_mesh(mesh, str(path), file_type=suffix.removeprefix("."), **options)
+    mesh.export(str(path), file_type=suffix.removeprefix("."), **options)
     if suffix == ".stl":
         with open(path, "r+b") as file:
             file.write(title.encode("ascii", "replace")[:STL_HEADER])
@@ -129,12 +127,13 @@ def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> 
 def _obj(surface: SurfaceMesh, title: str) -> str:
     """The text of an .obj file, with an object and a group for each member of a pair."""
     import trimesh
-    from trimesh.exchange.obj import export_obj
+    from trimesh.exchange import obj
 
+    export: Any = obj.export_obj
     normals, of = surface.point_fields.get("normals"), surface.cell_fields.get("member")
     if of is None:
         mesh = _trimesh(surface.points, surface.faces, normals)
-        return str(export_obj(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
+        return str(export(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
     scene = trimesh.Scene()
     for number, name in enumerate(MEMBERS):
         faces = surface.faces[of == number]
@@ -142,5 +141,5 @@ def _obj(surface: SurfaceMesh, title: str) -> str:
         mesh = _trimesh(surface.points[start : faces.max() + 1], faces - start, None)
         mesh.metadata["name"] = name
         scene.add_geometry(mesh)
-    text = str(export_obj(scene, include_normals=False, digits=OBJ_DIGITS, header=title))
+    text = str(export(scene, include_normals=False, digits=OBJ_DIGITS, header=title))
     return re.sub(r"^o (.+)$", r"o \1\ng \1", text, flags=re.MULTILINE)
