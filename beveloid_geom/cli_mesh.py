@@ -374,7 +374,7 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {request.teeth}"
         where += f" at ({place}) mm"
         comment += [f"{where}, the middle of the path of contact", f"{case.load.told}.", f"{UNRESOLVED}."]
-        told += f", {case.load.told}; {UNRESOLVED}"
+        told += f"; {where}, {case.load.told}; {UNRESOLVED}"
         if request.teeth < 3 and not request.whole:
             comment.append(f"The loaded tooth is {HELD}.")
             told += f"; {HELD}"
