@@ -45,8 +45,8 @@ FINE = 400
 """Steps in which lengths along a profile are measured."""
 LEAST_SHAPE = 0.2
 """Of the scaled Jacobian and of the ratio of determinants, see `volume.element_shapes`."""
-HALVINGS = 2
-"""How often the tolerance is halved for elements in shape: next to undercut a fillet curves sharply."""
+CENTRING = 6
+"""Steps that bring mid-side nodes over the middle of their edges."""
 SHAPE_CURE = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
 GRADED = 0.5
 """Columns of the tooth are narrower by this share at its flanks than on average, wider inside."""
@@ -140,9 +140,8 @@ def tooth_hexahedra(
 
     `element`: 'C3D20' or 'C3D20R' with 20 nodes, 'C3D8I' or 'C3D8' with 8. The reduced integration of
     C3D20R leaves hourglass modes under a load on one face, and C3D8I fails the patch test where elements
-    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, or half
-    or a quarter of it where they would be too distorted, unless `cells` are given. Sets are as `VolumeMesh`
-    has them.
+    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, unless
+    `cells` are given. Sets are as `VolumeMesh` has them.
 
     Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, for elements out of
     shape (LEAST_SHAPE), and as `cut_sheets`, `bore_of` and `section_of` do."""
@@ -152,14 +151,10 @@ def tooth_hexahedra(
     if teeth is not None and not 0 < teeth <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {teeth}")
     wanted = count if teeth is None else teeth
-    fault = ""
-    for halved in range(HALVINGS + 1 if cells is None else 1):
-        numbers = cells_of(member, tolerance / 2.0**halved) if cells is None else cells
-        tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore_of(member, bore_radius), wanted)
-        fault = _shape_fault(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
-        if not fault:
-            return _repeated(tooth, count, wanted)
-    raise ValueError(f"some elements are too distorted ({fault}): {SHAPE_CURE}")
+    numbers = cells_of(member, tolerance) if cells is None else cells
+    tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore_of(member, bore_radius), wanted)
+    _require_shape(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
+    return _repeated(tooth, count, wanted)
 
 
 def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
@@ -177,20 +172,38 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
     return _quadratic(section, outline, bore) if quadratic else _linear(section)
 
 
-def _shape_fault(mesh: VolumeMesh) -> str:
-    """What is wrong with the shape of the elements, if anything."""
+def _require_shape(mesh: VolumeMesh) -> None:
+    """Raises ValueError for elements that are turned over or too distorted."""
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
-    if min(scaled, ratio) >= LEAST_SHAPE:
-        return ""
-    return f"scaled Jacobian {scaled:.2f}, ratio of determinants {ratio:.2f}, the least is {LEAST_SHAPE:g}"
+    if not min(scaled, ratio) >= LEAST_SHAPE:
+        text = (
+            f"scaled Jacobian {scaled:.2f}, ratio of determinants {ratio:.2f}, the least is {LEAST_SHAPE:g}"
+        )
+        raise ValueError(f"some elements are too distorted ({text}): {SHAPE_CURE}")
 
 
 def _outline(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, FloatArray]:
     """The curves (2 k + 1, nz, 3) around the tooth, of corners and mid-side nodes in turn."""
-    return {
-        name: grid.points[::-1] if name.startswith("right") else grid.points
-        for name, grid in _grids(sheets, cells, z).items()
-    }
+    found = {}
+    for name, grid in _grids(sheets, cells, z).items():
+        points = _centred(sheets[name], grid)
+        found[name] = points[::-1] if name.startswith("right") else points
+    return found
+
+
+def _centred(sheet: Sheet, grid: SheetGrid) -> FloatArray:
+    """The points (2 k + 1, nz, 3) of a grid, every other row moved on the surface to over the middle of the
+    edge between its neighbours: the stations are those of mid-face, and a flank that is next to undercut at
+    its toe stretches from there."""
+    points, ends = grid.points.copy(), grid.parameter[::2]
+    edge, at = points[2::2] - points[:-2:2], grid.parameter[1::2]
+    z = np.broadcast_to(grid.z, at.shape)
+    for _ in range(CENTRING):
+        way = points[1::2] - points[:-2:2]
+        share = np.einsum("...i,...i", way, edge) / np.einsum("...i,...i", edge, edge)
+        at = at + (0.5 - share) * np.diff(ends, axis=0)
+        points[1::2] = sheet.place(at, z)[0]
+    return points
 
 
 def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, SheetGrid]:
