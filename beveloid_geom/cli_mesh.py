@@ -23,22 +23,26 @@ from .cli_support import (
     load_design,
     option_name,
     override_options,
+    unwound_by_sigterm,
     write_out,
 )
-from .export import CAD_FORMATS, FIELD_FORMATS, SURFACE_FORMATS, VOLUME_FORMATS
+from .export import CAD_FORMATS, FIELD_FORMATS, MEMBERS, SURFACE_FORMATS, VOLUME_FORMATS
 
 if TYPE_CHECKING:
     from .inputs import Design, Member
     from .posing import MeshingPair
 
-GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in ("pinion", "gear")) for kind in ("", "-tooth", "-flank"))
+GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
+UNRESOLVED = "stresses at the contact are not resolved, those of the fillet are"
+"""By the mesh, under the pressure of a load."""
 HELD = "held at its cut sides: take --teeth 3 for stresses"
 """Of a loaded tooth without a neighbour on both sides, which is too stiff."""
-DEFAULT_LOAD = 1000.0
-DEFAULT_TOLERANCE = {"surface": 0.01, "volume": 0.05, "solid": 0.01}
-"""mm, by kind; .step has none."""
+LOAD, LOADED = 1000.0, 6.0
+"""N at that module (mm): the default load, which goes with the square of the module for equal stresses."""
+STEPS = {"surface": 600.0, "volume": 120.0, "solid": 600.0}
+"""Default tolerances in one module, by kind; .step has none."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,7 @@ class Request:
     element: str
     load: float
     fields: tuple[str, ...]
+    gear_teeth: int
 
     @property
     def member(self) -> int:
@@ -66,6 +71,11 @@ class Request:
     def tooth_count(self) -> int | None:
         """How many teeth, None for a whole gear."""
         return self.teeth if self.part in TEETH else None
+
+    @property
+    def whole(self) -> bool:
+        """Whether all teeth of the gear are asked for."""
+        return self.tooth_count in (None, self.gear_teeth)
 
     @property
     def posed(self) -> bool:
@@ -196,7 +206,7 @@ def pose(source: str, design: Design, flank: str) -> MeshingPair:
     type=float,
     metavar="MM",
     help="Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight "
-    "edges.  [default: 0.01, hexahedra 0.05]",
+    "edges.  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]",
 )
 @click.option(
     "--flank",
@@ -219,7 +229,8 @@ def pose(source: str, design: Design, flank: str) -> MeshingPair:
     metavar="K",
     default=1,
     show_default=True,
-    help="Neighbouring teeth. As .inp they are held where they are cut from the others: take 3 for stresses.",
+    help="Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where "
+    "they are cut from the others: take 3 for stresses.",
 )
 @click.option("--bore-radius", type=float, metavar="MM", help="Default: 0.45 of the least root radius.")
 @click.option(
@@ -227,19 +238,19 @@ def pose(source: str, design: Design, flank: str) -> MeshingPair:
     type=click.Choice(ELEMENTS),
     default=ELEMENTS[0],
     show_default=True,
-    help="C3D20R leaves hourglass modes under a point load, C3D8I fails the patch test where elements are "
-    "distorted, C3D8 is stiff in bending.",
+    help="C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch "
+    "test where elements are distorted, C3D8 is stiff in bending.",
 )
 @click.option(
     "--load",
     type=float,
     metavar="N",
-    default=DEFAULT_LOAD,
-    show_default=True,
-    help="Force on the flank, along its normal.",
+    help="Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of steel in "
+    "the middle of the path.  [default: 1000 * (module / 6 mm)^2]",
 )
 @override_options
 @click.pass_context
+@unwound_by_sigterm()
 def mesh(
     context: click.Context,
     /,
@@ -252,7 +263,7 @@ def mesh(
     teeth: int,
     bore_radius: float | None,
     element: str,
-    load: float,
+    load: float | None,
     **changes: float | None,
 ) -> None:
     """Write a gear, a tooth, a flank or the pair as a file for other programs.
@@ -264,24 +275,28 @@ def mesh(
     """
     suffix = out.suffix.lower()
     kind = kind_of(part, suffix)
+    changed = changed_design(load_design(design), changes)
+    member = changed.members[part.startswith("gear")]
+    module = float(member.tool.normal_module)
     request = Request(
         part,
         out,
         suffix,
         kind,
-        DEFAULT_TOLERANCE[kind] if tolerance is None else tolerance,
+        module / STEPS[kind] if tolerance is None else tolerance,
         flank,
         teeth,
         bore_radius,
         element,
-        load,
+        LOAD * (module / LOADED) ** 2 if load is None else load,
         tuple(dict.fromkeys(fields)),
+        int(member.teeth),
     )
     refuse_unused(context, request)
     check_numbers(request)
-    changed = changed_design(load_design(design), changes)
     source = click.format_filename(design)
-    check_teeth(changed, request)
+    if teeth > request.gear_teeth:
+        raise Refusal([f"--teeth must be between 1 and {request.gear_teeth}, got {teeth}"])
     if part in FLANKS:
         warn_of_undercut(changed.members[request.member], flank)
     from tqdm import tqdm
@@ -290,13 +305,6 @@ def mesh(
     with written(request) as beside, tqdm(total=2, disable=None, leave=False, file=sys.stderr) as bar:
         told = write(source, changed, request, beside, bar)
     write_out(f"{click.format_filename(out)}: {told}\n")
-
-
-def check_teeth(design: Design, request: Request) -> None:
-    """Raise Refusal for more teeth than the gear has."""
-    count = int(design.members[request.member].teeth)
-    if (request.tooth_count or 0) > count:
-        raise Refusal([f"--teeth must be between 1 and {count}, got {request.teeth}"])
 
 
 def warn_of_undercut(member: Member, flank: str) -> None:
@@ -332,7 +340,7 @@ def write_surface_part(source: str, design: Design, request: Request, path: Path
         )
     bar.update()
     bar.set_description(f"write {request.out.name}")
-    write_surface(surface, path, request.suffix)
+    write_surface(surface, path, request.suffix, f"{request.part} of {Path(source).name}, mm")
     bar.update()
     told = f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
     if request.suffix in FIELD_FORMATS and "part" in surface.cell_fields:
@@ -346,6 +354,7 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
     from .export.volumes import write_volume
     from .hexahedra import tooth_hexahedra
     from .outline import counted
+    from .volume import element_shapes
 
     posed = pose(source, design, request.flank) if request.posed else None
     member, loaded = request.member, (request.teeth - 1) // 2
@@ -356,6 +365,7 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
     bar.update()
     bar.set_description(f"write {request.out.name}")
     told = f"{len(mesh.hexahedra):,} hexahedra {request.element}, {len(mesh.points):,} nodes"
+    told += f", scaled Jacobian {element_shapes(mesh)[0].min():.2f} or more"
     comment = [f"{request.part} of {source}, {counted(request.teeth)}, edges within {request.tolerance:g} mm"]
     case = None
     if posed is not None:
@@ -363,15 +373,24 @@ def write_volume_part(source: str, design: Design, request: Request, path: Path,
         place = ", ".join(f"{x:.4f}" for x in case.load.point)
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {request.teeth}"
         where += f" at ({place}) mm"
-        comment.append(f"{where}, the middle of the path of contact")
-        told += f"; {where}"
-        if request.teeth < 3:
+        comment += [f"{where}, the middle of the path of contact", f"{case.load.told}.", f"{UNRESOLVED}."]
+        told += f"; {where}, {case.load.told}; {UNRESOLVED}"
+        if request.teeth < 3 and not request.whole:
             comment.append(f"The loaded tooth is {HELD}.")
             told += f"; {HELD}"
-        told += f"; run: ccx -i {shlex.quote(request.out.stem)}"
+        told += f"; run: {ccx_command(request.out)}"
     write_volume(mesh, path, request.element, case=case, comment=comment, suffix=request.suffix)
     bar.update()
     return told
+
+
+def ccx_command(deck: Path) -> str:
+    """What to type for CalculiX to solve a deck. It takes the name without `.inp`, which it adds in small
+    letters, and leaves its files where it is started."""
+    command = f"ccx -i {shlex.quote(deck.stem)}"
+    if deck.suffix != ".inp":
+        command = f"mv {shlex.quote(deck.name)} {shlex.quote(deck.stem + '.inp')} && {command}"
+    return command if deck.parent == Path() else f"cd {shlex.quote(str(deck.parent))} && {command}"
 
 
 def write_solid_part(_: str, design: Design, request: Request, path: Path, bar: Any) -> str:
@@ -382,6 +401,6 @@ def write_solid_part(_: str, design: Design, request: Request, path: Path, bar: 
     member = design.members[request.member]
     numbers = None if request.tooth_count is None else range(request.tooth_count)
     bar.set_description(f"{request.part} as a solid")
-    write_step(member, path, numbers, request.bore_radius)
+    write_step(member, path, numbers, request.bore_radius, MEMBERS[request.member])
     bar.update(2)
     return f"a solid with {counted(int(member.teeth) if numbers is None else len(numbers))}"

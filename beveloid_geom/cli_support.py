@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
 import click
@@ -34,6 +37,25 @@ class Interrupted(click.ClickException):
     """Ctrl-C: what is there is whole; exit status 130."""
 
     exit_code = 130
+
+
+@contextmanager
+def unwound_by_sigterm() -> Iterator[None]:
+    """Around a command that writes files: SIGTERM unwinds it, so that nothing unfinished is left, and ends
+    it with status 143, as it would without. Whoever handles the signal already keeps it."""
+
+    def leave(*_: object) -> None:
+        raise SystemExit(128 + signal.SIGTERM)
+
+    mine = threading.current_thread() is threading.main_thread()
+    if not mine or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 class Refusal(click.ClickException):

@@ -22,7 +22,7 @@ from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
 from .solid import NAMES, bore_of, turned
-from .volume import Indices, VolumeMesh, determinants, face_nodes
+from .volume import Indices, VolumeMesh, element_shapes, face_nodes
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Nodes of the elements, by Abaqus's names."""
@@ -43,6 +43,11 @@ PROBE, PASSES, MANY = 8, 2, 300
 again, if they are not that many already."""
 FINE = 400
 """Steps in which lengths along a profile are measured."""
+LEAST_SHAPE = 0.2
+"""Of the scaled Jacobian and of the ratio of determinants, see `volume.element_shapes`."""
+CENTRING = 6
+"""Steps that bring mid-side nodes over the middle of their edges."""
+SHAPE_CURE = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
 GRADED = 0.5
 """Columns of the tooth are narrower by this share at its flanks than on average, wider inside."""
 
@@ -131,46 +136,74 @@ def tooth_hexahedra(
     cells: Cells | None = None,
 ) -> VolumeMesh:
     """Hexahedra of `teeth` neighbouring teeth of a single member (the first at angle 0, the others
-    against the clock seen from the heel; None: all), own frame.
+    against the clock seen from the heel; None: all), own frame. All teeth are the whole gear, without sides.
 
     `element`: 'C3D20' or 'C3D20R' with 20 nodes, 'C3D8I' or 'C3D8' with 8. The reduced integration of
-    C3D20R leaves hourglass modes under a point load, and C3D8I fails the patch test where elements
+    C3D20R leaves hourglass modes under a load on one face, and C3D8I fails the patch test where elements
     are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, unless
-    `cells` are given. Sets are as `VolumeMesh` has them; a whole gear has no sides.
+    `cells` are given. Sets are as `VolumeMesh` has them.
 
-    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, and as
-    `cut_sheets`, `bore_of` and `section_of` do."""
+    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, for elements out of
+    shape (LEAST_SHAPE), and as `cut_sheets`, `bore_of` and `section_of` do."""
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
     if teeth is not None and not 0 < teeth <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {teeth}")
-    cells = cells_of(member, tolerance) if cells is None else cells
+    wanted = count if teeth is None else teeth
+    numbers = cells_of(member, tolerance) if cells is None else cells
+    tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore_of(member, bore_radius), wanted)
+    _require_shape(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
+    return _repeated(tooth, count, wanted)
+
+
+def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
+    """One tooth of so many cells. Raises ValueError for numbers below 1, and where `teeth` of them take too
+    many nodes."""
     for name, number in vars(cells).items():
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
     sheets, half = cut_sheets(member), 0.5 * float(member.face_width)
-    bore = bore_of(member, bore_radius)
-    quadratic = ELEMENTS[element] == 20
-    wanted = count if teeth is None else teeth
-    _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, wanted)
+    _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, teeth)
     size = section_size(_corners(_outline(sheets, cells, np.zeros(1))), bore, ASPECT, GROWTH)
-    _require_size(size, cells.face, quadratic, wanted)
+    _require_size(size, cells.face, quadratic, teeth)
     outline = _outline(sheets, cells, np.linspace(-half, half, 2 * cells.face + 1))
     section = section_of(_corners(outline), bore, ASPECT, GROWTH)
-    tooth = _quadratic(section, outline, bore) if quadratic else _linear(section)
-    values, _ = determinants(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
-    if not values.min() > 0.0:
-        raise ValueError("some elements are turned over: take more of them, or a smaller tolerance")
-    return _repeated(tooth, count, teeth)
+    return _quadratic(section, outline, bore) if quadratic else _linear(section)
+
+
+def _require_shape(mesh: VolumeMesh) -> None:
+    """Raises ValueError for elements that are turned over or too distorted."""
+    scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
+    if not min(scaled, ratio) >= LEAST_SHAPE:
+        text = (
+            f"scaled Jacobian {scaled:.2f}, ratio of determinants {ratio:.2f}, the least is {LEAST_SHAPE:g}"
+        )
+        raise ValueError(f"some elements are too distorted ({text}): {SHAPE_CURE}")
 
 
 def _outline(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, FloatArray]:
     """The curves (2 k + 1, nz, 3) around the tooth, of corners and mid-side nodes in turn."""
-    return {
-        name: grid.points[::-1] if name.startswith("right") else grid.points
-        for name, grid in _grids(sheets, cells, z).items()
-    }
+    found = {}
+    for name, grid in _grids(sheets, cells, z).items():
+        points = _centred(sheets[name], grid)
+        found[name] = points[::-1] if name.startswith("right") else points
+    return found
+
+
+def _centred(sheet: Sheet, grid: SheetGrid) -> FloatArray:
+    """The points (2 k + 1, nz, 3) of a grid, every other row moved on the surface to over the middle of the
+    edge between its neighbours: the stations are those of mid-face, and a flank that is next to undercut at
+    its toe stretches from there."""
+    points, ends = grid.points.copy(), grid.parameter[::2]
+    edge, at = points[2::2] - points[:-2:2], grid.parameter[1::2]
+    z = np.broadcast_to(grid.z, at.shape)
+    for _ in range(CENTRING):
+        way = points[1::2] - points[:-2:2]
+        share = np.einsum("...i,...i", way, edge) / np.einsum("...i,...i", edge, edge)
+        at = at + (0.5 - share) * np.diff(ends, axis=0)
+        points[1::2] = sheet.place(at, z)[0]
+    return points
 
 
 def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, SheetGrid]:
@@ -321,11 +354,11 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
     return _Tooth(points, hexahedra, first, last, _surfaces(section, layers))
 
 
-def _repeated(tooth: _Tooth, count: int, teeth: int | None) -> VolumeMesh:
-    """So many teeth of a gear of `count`, joined."""
-    wanted = count if teeth is None else teeth
+def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
+    """So many teeth of a gear of `count`, joined; all of them round the gear."""
+    closed = wanted == count
     numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if teeth is None:
+    if closed:
         numbers[:, tooth.last] = np.roll(numbers[:, tooth.first], -1, axis=0)
     else:
         for number in range(1, wanted):
@@ -334,7 +367,7 @@ def _repeated(tooth: _Tooth, count: int, teeth: int | None) -> VolumeMesh:
     angles = np.asarray(2.0 * np.pi / count * np.arange(wanted), dtype=float)
     points = turned(tooth.points, angles).reshape(-1, 3)[used]
     bare = VolumeMesh(points, hexahedra.reshape(-1, tooth.hexahedra.shape[1]), {}, {}, {})
-    surfaces = _named(tooth, wanted, teeth is None)
+    surfaces = _named(tooth, wanted, closed)
     return VolumeMesh(
         points,
         bare.hexahedra,

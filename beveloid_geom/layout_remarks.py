@@ -106,7 +106,8 @@ def layout_remarks(
     jam: str | None = None,
 ) -> Iterator[Remark]:
     """Why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
-    (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot mesh as laid out there is no pitch point for the other two to hold at."""
+    (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot
+    mesh as laid out there is no pitch point for the other two to hold at."""
     closing = closing_of(design) if closing is None else closing
     misfit = [] if meshes(design) else list(_misfit(design, closing))
     lost = [path for path in _paths(design, flanks) if path.ends.status != Status.SOLVED]

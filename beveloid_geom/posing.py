@@ -12,7 +12,7 @@ from .assembly import layout_of, member_frame
 from .flank import flank_patch
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
-from .path import path_of_contact
+from .path import ContactPath, path_of_contact
 
 Frame: TypeAlias = tuple[FloatArray, FloatArray]
 """Rotation (3, 3) and origin (3,), mm, that carry a member's own frame to S_f."""
@@ -23,7 +23,7 @@ class MeshingPair:
     """A single pair in mesh. `roll` (2,), rad, and `position` (2,) along the axes, mm, pinion
     first; `contact` (3,) in S_f, mm; `frames` carry the members' own frames to S_f; `point` (mm)
     and unit `normal` (2, 3): the contact in each member's own frame, on the flank of its tooth 0,
-    out of that tooth."""
+    out of that tooth; `path`: three positions of the path of contact, the pair stands at the second."""
 
     flank: str
     roll: FloatArray
@@ -32,6 +32,7 @@ class MeshingPair:
     frames: tuple[Frame, Frame]
     point: FloatArray
     normal: FloatArray
+    path: ContactPath
 
 
 def mid_faces(design: Design) -> FloatArray:
@@ -69,4 +70,5 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
         frames_at(design, *roll),
         np.stack([patch.point for patch in own]),
         np.stack([patch.normal for patch in own]),
+        path,
     )

@@ -244,7 +244,7 @@ def gear_solid(
     member: Member, tolerance: float, teeth: int | None = None, bore_radius: float | None = None
 ) -> Solid:
     """The whole gear, or `teeth` neighbouring teeth of it with their part of the body (the first
-    at angle 0, the others against the clock seen from the heel), own frame.
+    at angle 0, the others against the clock seen from the heel), own frame. All teeth are the whole gear.
 
     Raises ValueError as `tooth_surface` does, and for a number of teeth the gear has not."""
     count = int(member.teeth)
@@ -252,7 +252,7 @@ def gear_solid(
     if not 0 < wanted <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {wanted}")
     tooth = tooth_surface(member, tolerance, bore_radius, wanted)
-    closed = teeth is None
+    closed = wanted == count
     numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
     if closed:
         numbers[:, tooth.last_side] = np.roll(numbers[:, tooth.first_side], -1, axis=0)

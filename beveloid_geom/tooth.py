@@ -50,17 +50,19 @@ class Mesh:
 def gear_mesh(
     member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
 ) -> Mesh:
-    """The whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), own frame.
+    """The whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), own frame. All teeth are the
+    whole gear.
 
     Raises ValueError as `tooth_surface` does."""
     numbers = np.arange(int(member.teeth)) if teeth is None else np.asarray(teeth)
     surface = tooth_surface(member, tolerance, bore_radius, len(numbers))
+    whole = len(numbers) == int(member.teeth)
     angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)
     points, normals, faces, part, start = [], [], [], [], 0
     for piece in surface.pieces:
         at = angles
         if piece.name in SIDES:
-            at = angles[:0] if teeth is None else angles[:1] if piece.name == SIDES[0] else angles[-1:]
+            at = angles[:0] if whole else angles[:1] if piece.name == SIDES[0] else angles[-1:]
         points.append(turned(piece.points, at).reshape(-1, 3))
         normals.append(turned(piece.normals, at).reshape(-1, 3))
         first = start + len(piece.points) * np.arange(len(at))

@@ -8,6 +8,7 @@ are numbered as Abaqus has them: its S1 ... S6 are 0 ... 5 here.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,25 +61,6 @@ def face_nodes(mesh: VolumeMesh, faces: Indices) -> Indices:
     return np.asarray(mesh.hexahedra[faces[:, :1], np.array(columns)[faces[:, 1]]])
 
 
-def scaled_jacobian(mesh: VolumeMesh) -> FloatArray:
-    """Scaled Jacobian (m,) of the elements: the least determinant of the unit vectors along the
-    edges at any of the eight corners and along the axes in the middle; 1 for a box. Mid-side
-    nodes do not count. (Knupp et al., The Verdict Geometric Quality Library, 2007.)"""
-    neighbours = [
-        [
-            next(sum(e) - k for e in EDGES if k in e and CORNERS[sum(e) - k, axis] != CORNERS[k, axis])
-            for axis in range(3)
-        ]
-        for k in range(8)
-    ]
-    x = mesh.points[mesh.hexahedra[:, :8]]
-    sides = (x[:, neighbours] - x[:, :, None]) * -CORNERS[:, :, None]
-    axes = np.einsum("ka,mkc->mac", CORNERS, x)
-    frames = np.concatenate((sides, axes[:, None]), axis=1)
-    unit = frames / np.linalg.norm(frames, axis=-1, keepdims=True)
-    return np.asarray(np.linalg.det(unit).min(axis=1))
-
-
 def shape_derivatives(size: int, parameter: FloatArray) -> FloatArray:
     """Derivatives (..., size, 3) of the shape functions of an element with 8 or 20 nodes at
     isoparametric coordinates (..., 3)."""
@@ -104,17 +86,44 @@ def shape_derivatives(size: int, parameter: FloatArray) -> FloatArray:
     return np.asarray(derivatives * scale[:, None])
 
 
+def _jacobians(mesh: VolumeMesh, at: FloatArray) -> Iterator[FloatArray]:
+    """Block by block, rows (m, g, 3, 3) of the derivatives of the place, mm, by the isoparametric coordinates
+    of `at` (g, 3)."""
+    derivatives = shape_derivatives(mesh.hexahedra.shape[1], at)
+    for start in range(0, len(mesh.hexahedra), BLOCK):
+        x = mesh.points[mesh.hexahedra[start : start + BLOCK]]
+        yield np.asarray(np.einsum("gka,mkc->mgac", derivatives, x, optimize=True))
+
+
+def gauss_points(order: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points (order^3, 3) of an element, and their weights."""
+    place, weight = np.polynomial.legendre.leggauss(order)
+    at = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
+    return at, np.multiply.outer(np.multiply.outer(weight, weight), weight).ravel()
+
+
 def determinants(mesh: VolumeMesh, order: int = 3) -> tuple[FloatArray, FloatArray]:
     """Determinants (m, g) of the Jacobian at Gauss points, `order` along each axis, and the
     weights (g,): their products are the volumes, mm^3. All must be positive."""
-    place, weight = np.polynomial.legendre.leggauss(order)
-    at = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
-    weights = np.multiply.outer(np.multiply.outer(weight, weight), weight).ravel()
-    derivatives = shape_derivatives(mesh.hexahedra.shape[1], at)
-    found = np.empty((len(mesh.hexahedra), len(at)))
-    for start in range(0, len(found), BLOCK):
-        x = mesh.points[mesh.hexahedra[start : start + BLOCK]]
-        found[start : start + BLOCK] = np.linalg.det(
-            np.einsum("gka,mkc->mgac", derivatives, x, optimize=True)
-        )
-    return found, weights
+    at, weights = gauss_points(order)
+    return np.concatenate([np.linalg.det(block) for block in _jacobians(mesh, at)]), weights
+
+
+def element_shapes(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
+    """Scaled Jacobian (m,) of the elements, the least determinant of the unit vectors along the
+    isoparametric lines, and the ratio (m,) of the least determinant of the Jacobian to the greatest. Both
+    are 1 for a box, and at most 0 where an element is turned over.
+
+    Elements with 8 nodes are looked at in their corners and in the middle (Knupp et al., The Verdict
+    Geometric Quality Library, 2007), those with 20 in all nodes, with their curved edges, and in the
+    integration points besides."""
+    at = np.concatenate((CORNERS, np.zeros((1, 3))))
+    if mesh.hexahedra.shape[1] == 20:
+        middles = [0.5 * (CORNERS[a] + CORNERS[b]) for a, b in EDGES]
+        at = np.concatenate((at, middles, gauss_points(3)[0]))
+    scaled, ratio = [], []
+    for rows in _jacobians(mesh, at):
+        values, sizes = np.linalg.det(rows), np.linalg.norm(rows, axis=-1).prod(axis=-1)
+        scaled.append((values / sizes).min(axis=1))
+        ratio.append(values.min(axis=1) / values.max(axis=1))
+    return np.concatenate(scaled), np.concatenate(ratio)

@@ -18,8 +18,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     path = Path(os.path.realpath(path))
     require_replaceable(path)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
     try:
+        os.close(handle)
         yield Path(name)
         os.chmod(name, 0o666 & ~_umask())
         os.replace(name, path)

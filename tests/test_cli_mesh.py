@@ -67,6 +67,7 @@ def test_installed_command_writes_the_pair(tmp_path: Path) -> None:
     path = tmp_path / "pair.stl"
     done = call("--part", "pair", "--tolerance", "0.02", "--out", path)
     assert (done.returncode, done.stderr) == (0, "")
+    assert path.read_bytes().startswith(b"beveloid-geom pair of ni-2017, mm\0")
     match = re.fullmatch(rf"{re.escape(str(path))}: ([\d,]+) triangles, ([\d,]+) points\n", done.stdout)
     assert match is not None
     assert len(meshio.read(path).cells_dict["triangle"]) == int(match[1].replace(",", ""))
@@ -114,13 +115,77 @@ def test_default_tolerances(tmp_path: Path, narrow: Path) -> None:
         assert told[0] == told[1] != ""
 
 
+@pytest.mark.parametrize("module", [6.0, 1.5])
+def test_defaults_go_with_the_module(tmp_path: Path, module: float) -> None:
+    """At 6 mm 0.01 and 0.05 mm and 1000 N, lengths with the module, the load with its square: the same mesh
+    and stresses for a pair of another size."""
+    scale = module / 6.0
+    keys = "normal_module", "face_width", "offset"
+    lines = [line.partition(" = ") for line in NARROW.splitlines()]
+    scaled = [
+        f"{key} = {float(rest.split('#')[0]) * scale!r}" if key in keys else key + middle + rest
+        for key, middle, rest in lines
+    ]
+    (tmp_path / "own.toml").write_text("\n".join(scaled))
+    told = []
+    for part, suffix in (("gear-flank", ".ply"), ("pinion-tooth", ".inp")):
+        for source in ("own.toml", "narrow.toml"):
+            (tmp_path / "narrow.toml").write_text(NARROW)
+            result = run(tmp_path / source, "--part", part, "--out", tmp_path / f"a{suffix}")
+            assert (result.exit_code, result.stderr) == (0, ""), result.stderr
+            told.append(result.stdout.split(": ", 1)[1])
+    assert told[0] == told[1]
+    assert told[2].split(";")[0] == told[3].split(";")[0]
+    assert f"; {1000 * scale**2:g} N on the right flank" in told[2]
+    assert "1000 N on" in told[3]
+    text = (tmp_path / "a.inp").read_text(encoding="ascii")
+    assert "edges within 0.05 mm" in text
+    assert "module / 600, hexahedra module / 120" in " ".join(run("--help").stdout.split())
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".inp"])
+def test_all_teeth_are_the_whole_gear(tmp_path: Path, narrow: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    options = "--teeth", "29", "--tolerance", "0.5", *(["--element", "C3D8"] if suffix == ".inp" else [])
+    result = run(narrow, "--part", "pinion-tooth", *options, "--out", path)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "take --teeth 3" not in result.stdout
+    if suffix == ".stl":
+        run(narrow, "--part", "pinion", "--tolerance", "0.5", "--out", tmp_path / "b.stl")
+        assert path.read_bytes()[80:] == (tmp_path / "b.stl").read_bytes()[80:]
+        return
+    assert "tooth 15 of 29" in result.stdout
+    assert "SIDE" not in path.read_text(encoding="ascii").upper()
+    points = meshio.read(path).points
+    assert len(np.unique(np.round(points, 6), axis=0)) == len(points)
+
+
+@pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed: apt-get install calculix-ccx")
+@pytest.mark.parametrize("name", ["a b.inp", "A.INP", "sub/c.inp", "sub/D.Inp"])
+def test_the_command_that_is_told_runs(tmp_path: Path, narrow: Path, name: str) -> None:
+    (tmp_path / "sub").mkdir()
+    options = "--part", "pinion-tooth", "--tolerance", "0.5", "--element", "C3D8", "--out", name
+    done = subprocess.run(
+        installed(narrow, *options), capture_output=True, text=True, check=True, cwd=tmp_path, timeout=120
+    )
+    command = done.stdout.rstrip("\n").rpartition("; run: ")[2]
+    ran = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert ran.returncode == 0, ran.stdout[-500:]
+    assert "ERROR" not in ran.stdout
+    [results] = (tmp_path / name).parent.glob("*.dat")  # of 'a b' CalculiX makes a.dat
+    assert "total force" in results.read_text()
+
+
 def test_options_of_a_loaded_tooth(tmp_path: Path, narrow: Path) -> None:
     path = tmp_path / "three.inp"
     options = "--teeth", "3", "--element", "C3D8", "--load", "250", "--bore-radius", "70", "--flank", "left"
     result = run(narrow, "--part", "pinion-tooth", *COARSE, *options, "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
     assert "250 N on the left flank of tooth 2 of 3 at (" in result.stdout
-    assert result.stdout.endswith(" mm; run: ccx -i three\n")
+    assert ", Hertz's pressure on an ellipse of " in result.stdout
+    assert "; stresses at the contact are not resolved, those of the fillet are; run: " in result.stdout
+    assert re.search(r" nodes, scaled Jacobian 0\.[4-9]\d or more; ", result.stdout)
+    assert result.stdout.endswith(f"run: cd {tmp_path} && ccx -i three\n")
     text = path.read_text(encoding="ascii")
     assert "*ELEMENT, TYPE=C3D8, ELSET=body" in text
     loads = re.search(r"^\*CLOAD\n((?:\d.*\n)+)", text, re.MULTILINE)
@@ -140,12 +205,14 @@ def test_options_of_a_loaded_tooth(tmp_path: Path, narrow: Path) -> None:
 def test_one_loaded_tooth_is_said_to_be_held_at_its_sides(tmp_path: Path, narrow: Path) -> None:
     path = tmp_path / "a b.inp"
     result = run(narrow, "--part", "pinion-tooth", *COARSE, "--out", path)
-    assert result.stdout.endswith("; held at its cut sides: take --teeth 3 for stresses; run: ccx -i 'a b'\n")
+    told = "; held at its cut sides: take --teeth 3 for stresses; run: "
+    assert result.stdout.endswith(f"{told}cd {tmp_path} && ccx -i 'a b'\n")
     text = path.read_text(encoding="ascii")
     assert "** The loaded tooth is held at its cut sides: take --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
     assert "*ELEMENT, TYPE=C3D20, " in text
     assert "take 3 for stresses" in " ".join(run("--help").stdout.split())
+    assert "** stresses at the contact are not resolved, those of the fillet are.\n" in text
 
 
 def test_a_link_stays_and_its_target_is_written(tmp_path: Path) -> None:
@@ -189,8 +256,8 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "given"),
     [
-        (["--part", "gear"], (45, None, None)),
-        (["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"], (29, [0, 1, 2], 50.0)),
+        (["--part", "gear"], (45, None, None, "gear")),
+        (["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"], (29, [0, 1, 2], 50.0, "pinion")),
     ],
 )
 def test_a_solid_for_cad(
@@ -199,8 +266,10 @@ def test_a_solid_for_cad(
     """What `write_step` is given; its own tests look at what it writes."""
     asked = []
 
-    def step(member: Member, path: Path, teeth: Sequence[int] | None, bore_radius: float | None) -> None:
-        asked.append((int(member.teeth), None if teeth is None else list(teeth), bore_radius))
+    def step(
+        member: Member, path: Path, teeth: Sequence[int] | None, bore_radius: float | None, name: str
+    ) -> None:
+        asked.append((int(member.teeth), None if teeth is None else list(teeth), bore_radius, name))
         path.write_text("ISO-10303-21;")
 
     monkeypatch.setattr("beveloid_geom.export.step.write_step", step)
@@ -452,7 +521,10 @@ def test_memory_that_runs_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert line == "Error: not enough memory for --tolerance 0.01: take a larger one\n"
 
 
-def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "status", "told"), [(signal.SIGINT, 130, True), (signal.SIGTERM, 143, False)]
+)
+def test_a_signal_leaves_nothing(tmp_path: Path, number: int, status: int, told: bool) -> None:
     path = tmp_path / "flank.obj"
     process = subprocess.Popen(
         installed("--part", "pinion-flank", "--tolerance", "1e-7", "--out", path),
@@ -466,11 +538,18 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path) -> None:
     while not list(tmp_path.iterdir()) and time.monotonic() < end:
         time.sleep(0.02)
     assert [file.suffix for file in tmp_path.iterdir()] == [".part"]
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     out, err = process.communicate(timeout=60)
-    assert (process.returncode, out) == (130, "")
-    assert err == f"Error: interrupted: {path} is not written\n"
+    assert (process.returncode, out) == (status, "")
+    assert err == (f"Error: interrupted: {path} is not written\n" if told else "")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_command_leaves_the_signals_as_they_were(tmp_path: Path) -> None:
+    """Of whoever calls it from Python."""
+    before = signal.getsignal(signal.SIGTERM)
+    run("--part", "pinion-flank", *COARSE, "--out", tmp_path / "a.stl")
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 # Start-up and progress

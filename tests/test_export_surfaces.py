@@ -130,6 +130,34 @@ def test_parts_are_numbered() -> None:
     np.testing.assert_array_equal(normals, np.broadcast_to((0.0, 0.0, -1.0), normals.shape))  # the toe
 
 
+def test_a_pair_has_groups_and_names(tmp_path: Path) -> None:
+    """VTK's reader numbers the groups; the fields 'pinion' and 'gear' say in words which member is which."""
+    design = table1()
+    pose = meshing_pair(design)
+    plain = parts.pair_surface(design, pose, ".obj", 0.1)
+    write_surface(plain, tmp_path / "a.obj", title="pair")
+    text = (tmp_path / "a.obj").read_text()
+    assert re.findall(r"^g (\w+)$", text, re.MULTILINE) == ["pinion", "gear"]
+    np.testing.assert_array_equal(pv.read(tmp_path / "a.obj")["GroupIds"], plain.cell_fields["member"])
+    points, faces = meshio.read(tmp_path / "a.obj").points, meshio.read(tmp_path / "a.obj").cells
+    np.testing.assert_allclose(points, plain.points, rtol=0, atol=6e-10)
+    np.testing.assert_array_equal(np.concatenate([cells.data for cells in faces]), plain.faces)
+    fields = parts.pair_surface(design, pose, ".vtu", 0.1)
+    for suffix in FIELD_FORMATS:
+        write_surface(fields, tmp_path / f"a{suffix}")
+        data = pv.read(tmp_path / f"a{suffix}").cell_data
+        for number, name in enumerate(("pinion", "gear")):
+            np.testing.assert_array_equal(data[name], np.asarray(data["member"]) == number)
+
+
+def test_stl_says_what_it_holds(tmp_path: Path) -> None:
+    write_surface(tooth(".stl"), tmp_path / "a.stl", title="solid pinion-tooth of Zähne.toml, mm" + 60 * ".")
+    data = (tmp_path / "a.stl").read_bytes()
+    assert data.startswith(b"beveloid-geom solid pinion-tooth of Z?hne.toml, mm....")
+    assert len(data) == 84 + 50 * len(tooth(".stl").faces)
+    assert int.from_bytes(data[80:84], "little") == len(tooth(".stl").faces)
+
+
 # Posed in S_f
 
 LAYOUTS = {

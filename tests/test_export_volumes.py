@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from hypothesis import given, settings, strategies as st
 
 from beveloid_geom.export import VOLUME_FORMATS, identifier
 from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
-from beveloid_geom.export.load import contact_load, shape_functions
+from beveloid_geom.export.load import ContactPlace, contact_load, shape_functions
 from beveloid_geom.export.volumes import plain_surfaces, write_volume
+from beveloid_geom.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.inputs import FloatArray
 from beveloid_geom.volume import EDGES, ELEMENT_FACES, Indices, VolumeMesh, face_nodes
 
@@ -65,10 +67,21 @@ def block(nodes: int, counts: tuple[int, int, int] = (3, 4, 2), shape: Any = ben
     return VolumeMesh(bare.points, hexahedra, surfaces, node_sets, element_sets)
 
 
-def case_of(mesh: VolumeMesh) -> LoadCase:
-    load = contact_load(
-        mesh, "right flank", bent(np.array([[30.0, 23.0, 11.0]]))[0], np.array([-900.0, 300, 100])
+def place_at(
+    y: float, z: float, curvature: tuple[float, float] = (0.002, 0.04), turn: float = 0.4
+) -> ContactPlace:
+    """A contact on the right flank of the bent block, its long axis turned by so many rad from z."""
+    x, normal = np.array([30.0, y, z]), np.cross((0.004 * y, 1.0, 0.0), (0.01, 0.05, 1.0))
+    normal = normal / np.linalg.norm(normal)
+    first = np.cross(normal, (0.0, np.cos(turn), np.sin(turn)))
+    first = first / np.linalg.norm(first)
+    return ContactPlace(
+        bent(x[None])[0], normal, np.array(curvature), np.stack((first, np.cross(normal, first)))
     )
+
+
+def case_of(mesh: VolumeMesh) -> LoadCase:
+    load = contact_load(mesh, "right flank", place_at(23.0, 11.0), 950.0)
     return LoadCase(load, nearest_node(mesh, np.array([0.0, 40.0, 10.0])), fixed=("bore",))
 
 
@@ -119,35 +132,95 @@ def test_shape_functions_and_their_slopes(place: tuple[float, float], size: int)
 
 
 @pytest.mark.parametrize("nodes", [8, 20])
-@settings(max_examples=30)
-@given(place=st.tuples(st.floats(0.01, 39.99), st.floats(0.01, 19.99)))
-def test_nodal_forces_replace_the_force(nodes: int, place: tuple[float, float]) -> None:
-    """Their sum and their moment are those of the force at its point."""
-    mesh = block(nodes)
-    force = np.array([-900.0, 300.0, 100.0])
-    point = bent(np.array([[30.0, *place]]))[0]
-    load = contact_load(mesh, "right flank", point, force)
+@settings(max_examples=20, deadline=None)
+@given(
+    place=st.tuples(st.floats(3.0, 37.0), st.floats(3.0, 17.0)),
+    force=st.sampled_from([0.1, 950.0, 5e4]),
+    curvature=st.sampled_from([(0.002, 0.04), (0.04, 0.04), (1e-7, 0.04), (0.0, 0.04)]),
+    turn=st.floats(0.0, 3.0),
+)
+def test_the_resultant_is_the_force_at_the_contact(
+    nodes: int, place: tuple[float, float], force: float, curvature: tuple[float, float], turn: float
+) -> None:
+    """Whether the ellipse is smaller than a face, passes many, or is cut by the edges of the flank: the
+    sum is the force along the normal, and its moment about the contact none."""
+    mesh, contact = block(nodes), place_at(*place, curvature, turn)
+    load = contact_load(mesh, "right flank", contact, force)
     assert load.gap < {8: 0.06, 20: 1e-9}[nodes]  # 20 nodes hold the parabola, 8 its chords
-    assert load.gap == pytest.approx(float(np.linalg.norm(load.point - point)), abs=1e-12)
-    np.testing.assert_allclose(load.total, force, rtol=0, atol=1e-9)
-    moment = np.cross(mesh.points[load.nodes], load.forces).sum(axis=0)
-    np.testing.assert_allclose(moment, np.cross(load.point, force), rtol=0, atol=1e-7)
+    np.testing.assert_allclose(load.total, -force * contact.normal, rtol=0, atol=1e-13 * force)
+    arms = mesh.points[load.nodes] - contact.point
+    moment = np.cross(arms, load.forces).sum(axis=0) / force
+    np.testing.assert_allclose(moment, 0.0, rtol=0, atol=1e-11)
+    assert np.linalg.norm(np.cross(load.point - contact.point, contact.normal)) < 1e-12
     assert set(load.nodes) <= set(mesh.node_sets["right flank"])
-    assert np.abs(load.parameter).max() <= 1.0 + 1e-9
+
+
+def test_an_ellipse_within_a_face_loads_that_face() -> None:
+    """Next to a point: the shape functions there are the shares."""
+    flat = block(20, shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 23.0, 11.0]), np.array([1.0, 0, 0]), np.array([0.04, 0.04]), np.eye(3)[1:]
+    )
+    load = contact_load(flat, "right flank", contact, 1e-6)
+    assert not load.cut
+    assert len(load.nodes) == 8
+    corners = flat.points[load.nodes]
+    low = corners.min(axis=0)
+    at = (contact.point - low)[1:] / np.ptp(corners, axis=0)[1:] * 2.0 - 1.0
+    places = (corners - low)[:, 1:] / np.ptp(corners, axis=0)[1:] * 2.0 - 1.0
+    order = [
+        int(np.argmin(np.abs(places - corner).sum(axis=1)))
+        for corner in [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)]
+    ]
+    shares = load.forces[order, 0] / -1e-6
+    np.testing.assert_allclose(shares, shape_functions(8, at)[0], rtol=0, atol=1e-6)
+
+
+def test_the_pressure_is_that_of_hertz() -> None:
+    """Second moments about the axes of the ellipse: a^2 / 5 and b^2 / 5, by nodes of 8-node faces, whose
+    shape functions hold squares."""
+    flat = block(20, (3, 8, 6), shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 21.0, 9.0]), np.array([1.0, 0, 0]), np.array([0.001, 0.02]), np.eye(3)[1:]
+    )
+    load = contact_load(flat, "right flank", contact, 3000.0)
+    assert not load.cut
+    expected = hertz_ellipse(contact.curvature, 3000.0, contact_modulus(206000.0, 0.3))
+    np.testing.assert_array_equal(load.ellipse.semi_axes, expected.semi_axes)
+    arms = (flat.points[load.nodes] - contact.point)[:, 1:]
+    second = (load.forces[:, 0] / -3000.0) @ arms**2
+    np.testing.assert_allclose(second, expected.semi_axes**2 / 5.0, rtol=3e-3)
+    assert f"{2 * expected.semi_axes[0]:.4g} by {2 * expected.semi_axes[1]:.3g} mm, " in load.told
+
+
+def test_a_line_contact_is_the_strip_on_the_flank() -> None:
+    """Two cylinders along z on a face 20 mm wide: b^2 = 4 F R / (pi L E*), all of the strip loaded."""
+    flat = block(20, (3, 8, 6), shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 21.0, 10.0]), np.array([1.0, 0, 0]), np.array([0.0, 0.02]), np.eye(3)[[2, 1]]
+    )
+    load = contact_load(flat, "right flank", contact, 3000.0)
+    assert load.cut
+    assert "cut at the flank's edges" in load.told
+    b = np.sqrt(4.0 * 3000.0 / (0.02 * np.pi * SIZE[2] * contact_modulus(206000.0, 0.3)))
+    assert load.ellipse.semi_axes[1] == pytest.approx(b, rel=0.02)
+    along = (flat.points[load.nodes] - contact.point)[:, 2]
+    assert (load.forces[:, 0] / -3000.0) @ along**2 == pytest.approx(SIZE[2] ** 2 / 12.0, rel=2e-3)
 
 
 @pytest.mark.parametrize(
-    ("point", "force", "words"),
+    ("change", "force", "words"),
     [
-        ([30.0, 60.0, 10.0], [1.0, 0.0, 0.0], "no face at the contact point (30.0000, 60.0000"),
-        ([60.0, 20.0, 10.0], [1.0, 0.0, 0.0], "no face at the contact point"),
-        ([30.0, 20.0, np.nan], [1.0, 0.0, 0.0], "must be finite"),
-        ([30.0, 20.0, 10.0], [np.inf, 0.0, 0.0], "must be finite"),
+        ({"point": np.array([30.0, 60.0, 10.0])}, 1.0, "no face at the contact point (30.0000, 60.0000"),
+        ({"point": np.array([60.0, 20.0, 10.0])}, 1.0, "no face at the contact point"),
+        ({"point": np.array([30.0, 20.0, np.nan])}, 1.0, "must be finite"),
+        ({}, np.inf, "must be finite"),
+        ({"curvature": np.array([-1e-4, 0.04])}, 1.0, "the flanks cut each other beside the contact"),
     ],
 )
-def test_load_that_finds_no_face(point: list[float], force: list[float], words: str) -> None:
+def test_load_that_finds_no_face(change: dict[str, FloatArray], force: float, words: str) -> None:
     with pytest.raises(ValueError, match=re.escape(words)):
-        contact_load(block(20), "right flank", np.array(point), np.array(force))
+        contact_load(block(20), "right flank", replace(place_at(20.0, 10.0), **change), force)
 
 
 def test_a_load_on_what_is_held_is_refused() -> None:
@@ -232,6 +305,47 @@ def test_inp_keeps_to_the_rules(tmp_path: Path) -> None:
         assert len(line) <= 130
 
 
+BOTH_READ = {
+    "HEADING": set(),
+    "NODE": set(),
+    "ELEMENT": {"TYPE", "ELSET"},
+    "NSET": {"NSET"},
+    "ELSET": {"ELSET"},
+    "SURFACE": {"NAME", "TYPE=ELEMENT"},
+    "MATERIAL": {"NAME"},
+    "ELASTIC": set(),
+    "DENSITY": set(),
+    "SOLID SECTION": {"ELSET", "MATERIAL"},
+    "STEP": set(),
+    "STATIC": set(),
+    "BOUNDARY": set(),
+    "CLOAD": set(),
+    "NODE PRINT": {"NSET", "TOTALS=YES"},
+    "NODE FILE": set(),
+    "EL FILE": set(),
+    "END STEP": set(),
+}
+"""Keywords and parameters (with the value where one has more of them than the other) that the Keywords
+Reference Guide of Abaqus and the manual of CalculiX 2.20 both have."""
+
+
+def test_inp_has_only_what_both_programs_read(tmp_path: Path) -> None:
+    text = written(block(20), tmp_path, ".inp", "C3D20").read_text(encoding="ascii")
+    used = re.findall(r"^\*([A-Z].*)$", text, re.MULTILINE)
+    assert len(used) > 20
+    for line in used:
+        keyword, *parameters = line.split(", ")
+        for parameter in parameters:
+            assert parameter.partition("=")[0] in BOTH_READ[keyword] or parameter in BOTH_READ[keyword], line
+
+
+def test_the_load_says_what_it_is(tmp_path: Path) -> None:
+    mesh = block(20)
+    text = written(mesh, tmp_path, ".inp", "C3D20").read_text(encoding="ascii")
+    assert f"** {case_of(mesh).load.told},\n" in text
+    assert "Stresses there are not those of the contact." in text
+
+
 def test_sets_of_a_mesh_may_hold_a_number_twice(tmp_path: Path) -> None:
     mesh = block(8)
     twice: dict[str, Indices] = {"tip": np.array([5, 3, 3, 5, 1])}
@@ -309,9 +423,11 @@ def test_bdf_holds_the_sets(tmp_path: Path) -> None:
     text = written(mesh, tmp_path, ".bdf", "C3D20").read_text(encoding="ascii")
     control, bulk = text.split("BEGIN BULK\n")
     for name, nodes in mesh.node_sets.items():
-        match = re.search(rf"nodes of {identifier(name)}\nSET \d+ = ([\d,\n]+)\n", control)
+        match = re.search(
+            rf'^SET (\d+) = ([\d,\n]+)\n\$HMSET +\1 +1 "{identifier(name)}"$', control, re.MULTILINE
+        )
         assert match is not None
-        assert [int(number) - 1 for number in match[1].replace("\n", "").split(",")] == nodes.tolist()
+        assert [int(number) - 1 for number in match[2].replace("\n", "").split(",")] == nodes.tolist()
     assert all(len(line) <= 72 for line in control.splitlines())
     lines = [line[2:] for line in control.partition("SOL")[0].splitlines()]
     assert "towards the heel, x through the first tooth." in " ".join(lines)

@@ -13,7 +13,7 @@ import pyvista as pv
 
 from beveloid_geom.fillet import root_radius
 from beveloid_geom.flank import tip_radius
-from beveloid_geom.hexahedra import Cells, cells_of, tooth_hexahedra
+from beveloid_geom.hexahedra import Cells, _require_shape, cells_of, tooth_hexahedra
 from beveloid_geom.inputs import FloatArray, Member
 from beveloid_geom.outline import cut_sheets
 from beveloid_geom.sampling import grid_of
@@ -24,8 +24,8 @@ from beveloid_geom.volume import (
     ELEMENT_FACES,
     VolumeMesh,
     determinants,
+    element_shapes,
     face_nodes,
-    scaled_jacobian,
     shape_derivatives,
 )
 from tests.members import GEAR, MEMBERS, PINION
@@ -195,7 +195,7 @@ def shifted(member: Member, z: float) -> float:
 @pytest.mark.parametrize("share", [0.4, 0.95])
 def test_elements_are_well_shaped(member: Member, share: float) -> None:
     mesh = tooth_hexahedra(member, tolerance=0.1, bore_radius=share / 0.8 * bore_of(member))
-    assert scaled_jacobian(mesh).min() > 0.5
+    assert element_shapes(mesh)[0].min() > 0.5
     values, _ = determinants(mesh)
     assert (values.min(axis=1) / values.max(axis=1)).min() > 0.25
     x = mesh.points[mesh.hexahedra]
@@ -223,13 +223,69 @@ def test_scaled_jacobian_is_that_of_verdict(name: str) -> None:
     cells = np.column_stack((np.full(len(mesh.hexahedra), 8), mesh.hexahedra))
     grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), mesh.points)
     expected = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
-    np.testing.assert_allclose(scaled_jacobian(mesh), expected, rtol=1e-9)
+    np.testing.assert_allclose(element_shapes(mesh)[0], expected, rtol=1e-9)
     rng = np.random.default_rng(1)
     bent = replace(mesh, points=mesh.points + rng.normal(0.0, 0.4, mesh.points.shape))
     grid.points = bent.points
     expected = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
     assert expected.min() < 0.0
-    np.testing.assert_allclose(scaled_jacobian(bent), expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(element_shapes(bent)[0], expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("member", "least"), [(PINION, 0.72), (GEAR, 0.81)], ids=["pinion", "gear"])
+def test_scaled_jacobians_that_the_readme_states(member: Member, least: float) -> None:
+    """Those of the default mesh; by corners alone they would be 0.76 and 0.87."""
+    assert element_shapes(tooth_hexahedra(member))[0].min() == pytest.approx(least, abs=0.005)
+
+
+def test_mid_side_nodes_count() -> None:
+    """A box whose mid-side node stands off by d: there the edges along y and z lean, and at both corners
+    of the edge the tangent along it turns by 2 d of half its length."""
+    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)
+    corners = np.concatenate((corners, corners * (1.0, 1.0, -1.0)))
+    points = np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))
+    box = VolumeMesh(points, np.arange(20)[None], {}, {}, {})
+    assert np.array(element_shapes(box)).ravel() == pytest.approx((1.0, 1.0), abs=1e-14)
+    points[8] += (0.0, 0.2, 0.0)
+    scaled, ratio = element_shapes(box)
+    assert scaled[0] <= 1.0 / np.sqrt(1.0 + 0.4**2) + 1e-12  # both corners of that edge
+    assert ratio[0] < 0.91
+
+
+NEXT_TO_UNDERCUT = replace(
+    PINION,
+    teeth=31,
+    cone_angle=0.17040353,
+    helix_angle=0.01422685,
+    profile_shift=0.102787976,
+    face_width=41.45772,
+    tool=replace(PINION.tool, tip_radius=0.354412242, parabola=-0.001),
+)
+"""Drawn at random: mid-side nodes in the middle of their parameter left a ratio of determinants of 0.13."""
+
+
+def test_mid_side_nodes_stand_over_the_middle_of_their_edges() -> None:
+    mesh = tooth_hexahedra(NEXT_TO_UNDERCUT, tolerance=0.2)
+    scaled, ratio = element_shapes(mesh)
+    assert scaled.min() > 0.6
+    assert ratio.min() > 0.3
+    x = mesh.points[mesh.hexahedra]
+    a, b = (x[:, [ends[k] for ends in EDGES]] for k in (0, 1))
+    share = np.einsum("mei,mei->me", x[:, 8:] - a, b - a) / np.einsum("mei,mei->me", b - a, b - a)
+    np.testing.assert_allclose(share[:, :8], 0.5, rtol=0, atol=0.01)
+
+
+def test_distorted_elements_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"too distorted \(scaled Jacobian"):
+        _require_shape(squeezed())
+
+
+def squeezed() -> VolumeMesh:
+    mesh = few(PINION, "C3D8")
+    points = mesh.points.copy()
+    corner, other = mesh.hexahedra[0, :2]
+    points[corner] += 0.97 * (points[other] - points[corner])
+    return replace(mesh, points=points)
 
 
 @pytest.mark.parametrize("size", [8, 20])
@@ -319,9 +375,12 @@ def test_teeth_join(element: str) -> None:
 
 
 @both_orders
-def test_a_whole_gear_is_closed(element: str) -> None:
+@pytest.mark.parametrize("teeth", [None, 12])
+def test_a_whole_gear_is_closed(element: str, teeth: int | None) -> None:
     member = MEMBERS["12 teeth"]
-    one, whole = few(member, element), few(member, element, None)
+    one, whole = few(member, element), few(member, element, teeth)
+    assert len(np.unique(np.round(whole.points, 6), axis=0)) == len(whole.points)
+    assert not any("side" in name for name in (*whole.surfaces, *whole.node_sets))
     assert len(whole.points) == 12 * (len(one.points) - len(one.node_sets["first side"]))
     assert volume(whole) == pytest.approx(12.0 * volume(one), rel=1e-12)
 
@@ -358,7 +417,7 @@ def test_elements_with_8_nodes_stay_near_the_flank(member: Member, tolerance: fl
 def test_fine_elements_of_a_bent_flank_stay_near_it() -> None:
     """Near the base cylinder distances fall more slowly at first than with the square of the number."""
     member = replace(MEMBERS["12 teeth"], face_width=70.0, helix_angle=-0.33)
-    cells = replace(cells_of(member, 0.0006), tip=4)
+    cells = replace(cells_of(member, 0.0006), tip=6)
     mesh = tooth_hexahedra(member, 1, "C3D8", cells=cells, bore_radius=1.2 * bore_of(member))
     assert 0.0002 < distance_from_flanks(member, mesh) < 0.0006
 

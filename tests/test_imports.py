@@ -27,7 +27,7 @@ FLOORS = (
     *("error_statements", "statements", "statement_readings"),
     "sliding",
     *("sampling", "closest", "proximity", "comparison_methods", "comparison", "job_size"),
-    *("outline", "section", "solid", "tooth", "volume", "hexahedra"),
+    *("outline", "section", "solid", "tooth", "volume", "hexahedra", "hertz"),
     *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
     *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
     *("tolerance", "report_notes", "report_backlash", "layout_remarks", "layout_advice"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -210,16 +211,20 @@ def test_file_read_back_is_the_gear(
     assert volume_of(found.shape) == pytest.approx(exact_volume(member, count, BORE), rel=1e-9)
     numbers = range(count) if teeth is None else teeth
     whole = len(numbers) == int(member.teeth)
-    names = {f"{name} {number}" for name in TOOTH for number in numbers} | {"toe", "heel", "bore"}
+    total = int(member.teeth)
+    numbered = [number % total + 1 for number in numbers]
+    names = {f"{name} {number}" for name in TOOTH for number in numbered} | {"toe", "heel", "bore"}
     names |= set() if whole else {"first side", "last side"}
     if member is not FULL_ROUND:
-        names |= {f"bottom {number}" for number in (numbers if whole else (numbers[0] - 1, *numbers))}
+        names |= {f"bottom {number}" for number in (numbers[0] % total or total, *numbered)}
     assert set(found.faces) == names
     pitch = 2.0 * pi / float(member.teeth)
     for number in (numbers[0], numbers[-1]):
         for flank in ("right", "left"):
             for part, (surface, ends) in exact_places(member, flank).items():
-                points = turned(points_of(found.faces[f"{flank} {part} {number}"], 25), -number * pitch)
+                points = turned(
+                    points_of(found.faces[f"{flank} {part} {number % total + 1}"], 25), -number * pitch
+                )
                 assert distance_from(surface, ends(points[..., 2]), points) < 2e-6
 
 
@@ -236,11 +241,11 @@ def test_exact_points_lie_on_the_faces_named_for_them(tmp_path: Path) -> None:
     share = np.array([0.0, 0.23, 0.71, 1.0])[:, None]
     for flank in ("right", "left"):
         places = {
-            f"{flank} {part} 0": surface(low + share * (high - low), np.broadcast_to(z, (4, 4)))[0]
+            f"{flank} {part} 1": surface(low + share * (high - low), np.broadcast_to(z, (4, 4)))[0]
             for part, (surface, limits) in exact_places(PINION, flank).items()
             for low, high in [limits(z)]
         }
-        number = {"right": 0, "left": -1}[flank]
+        number = {"right": 1, "left": 29}[flank]
         middle = flank_sign(flank) * 0.5 * pi * 6.0
         across = middle + share * (tool_round(PINION.tool, flank).centre[1] - middle)
         places[f"bottom {number}"] = bottom_point(PINION, flank, across, z)[0]
@@ -258,13 +263,13 @@ def test_lands_and_bore_are_surfaces_of_revolution(tmp_path: Path) -> None:
     write_step(PINION, tmp_path / "cone.step", (3, 4))
     write_step(SPUR, tmp_path / "cylinder.step", (3,), 20.0)
     cone, cylinder = read_back(tmp_path / "cone.step").faces, read_back(tmp_path / "cylinder.step").faces
-    for name, offset in (("tip 3", 1.0 + 0.17), ("bottom 2", 0.17 - 1.25 / np.cos(radians(3.0)))):
+    for name, offset in (("tip 4", 1.0 + 0.17), ("bottom 3", 0.17 - 1.25 / np.cos(radians(3.0)))):
         surface = BRepAdaptor_Surface(TopoDS.Face(cone[name])).Cone()
         radius = 6.0 * (29 / (2.0 * np.cos(radians(25.0))) + offset)
         slope = np.tan(surface.SemiAngle()) * surface.Axis().Direction().Z()
         assert slope == pytest.approx(np.tan(radians(3.0)), rel=1e-12)
         assert surface.RefRadius() - slope * surface.Location().Z() == pytest.approx(radius, rel=1e-12)
-    for name, radius in (("tip 3", 6.0 * (14.5 + 1.17)), ("bottom 2", 6.0 * (14.5 - 1.08)), ("bore", 20.0)):
+    for name, radius in (("tip 4", 6.0 * (14.5 + 1.17)), ("bottom 3", 6.0 * (14.5 - 1.08)), ("bore", 20.0)):
         found = BRepAdaptor_Surface(TopoDS.Face(cylinder[name])).Cylinder().Radius()
         assert found == pytest.approx(radius, rel=1e-12)
 
@@ -302,7 +307,38 @@ def test_nothing_is_told_on_standard_output(tmp_path: Path, capfd: pytest.Captur
     pytest.importorskip("OCP")
     write_step(PINION, tmp_path / "Zähne.step", (0,))
     assert capfd.readouterr() == ("", "")
-    assert "PRODUCT('beveloid gear, 1 of 29 teeth'" in (tmp_path / "Zähne.step").read_text(encoding="ascii")
+    assert "PRODUCT('gear, 1 of 29 teeth'" in (tmp_path / "Zähne.step").read_text(encoding="ascii")
+
+
+def test_the_product_has_the_name_of_the_member(tmp_path: Path) -> None:
+    pytest.importorskip("OCP")
+    write_step(PINION, tmp_path / "a.step", name="pinion")
+    write_step(PINION, tmp_path / "b.step", range(3), name="pinion")
+    for name, product in (("a", "pinion"), ("b", "pinion, 3 of 29 teeth")):
+        assert f"PRODUCT('{product}','{product}'," in (tmp_path / f"{name}.step").read_text(encoding="ascii")
+
+
+def test_gmsh_shows_the_product_and_the_colours(tmp_path: Path) -> None:
+    """It reads no names of faces, FreeCAD neither; what it shows are the colours, flank by flank."""
+    pytest.importorskip("OCP")
+    gmsh = pytest.importorskip("gmsh", reason="Gmsh's own library is not installed")
+    from beveloid_geom.export._brep import COLOURS, GREY
+
+    write_step(PINION, tmp_path / "a.step", (0, 1), name="pinion")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(tmp_path / "a.step"))
+        [volume] = gmsh.model.getEntities(3)
+        assert gmsh.model.getEntityName(*volume) == "Shapes/pinion, 2 of 29 teeth"
+        seen = [gmsh.model.getColor(*face)[:3] for face in gmsh.model.getEntities(2)]
+    finally:
+        gmsh.finalize()
+        if hasattr(signal, "SIGPIPE"):
+            signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    for colour in COLOURS.values():
+        assert sum(np.abs(np.array(one) - 255.0 * np.array(colour)).max() < 1.5 for one in seen) == 2
+    assert sum(np.abs(np.array(one) - 255.0 * GREY[0]).max() < 1.5 for one in seen) == len(seen) - 8
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import Interrupted, Refusal, load_design, write_out
+from beveloid_geom.cli_support import Interrupted, Refusal, load_design, unwound_by_sigterm, write_out
 from beveloid_geom.whole_file import whole_file
 
 from .figures import FIGURES, Figure
@@ -147,6 +147,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=True,
     help="Design file (TOML), or the built-in design's name.",
 )
+@unwound_by_sigterm()
 def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
     """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
     pattern, separation, transmission error, and meshes."""

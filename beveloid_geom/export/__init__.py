@@ -11,6 +11,7 @@ from __future__ import annotations
 SURFACE_FORMATS = (".stl", ".ply", ".obj", ".vtk", ".vtp", ".vtu")
 FIELD_FORMATS = (".vtk", ".vtp", ".vtu")
 """Those surface formats that hold fields."""
+MEMBERS = ("pinion", "gear")
 VOLUME_FORMATS = (".inp", ".msh", ".bdf", ".vtu")
 CAD_FORMATS = (".step", ".stp")
 CONVENTIONS = (

@@ -33,18 +33,29 @@ from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
 from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Message import Message
-from OCP.StepBasic import StepBasic_Product
+from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
+from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPConstruct import STEPConstruct
-from OCP.STEPControl import STEPControl_ManifoldSolidBrep, STEPControl_Writer
-from OCP.TCollection import TCollection_HAsciiString
+from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_REVERSED
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
+from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from ..inputs import FloatArray
 from .strips import Net, Revolved, Strip, Trace
 
 PRECISION = 1e-7
 """mm. The kernel's own; edges and surfaces must agree to it."""
+COLOURS = {
+    "right flank": (0.27, 0.47, 0.67),
+    "left flank": (0.93, 0.40, 0.47),
+    "right fillet": (0.40, 0.80, 0.93),
+    "left fillet": (0.93, 0.73, 0.40),
+}
+"""Red, green and blue of faces; the others are GREY."""
+GREY = (0.75, 0.75, 0.75)
 STRAIGHT = 1e-12
 """Cone angles (rad) below which a surface of revolution is a cylinder."""
 
@@ -251,14 +262,28 @@ def write_solid(loops: Sequence[Sequence[Strip]], name: str, path: Path) -> None
     if not BRepCheck_Analyzer(solid).IsValid():
         raise RuntimeError(f"{name}: the kernel finds fault with the solid, please report it")
     with quiet_kernel():
-        writer = STEPControl_Writer()
-        writer.Transfer(solid, STEPControl_ManifoldSolidBrep)
-        finder = writer.WS().TransferWriter().FinderProcess()
+        writer = STEPCAFControl_Writer()
+        writer.Transfer(_document(name, solid, named))
+        finder = writer.ChangeWriter().WS().TransferWriter().FinderProcess()
         for part, shape in [*named, (name, solid)]:
             STEPConstruct.FindEntity_s(finder, shape).SetName(_text(part))
-        _sign(writer.Model(), name)
+        _sign(writer.ChangeWriter().Model(), name)
         if writer.Write(str(path)) != IFSelect_RetDone:
             raise OSError("the CAD kernel could not write it")
+
+
+def _document(name: str, solid: TopoDS_Solid, named: Sequence[tuple[str, TopoDS_Face]]) -> TDocStd_Document:
+    """The solid as a product of that name, its faces coloured."""
+    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
+    shapes, colours = (
+        tool(document.Main()) for tool in (XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s)
+    )
+    product = shapes.AddShape(solid, False)
+    TDataStd_Name.Set_s(product, TCollection_ExtendedString(name))
+    for part, face in named:
+        colour = Quantity_Color(*COLOURS.get(part.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
+        colours.SetColor(shapes.AddSubShape(product, face), colour, XCAFDoc_ColorSurf)
+    return document
 
 
 @contextmanager
@@ -275,11 +300,7 @@ def quiet_kernel() -> Iterator[None]:
 
 
 def _sign(model: Any, name: str) -> None:
-    """Names the product and says what wrote the file."""
-    entities = (model.Value(i) for i in range(1, model.NbEntities() + 1))
-    product = next(entity for entity in entities if isinstance(entity, StepBasic_Product))
-    product.SetId(_text(name))
-    product.SetName(_text(name))
+    """Says what is in the file and what wrote it."""
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(_text(name))
     header.SetOriginatingSystem(_text("beveloid-geom"))

@@ -1,8 +1,9 @@
 """Abaqus and CalculiX input (.inp): mesh, named sets and surfaces, one static load case.
 
-Every set is written out with each number once: CalculiX keeps what nested sets hold twice and
-then adds reactions twice. Numbers have at most 12 significant digits, which all of CalculiX's
-fields of 20 characters can hold. Keywords: CalculiX CrunchiX User's Manual 2.20.
+Keywords and their parameters are those that both programs read: Abaqus Keywords Reference Guide,
+CalculiX CrunchiX User's Manual 2.20. Every set is written out with each number once: CalculiX keeps
+what nested sets hold twice and then adds reactions twice. Numbers have at most 12 significant digits,
+which all of CalculiX's fields of 20 characters can hold.
 """
 
 from __future__ import annotations
@@ -112,10 +113,11 @@ def _static(mesh: VolumeMesh, case: LoadCase) -> Iterator[str]:
     yield _listed("NSET", "observer", np.array([case.observer]))
     yield f"*MATERIAL, NAME=steel\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}\n"
     yield "*SOLID SECTION, ELSET=body, MATERIAL=steel\n*STEP\n*STATIC\n*BOUNDARY\nfixed, 1, 3\n"
-    yield f"** The force ({force}) N at ({point}) mm, as nodal forces of the face there.\n*CLOAD\n"
+    yield f"** The force ({force}) N at ({point}) mm,\n** {load.told},\n"
+    yield "** as equivalent nodal forces. Stresses there are not those of the contact.\n*CLOAD\n"
     for node, components in zip(load.nodes.tolist(), load.forces.tolist(), strict=True):
         yield from (f"{node + 1}, {axis}, {value:.12g}\n" for axis, value in enumerate(components, 1))
     # Reactions of the whole first: the sets that make it up share their edges.
     for name in ("fixed", *case.fixed):
-        yield f"*NODE PRINT, NSET={identifier(name)}, TOTALS=ONLY\nRF\n"
+        yield f"*NODE PRINT, NSET={identifier(name)}, TOTALS=YES\nRF\n"
     yield "*NODE PRINT, NSET=observer\nU\n*NODE FILE\nU\n*EL FILE\nS\n*END STEP\n"

@@ -1,7 +1,8 @@
 """Nastran bulk data (.bdf): mesh, material, and the sets of nodes in the case control.
 
-Coordinates have ten decimals, in large fields. Source: MSC Nastran Quick Reference Guide
-(GRID, CHEXA, PSOLID, MAT1, SET).
+A set of Nastran's has a number only. Its name stands after it in a comment, `$HMSET number 1 "name"`, as
+HyperMesh writes and reads it (1: nodes). Coordinates have ten decimals, in large fields. Source: MSC
+Nastran Quick Reference Guide (GRID, CHEXA, PSOLID, MAT1, SET).
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ ORDER = (*range(12), *range(16, 20), *range(12, 16))
 """Nastran's nodes of an element: the mid-side nodes between lower and upper face come before
 those of the upper one."""
 SET_LINE = 7
+NODES = 1
+"""The kind of a set in its comment."""
 COLUMNS = 72
 """Of a line that Nastran reads."""
 LARGEST = 1e4
@@ -41,8 +44,8 @@ def _control(mesh: VolumeMesh, comment: Sequence[str]) -> Iterator[str]:
             continue
         nodes = (indices + 1).tolist()
         rows = (nodes[start : start + SET_LINE] for start in range(0, len(nodes), SET_LINE))
-        yield f"$ set {number}: nodes of {identifier(name)}\n"
         yield f"SET {number} = " + ",\n".join(",".join(map(str, row)) for row in rows) + "\n"
+        yield f'$HMSET {number:>8} {NODES:>8} "{identifier(name)}"\n'
 
 
 def _real(value: float) -> str:

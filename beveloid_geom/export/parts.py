@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..curvature import relative_curvature
 from ..flank import flank_point, tip_parameter, trace_parameter
 from ..inputs import Design, FloatArray, Member
 from ..operating_rolls import first_contact_operation
@@ -23,9 +24,9 @@ from ..solid import gear_solid, turned
 from ..tooth import gear_mesh
 from ..touch import separation
 from ..volume import VolumeMesh
-from . import FIELD_FORMATS
-from .abaqus import LoadCase, nearest_node
-from .load import contact_load
+from . import FIELD_FORMATS, MEMBERS
+from .abaqus import FIXED_SETS, LoadCase, nearest_node
+from .load import ContactPlace, contact_load
 from .surfaces import SurfaceMesh, in_fixed, joined
 
 TRIAL = 1e-3
@@ -79,12 +80,14 @@ def gear_surface(
 
 
 def pair_surface(design: Design, pose: MeshingPair, suffix: str, tolerance: float) -> SurfaceMesh:
-    """Both gears in S_f, with the cell field 'member' (0 pinion, 1 gear)."""
+    """Both gears in S_f, with the cell fields 'member' (0 pinion, 1 gear), 'pinion' and 'gear' (1 on its
+    faces, 0 on the other's)."""
     surfaces = []
     for number, (member, frame) in enumerate(zip(design.members, pose.frames, strict=True)):
         surface = gear_surface(member, suffix, tolerance)
         numbers = np.full(len(surface.faces), number)
-        surface = replace(surface, cell_fields={**surface.cell_fields, "member": numbers})
+        own = {name: (numbers == k).astype(int) for k, name in enumerate(MEMBERS)}
+        surface = replace(surface, cell_fields={**surface.cell_fields, "member": numbers, **own})
         surfaces.append(in_fixed(surface, frame))
     return joined(surfaces)
 
@@ -134,15 +137,21 @@ def flank_part(
 def contact_case(
     mesh: VolumeMesh, design: Design, pose: MeshingPair, member: int, force: float, tooth: int = 0
 ) -> LoadCase:
-    """`force` (N) along the inward normal of the flank, at the contact in the middle of the path as
-    it is when this `tooth` has come there; the displacement is observed at the tip edge of the
-    tooth's opposite flank, at mid-face.
+    """`force` (N) along the inward normal of the flank, as the pressure of the contact in the middle of
+    the path as it is when this `tooth` has come there; the displacement is observed at the tip edge of
+    the tooth's opposite flank, at mid-face.
 
-    Raises ValueError where the mesh has no face there."""
+    Raises ValueError where the mesh has no face there, and where the flanks cut each other beside it."""
     opposite, gear = {"right": "left", "left": "right"}[pose.flank], design.members[member]
     l = tip_parameter(gear, opposite, 0.0)
     edge = flank_point(gear, opposite, l, trace_parameter(gear, opposite, l, 0.0))
     turn = np.array([2.0 * np.pi / float(gear.teeth) * tooth])
-    point, normal, edge = turned(np.stack((pose.point[member], pose.normal[member], edge)), turn)[0]
-    load = contact_load(mesh, f"{pose.flank} flank", point, -force * normal)
-    return LoadCase(load, nearest_node(mesh, edge))
+    relative = relative_curvature(design, pose.path)
+    axes = relative.direction[1] @ pose.frames[member][0]  # from S_f into the own frame
+    vectors = np.stack((pose.point[member], pose.normal[member], edge, *axes))
+    point, normal, edge, *axes = turned(vectors, turn)[0]
+    place = ContactPlace(point, normal, relative.curvature[1], np.stack(axes))
+    own = f"{pose.flank} flank {tooth + 1}"
+    load = contact_load(mesh, own if own in mesh.surfaces else f"{pose.flank} flank", place, force)
+    held = tuple(name for name in FIXED_SETS if name in mesh.node_sets)  # a whole gear has no sides
+    return LoadCase(load, nearest_node(mesh, edge), held)

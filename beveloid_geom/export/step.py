@@ -1,7 +1,9 @@
 """A gear as one solid for CAD: a STEP file (AP214, mm).
 
-The faces, as `strips` makes them, are named for their tooth: 'right flank 0', 'tip 0' ...; a
-bottom land has the number of the tooth before it.
+The faces, as `strips` makes them, are named for their tooth, counted from 1 at angle 0: 'right flank 1',
+'tip 1' ...; a bottom land has the number of the tooth before it. The names stand in the file; readers
+built on Open CASCADE give them where they ask for names of parts of a shape, which FreeCAD and Gmsh do
+not. These show the colours instead, one for each kind of surface, and the name of the product.
 
 Needs OCP, the Python bindings of Open CASCADE 8: pip install 'beveloid-geom[step]'.
 """
@@ -20,10 +22,15 @@ INSTALL = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
 
 
 def write_step(
-    member: Member, path: Path | str, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+    member: Member,
+    path: Path | str,
+    teeth: Sequence[int] | None = None,
+    bore_radius: float | None = None,
+    name: str = "gear",
 ) -> None:
     """Write the whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), as one solid in
-    the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None.
+    the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None. The
+    product has the `name`, with the number of teeth where they are not all.
 
     Part of a gear is cut in the middle of the tooth spaces beside it. Raises ValueError for an
     undercut member, a pointed tooth, a pointed tool, a bore out of its limits, teeth that are no
@@ -34,9 +41,9 @@ def write_step(
 
         from ._brep import write_solid
     loops = gear_loops(member, teeth, bore_radius)
-    count = sum(strip.name == "tip" for strip in loops[0])
+    count, total = sum(strip.name == "tip" for strip in loops[0]), int(member.teeth)
     with whole_file(Path(path)) as unfinished:
-        write_solid(loops, f"beveloid gear, {count} of {int(member.teeth)} teeth", unfinished)
+        write_solid(loops, name if count == total else f"{name}, {count} of {total} teeth", unfinished)
 
 
 @contextmanager

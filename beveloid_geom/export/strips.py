@@ -10,7 +10,7 @@ their parameter: a strip and its neighbour have the same line, a `Trace`, for th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, cos, pi, sin, tan
 from typing import Any, TypeAlias
@@ -74,7 +74,8 @@ class Revolved:
 @dataclass(frozen=True, eq=False)
 class Strip:
     """A face of the solid from toe to heel between two traces, the metal on the left of the way
-    from the first to the last, seen from +z. `tooth`: the number of its tooth, if it has one."""
+    from the first to the last, seen from +z. `tooth`: the number of its tooth, if it has one, from 1 at
+    angle 0 on."""
 
     name: str
     first: Trace
@@ -108,11 +109,14 @@ def gear_loops(
     cut, bore, pitch = _cut_tooth(member), bore_of(member, bore_radius), 2.0 * pi / float(member.teeth)
     space = Strip("bottom", cut.strips[-1].last, _turned(cut.strips[0].first, pitch), cut.root)
     one = [*cut.strips, space] if cut.has_land else cut.strips
-    outline = [_turned_strip(strip, number * pitch, number) for number in numbers for strip in one]
-    if len(numbers) == int(member.teeth):
+    total = int(member.teeth)
+    outline = [
+        _turned_strip(strip, number * pitch, number % total + 1) for number in numbers for strip in one
+    ]
+    if len(numbers) == total:
         loops = [outline, _whole_bore(member, bore)]
     else:
-        loops = [_sector(cut, outline, numbers, pitch, bore)]
+        loops = [_sector(cut, outline, numbers, total, bore)]
     for strip in (strip for loop in loops for strip in loop if isinstance(strip.surface, Revolved)):
         if np.ptp(np.concatenate((strip.first.angle, strip.last.angle))) > 0.999 * 2.0 * pi:
             text = f"face_width {float(member.face_width):g} mm: the {strip.name} winds round the whole gear"
@@ -278,13 +282,14 @@ def _whole_bore(member: Member, radius: float) -> list[Strip]:
     return [Strip("bore", *pair, Revolved(radius, 0.0)) for pair in pairwise(traces)]
 
 
-def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], pitch: float, bore: float) -> list[Strip]:
+def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], total: int, bore: float) -> list[Strip]:
     """The loop round some teeth whose strips, with the spaces after them, are `outline`."""
+    pitch = 2.0 * pi / total
     start, end = (_turned(cut.middle, number * pitch) for number in (numbers[0] - 1, numbers[-1]))
     loop = list(outline)
     if cut.has_land:
-        loop.insert(0, Strip("bottom", start, outline[0].first, cut.root, numbers[0] - 1))
-        loop[-1] = Strip("bottom", outline[-1].first, end, cut.root, numbers[-1])
+        loop.insert(0, Strip("bottom", start, outline[0].first, cut.root, (numbers[0] - 1) % total + 1))
+        loop[-1] = replace(outline[-1], last=end)
     inner = _on_cylinder(start, bore)
     width = len(numbers) * pitch
     pieces = ceil((width + float(np.ptp(start.angle))) / pi)

@@ -6,6 +6,7 @@ decimals, the VTK formats double precision.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +19,13 @@ from ..assembly import normals_to_fixed, to_fixed
 from ..inputs import FloatArray
 from ..posing import Frame
 from ..sampling import Faces
-from . import FIELD_FORMATS, SURFACE_FORMATS
+from . import FIELD_FORMATS, MEMBERS, SURFACE_FORMATS
 from .vtp import write_polydata
 
 Fields: TypeAlias = Mapping[str, NDArray[Any]]
 OBJ_DIGITS = 9
+STL_HEADER = 80
+"""Bytes at the start of a binary file; those of a text start with 'solid'."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +69,9 @@ def joined(surfaces: Sequence[SurfaceMesh]) -> SurfaceMesh:
     )
 
 
-def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None) -> None:
-    """Write triangles into `path` in the format that `suffix` names, that of `path` if None.
+def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None, title: str = "") -> None:
+    """Write triangles into `path` in the format that `suffix` names, that of `path` if None. The `title`
+    goes into the header of .stl and .obj; the members of a pair are groups of an .obj.
 
     Raises ValueError for a suffix that is none of SURFACE_FORMATS, OSError where the file cannot
     be written. .ply and .obj hold the normals beside the points, .stl the points only."""
@@ -79,7 +83,7 @@ def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None) -
     elif suffix in FIELD_FORMATS:
         _write_meshio(surface, path, suffix)
     else:
-        _write_trimesh(surface, path, suffix)
+        _write_trimesh(surface, path, suffix, f"beveloid-geom {title}".strip())
 
 
 def _plain(values: NDArray[Any]) -> NDArray[Any]:
@@ -99,15 +103,43 @@ def _write_meshio(surface: SurfaceMesh, path: Path, suffix: str) -> None:
     meshio.write(path, mesh, file_format={".vtk": "vtk", ".vtu": "vtu"}[suffix])
 
 
-def _write_trimesh(surface: SurfaceMesh, path: Path, suffix: str) -> None:
+def _write_trimesh(surface: SurfaceMesh, path: Path, suffix: str, title: str) -> None:
+    """Write what trimesh can. Nothing may be merged or dropped: the triangles are to be those of the
+    calculation."""
+    normals = surface.point_fields.get("normals")
+    if suffix == ".obj":
+        path.write_text(_obj(surface, title), encoding="utf-8")
+        return
+    options = {".ply": {"vertex_normal": normals is not None}}.get(suffix, {})
+    mesh = _trimesh(surface.points, surface.faces, normals)
+    mesh.export(str(path), file_type=suffix.removeprefix("."), **options)
+    if suffix == ".stl":
+        with open(path, "r+b") as file:
+            file.write(title.encode("ascii", "replace")[:STL_HEADER])
+
+
+def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> Any:
     import trimesh
 
-    normals = surface.point_fields.get("normals")
-    # Nothing may be merged or dropped: the triangles are to be those of the calculation.
-    mesh = trimesh.Trimesh(surface.points, surface.faces, vertex_normals=normals, process=False)
-    options: dict[str, dict[str, Any]] = {
-        ".stl": {},
-        ".ply": {"vertex_normal": normals is not None},
-        ".obj": {"include_normals": normals is not None, "digits": OBJ_DIGITS},
-    }
-    mesh.export(str(path), file_type=suffix.removeprefix("."), **options[suffix])
+    return trimesh.Trimesh(points, faces, vertex_normals=normals, process=False)
+
+
+def _obj(surface: SurfaceMesh, title: str) -> str:
+    """The text of an .obj file, with an object and a group for each member of a pair."""
+    import trimesh
+    from trimesh.exchange import obj
+
+    export: Any = obj.export_obj
+    normals, of = surface.point_fields.get("normals"), surface.cell_fields.get("member")
+    if of is None:
+        mesh = _trimesh(surface.points, surface.faces, normals)
+        return str(export(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
+    scene = trimesh.Scene()
+    for number, name in enumerate(MEMBERS):
+        faces = surface.faces[of == number]
+        start = faces.min()
+        mesh = _trimesh(surface.points[start : faces.max() + 1], faces - start, None)
+        mesh.metadata["name"] = name
+        scene.add_geometry(mesh)
+    text = str(export(scene, include_normals=False, digits=OBJ_DIGITS, header=title))
+    return re.sub(r"^o (.+)$", r"o \1\ng \1", text, flags=re.MULTILINE)

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from beveloid_geom.hexahedra import tooth_hexahedra
 from beveloid_geom.inputs import Design, FloatArray, Member
-from beveloid_geom.volume import VolumeMesh, face_nodes, scaled_jacobian
+from beveloid_geom.volume import VolumeMesh, element_shapes, face_nodes
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
@@ -57,7 +57,7 @@ def compute(design: Design) -> MeshedFigure:
         mesh = tooth_hexahedra(design.pinion)
     except ValueError as error:
         return MeshedFigure(design.pinion, None, np.zeros(0), str(error))
-    return MeshedFigure(design.pinion, mesh, scaled_jacobian(mesh))
+    return MeshedFigure(design.pinion, mesh, element_shapes(mesh)[0])
 
 
 def surface_of(mesh: VolumeMesh, name: str) -> Surface:

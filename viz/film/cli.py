@@ -21,6 +21,7 @@ from beveloid_geom.cli_support import (
     flank_option,
     load_design,
     override_options,
+    unwound_by_sigterm,
     write_out,
 )
 
@@ -147,6 +148,7 @@ def write_film(
 )
 @click.option("--size", type=PageSize(), default="960x720", show_default=True, help="Size in pixels.")
 @override_options
+@unwound_by_sigterm()
 def main(
     design: str,
     flank: str,

@@ -21,6 +21,7 @@ from beveloid_geom.cli_support import (
     error_sizes,
     load_design,
     override_options,
+    unwound_by_sigterm,
     write_out,
 )
 from beveloid_geom.whole_file import require_replaceable, whole_file
@@ -50,6 +51,7 @@ MOST_CASES = 1_000_000
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers.")
 @click.pass_context
+@unwound_by_sigterm()
 def main(
     context: click.Context,
     /,
