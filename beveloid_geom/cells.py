@@ -151,7 +151,7 @@ def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
     """Bounds (2, cases, 1), mm, of the cells `left` (cases, NODES - 1, NODES - 1)."""
     bounds = []
     for member in range(2):
-        line = left.any(axis=2 - member)
+        line = np.asarray(left.any(axis=2 - member))
         ends = line.argmax(axis=-1), NODES - 1 - line[:, ::-1].argmax(axis=-1)
         bounds.append([np.take_along_axis(l[member], end[:, None], axis=-1) for end in ends])
     (low, high), (other_low, other_high) = bounds

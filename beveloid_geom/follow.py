@@ -45,6 +45,8 @@ from .track import (
 from .unfolded import meet_on_curve, onto_curve, units_of
 from .walk import LONGEST, Walked, curves_of
 
+CASES_PER_BLOCK = 256
+"""Size at which the arrays of a block stay in the cache."""
 GUIDE = 12
 """Highest degree of a guide."""
 TURN_ROOM = 0.1
@@ -99,6 +101,26 @@ class _Part:
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """The path of every case on its flanks; of several the one that covers most roll.
 
+    Tracks over l1 are made a block of cases at a time; the cases that these do not describe are followed
+    together, since a step of a walk costs little more for many than for one."""
+    count = pairing.branch.shape[0]
+    groups, left = [], []
+    for block in _blocks(np.arange(count)):
+        found, rest = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        groups += [group.of(block) for group in found]
+        left.append(block[rest])
+    for block in _blocks(np.concatenate(left)):
+        groups += [group.of(block) for group in _followed(pairing.cases(block))]
+    return groups
+
+
+def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
+    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+
+
+def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_]]:
+    """Paths by tracks over l1, and the cases that these do not describe.
+
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
     zero, or nothing is found on the flanks, both are looked at."""
     track = track_over_l1(pairing)
@@ -107,15 +129,16 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
     if not lost.any():
-        return [whole]
+        return [whole], np.empty(0, dtype=int)
     kept = [whole.part(np.flatnonzero(~lost))] if not lost.all() else []
-    return kept + _near_faces(whole.part(np.flatnonzero(lost)))
+    found, rest = _near_faces(whole.part(np.flatnonzero(lost)))
+    return kept + found, rest
 
 
-def _near_faces(whole: Group) -> list[Group]:
+def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_]]:
     """Paths where cells of l1 and l2 leave but one curve near the faces, of the pairing's sign of n_x, or
     none (`cells`): by the given track over all l1, or one over the l1 of these cells, which shrink from round
-    to round. The others are followed."""
+    to round. And the other cases."""
     pairing, known = whole.pairing, _told(whole)
     groups, nothing = [], pairing.undefined
     status = np.where(nothing, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
@@ -138,10 +161,9 @@ def _near_faces(whole: Group) -> list[Group]:
         left, window = left[again], (box.low[:, again], box.high[:, again])
         if left.size == 0:
             break
-    rest, none = np.flatnonzero(~done), np.flatnonzero(nothing)
+    none = np.flatnonzero(nothing)
     groups.append(_without_path(pairing, none, status[none]).of(whole.cases))
-    groups += [group.of(whole.cases[rest]) for group in _followed(pairing.cases(rest))] if rest.size else []
-    return [group for group in groups if group.cases.size]
+    return [group for group in groups if group.cases.size], whole.cases[~done]
 
 
 def _told(group: Group) -> NDArray[np.bool_]:

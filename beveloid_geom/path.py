@@ -29,7 +29,6 @@ from .track import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, roundi
 
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""
-CASES_PER_BLOCK = 256
 POSITIONS_PER_BLOCK, SAFE_PER_BLOCK = 8192, 2048
 """Sizes at which the arrays of a block stay in the cache; a safe solve takes many samples."""
 ROUNDING = 64.0
@@ -121,7 +120,7 @@ def path_of_contact(
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        groups = _groups(pairing)
+        groups = paths_on_flanks(pairing)
         parts = [
             _on_path(group, points) if given is None else _at_given(group, given[group.cases])
             for group in groups
@@ -136,15 +135,6 @@ def path_of_contact(
     if given is None and not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
     return _result(flank, table, status, path_ends, shape)
-
-
-def _groups(pairing: Pairing) -> list[Group]:
-    """The paths of all cases, a block of them at a time."""
-    cases = pairing.branch.shape[0]
-    if cases <= CASES_PER_BLOCK:
-        return paths_on_flanks(pairing)
-    blocks = np.split(np.arange(cases), range(CASES_PER_BLOCK, cases, CASES_PER_BLOCK))
-    return [group.of(block) for block in blocks for group in paths_on_flanks(pairing.cases(block))]
 
 
 def path_blocks(
@@ -211,7 +201,7 @@ def path_ends(design: Design, flank: str = "right") -> PathEnds:
     """Ends of the path of contact and the contact ratio, without the positions between."""
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        return _path_ends(pairing, _groups(pairing), design.batch_shape)
+        return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
 
 
 def _path_ends(pairing: Pairing, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:
