@@ -32,8 +32,8 @@ ENDING = 1e-12
 class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
-    `x` is the parameter of the track, `limit` holds `Limit` codes. Per case: `span`, the pinion
-    roll (rad) that the path covers; `turning`, whether the roll turns back on the way; `pieces`,
+    `x` is the parameter of the track, `limit` holds `Limit` codes. Per case: `span`, greatest
+    less least pinion roll of the path (rad); `turning`, whether the roll turns back on the way; `pieces`,
     in how many the path lies on the flanks, of which the one with the greatest span is taken;
     `status`."""
 

@@ -1,9 +1,10 @@
 """Tracks of paths that no single flank parameter describes, followed by their length.
 
-`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path. For the rest, paths that
-cross n_x = 0, on which l1 turns back, or that leave the window where no common normal is left, all
-curves of contact in the window are walked (`walk`), their parts near the flanks fitted by
-polynomials, and the part on the flanks that covers most roll is the path.
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
+(`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
+which another curve of contact may be near the faces, all curves of contact in the window are walked
+(`walk`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
+roll is the path.
 
 The parameter of such a part is no true length: a polynomial through the walked points is its guide,
 and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
@@ -58,7 +59,7 @@ sharply against rounding, or a member has next to no base circle."""
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
-ROUNDS = (NARROW, MEDIUM, FINE)
+ROUNDS = (NARROW, NARROW, MEDIUM, FINE)
 """Degrees over l1 that are tried in the cells left, round by round."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""

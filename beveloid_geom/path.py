@@ -5,10 +5,12 @@ roll between its ends, and evaluated where it is asked for. Pinion drives, so th
 rises along the path of right flanks and falls along that of left flanks: ordinarily the path
 enters at the pinion's root side and leaves towards its tip.
 
-The contact ratio is Eq. 16: pinion roll between the ends, over a pitch. It speaks of the
-geometry of one tooth pair. Where the gear runs ahead towards the ends of the path, as on the
-right flanks of Table 1 with both parabola coefficients positive, the edge of the next tooth
-touches first and the ratio at which the pair operates is another.
+The contact ratio is Eq. 16: the pinion roll over which a tooth pair is tangent on its flanks, greatest
+less least roll of its path, over a pitch. Where the roll turns back along the path that is more than the
+roll between the ends: the pair is tangent twice at some rolls. It speaks of the geometry of one tooth
+pair. Where the gear runs ahead towards the ends of the path, as on the right flanks of Table 1 with both
+parabola coefficients positive, the edge of the next tooth touches first and the ratio at which the pair
+operates is another.
 """
 
 from __future__ import annotations
@@ -40,9 +42,10 @@ class PathEnds:
     """Ends of the path on the flanks; last axis (enter, leave), before it the batch axes.
 
     `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
-    `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
-    `pieces` (in how many the path lies on the flanks; that which covers most roll is taken; where l1
-    resolves the path, one with the other sign of n_x is not looked for) and `status` (codes of `Status`)
+    `contact_ratio` (Eq. 16: greatest less least pinion roll of the path, over a pitch; 0 without a path,
+    NaN where the path could not be followed), `pieces` (in how many the path lies on the
+    flanks; that which covers most roll is taken; where l1 resolves the path, one with the other sign of n_x
+    is not looked for) and `status` (codes of `Status`)
     have the batch shape."""
 
     l1: FloatArray
@@ -192,7 +195,8 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
-    """Contact ratio (Eq. 16) of the batch shape: 0 where there is no contact on the flanks, NaN
+    """Contact ratio (Eq. 16: greatest less least pinion roll of the path, over a pitch) of the batch shape:
+    0 where there is no contact on the flanks, NaN
     where the path could not be followed. It is not the operating ratio where edges touch first."""
     return path_ends(design, flank).contact_ratio
 

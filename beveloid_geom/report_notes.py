@@ -70,7 +70,13 @@ def notes_of(design: Design, path: ContactPath, certificate: Certificate | None)
     if 0.0 < path.ends.contact_ratio < 1.0:
         notes.append("the contact ratio is below 1: one tooth pair leaves before the next one enters")
     for values, words in (
-        (path.pinion_roll, "the roll turns back along the path: the flanks are tangent twice at some rolls"),
+        (
+            path.pinion_roll,
+            (
+                "the roll turns back along the path: the flanks are tangent twice at some rolls,"
+                " and the contact ratio is that of all rolls it reaches"
+            ),
+        ),
         (path.l1, "l1 turns back along the path: at some l1 the pinion's flank has two contacts"),
     ):
         steps = np.diff(values)
