@@ -1,15 +1,16 @@
 """Where in l1 and l2 contacts near the faces can lie: cells of a grid that signs do not rule out.
 
 F(l1, l2) = 0 (`contact`) for either sign of n_x, and the heights z_j at which the members then touch,
-run to infinity where n_x vanishes. Times n_x nothing does: with R_j = n_x w_j, and s the sign of n_x,
+run to infinity where n_x vanishes. With n = |n_x|, s its sign and R_j = n_x w_j,
 
-    n F   = s (B_1 R_1 + B_2 R_2 - E n^2) + (A_1 + A_2) n,      n = |n_x|,
-    n z_j = s (S_j + v_j B_j) R_j + (v_j A_j - c_j) n,
+    n F   = s (P - E n^2) + (A_1 + A_2) n,      P = B_1 R_1 + B_2 R_2,
+    n z_j = s (S_j + v_j B_j) R_j - (c_j - v_j A_j) n
 
-are smooth up to n_x = 0 and beyond it, where n = 0. A cell in which n F keeps its sign holds no
-contact, one in which n z_j stays above or below n times the faces none near them. The sign is that of
-the four corners, which must be clear by SLACK of the second differences about them: a smooth function
-strays from its corners by an eighth of these, the root n by half at most.
+do not, and n^2 as well as all that stands before n or behind s is smooth in l1 and l2. A cell in which n F
+keeps its sign holds no contact; nor does one in which no n lets both members touch near their faces, or F
+stays off zero for all n that do. Bounds in a cell are those of its four corners, and SLACK of the second
+differences about them: a smooth function strays from its corners by an eighth of these, the root n by
+half at most.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ from .mounting import across_action
 NODES = 9
 """Grid lines of each member."""
 SHARES, (FIRST, SECOND) = np.linspace(0.0, 1.0, NODES), np.divmod(np.arange(NODES**2), NODES)
-GAPS, HEIGHTS = slice(1, 3), (slice(3, 5), slice(5, 7))
+RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
+"""Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
 CASES_PER_BLOCK = 32
 """So many stay in the cache."""
 FACES = 1.5
@@ -79,24 +81,47 @@ def _box(pairing: Pairing, low: FloatArray, high: FloatArray) -> Box:
     l = low + SHARES * (high - low)
     values = _values(pairing, l)
     least, most = _bounds(values)
-    face = FACES * pairing.half_width[..., None] * np.sqrt(np.maximum(most[0], 0.0))
-    left = (most[0] > 0.0) & (least[GAPS] <= 0.0) & (most[GAPS] >= 0.0)
-    for member, heights in enumerate(HEIGHTS):
-        left &= (least[heights] <= face[member]) & (most[heights] >= -face[member])
-    alone = ~left[1].any(axis=(1, 2)) & ~(left[0] & (least[0] <= 0.0)).any(axis=(1, 2))
-    real, either = values[0] > 0.0, left[0] | left[1]
+    own, clear = _left(pairing, False, least, most)
+    other, _ = _left(pairing, True, least, most)
+    alone = ~other.any(axis=(1, 2)) & (clear | ~own).all(axis=(1, 2))
+    real, either = values[0] > 0.0, np.asarray(own | other)
     return Box(
         *_around(l, either),
-        none=~either.any(axis=(1, 2)),
-        one=alone & _single(left[0], values[1]),
+        none=np.asarray(~either.any(axis=(1, 2))),
+        one=alone & _single(own, values[1]),
         missing=(values[0] < 0.0).any(axis=(1, 2)),
         curve=_changes(values[1], real) | _changes(values[2], real),
     )
 
 
+def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) -> tuple[Mask, Mask]:
+    """Which cells are left for the pairing's sign of n_x, or the `other`, and in which n is not 0.
+
+    Heights within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, R their rise and
+    D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and n F as well."""
+    sign = -pairing.branch[:, :, None] if other else pairing.branch[:, :, None]
+    low, high = np.sqrt(np.maximum(least[0], 0.0)), np.sqrt(np.maximum(most[0], 0.0))
+    bounds = (-most, -least) if other else (least, most)
+    for member in range(2):
+        face = FACES * pairing.half_width[member, :, :, None]
+        far, near = most[DEPTH + member] + face, least[DEPTH + member] - face
+        for rise, rate in ((bounds[0][RISE + member], far), (-bounds[1][RISE + member], -near)):
+            at = rise / rate
+            low = np.where((rate > 0.0) & (at > low), at, low)
+            high = np.where((rate < 0.0) & (at < high), at, high)
+    pole, offset = (bound[POLE] for bound in bounds), sign * np.asarray(pairing.layout.offset)[:, :, None]
+    first, last = pole
+    closing = np.minimum(-offset * low, -offset * high), np.maximum(-offset * low, -offset * high)
+    lowest = least[LEVEL] + closing[0] + first / np.where(first < 0.0, low, high)
+    highest = most[LEVEL] + closing[1] + last / np.where(last > 0.0, low, high)
+    gap = 1 + int(other)
+    left = (most[0] > 0.0) & (low <= high) & (least[gap] <= 0.0) & (most[gap] >= 0.0)
+    return left & ~(lowest > 0.0) & ~(highest < 0.0), low > 0.0
+
+
 def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
-    """n_x^2, n F for the pairing's sign of n_x and the other, n z_j of pinion for both, and of gear for both:
-    (7, cases, NODES, NODES) at grid lines l (2, cases, NODES), mm."""
+    """n_x^2, n F for the pairing's sign of n_x and the other, R and D of both members, P, and A_1 + A_2, what
+    changes with the sign for the own one: (9, cases, NODES, NODES) at grid lines l (2, cases, NODES), mm."""
     terms = terms_of(pairing, l)
     v, square, moment, level, slope = (
         np.array((x[0][:, FIRST], x[1][:, SECOND]))
@@ -106,12 +131,13 @@ def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
     reach = across_action(pairing.layout, v, square, normal.y, moment)
     n_squared = np.maximum(normal.x_squared, 0.0)
     n = np.sqrt(n_squared)
-    odd = pairing.branch * (slope[0] * reach[0] + slope[1] * reach[1] - pairing.layout.offset * n_squared)
-    even = (level[0] + level[1]) * n
+    pole = pairing.branch * (slope[0] * reach[0] + slope[1] * reach[1])
+    odd, level_sum = pole - pairing.branch * pairing.layout.offset * n_squared, level[0] + level[1]
+    even = level_sum * n
     rise = pairing.branch * (square + v * slope) * reach
-    fall = (v * level - pairing.position) * n
-    values = np.array((normal.x_squared, even + odd, even - odd, *(fall + rise), *(fall - rise)))
-    return values[[0, 1, 2, 3, 5, 4, 6]].reshape(7, len(n), NODES, NODES)
+    depth = pairing.position - v * level
+    values = np.array((normal.x_squared, even + odd, even - odd, *rise, *depth, pole, level_sum))
+    return values.reshape(9, len(n), NODES, NODES)
 
 
 def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
