@@ -93,8 +93,8 @@ def test_off_the_flank_costs_what_others_cost() -> None:
     print(f"\nTable 1 {1e6 * base:.0f} us a mounting")
     for name, seconds in rows.items():
         print(f"  {name:40s} {1e6 * seconds:10.2f} us a case, ratio {seconds / base:.1f}")
-    assert rows["line contact"] < 5.0 * base
-    assert rows["line contact, ten times the errors"] < 5.0 * base
+    assert rows["line contact"] < 8.0 * base
+    assert rows["line contact, ten times the errors"] < 8.0 * base
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
