@@ -75,7 +75,8 @@ def map_command(
 
     The shift of the path is that under assembly errors, the usual tolerances unless some are given. The
     table has the extremes and where they are, JSON and CSV have every cell; `render-figures --only
-    map-parabola` and its like draw them. Some seconds, minutes at 201 steps. Exit status 1 if no cell
+    map-parabola` and its like draw them. Some seconds, minutes at 201 steps
+    or near line contact. Exit status 1 if no cell
     has a path.
     """
     require_one_format(as_json, as_csv)

@@ -91,14 +91,17 @@ def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
 def inverted(
     coefficients: FloatArray, values: FloatArray, low: FloatArray | float, high: FloatArray | float
 ) -> FloatArray:
-    """Parameters (positions) in [low, high] at which one polynomial (degree + 1), on different sides of
-    these values at low and high, has them: Newton, which halves the bracket where it would leave it."""
-    both = with_derivative(coefficients[None, None])
+    """Parameters (cases, positions) in [low, high] at which polynomials (cases, degree + 1), on different
+    sides of these values at low and high, have them: Newton, which halves the bracket where it would leave
+    it. One polynomial (degree + 1) takes values (positions)."""
+    if coefficients.ndim == 1:
+        return np.asarray(inverted(coefficients[None], values[None], low, high)[0])
+    both = with_derivative(coefficients[None])
     left, right = np.broadcast_to(low, values.shape), np.broadcast_to(high, values.shape)
-    rising = evaluate(both[:1], right)[0, 0] > evaluate(both[:1], left)[0, 0]
+    rising = evaluate(both[:1], right)[0] > evaluate(both[:1], left)[0]
     x = 0.5 * (left + right)
     for _ in range(HALVINGS):
-        value, rate = evaluate(both, x)[:, 0]
+        value, rate = evaluate(both, x)
         above = (value > values) == rising
         left, right = np.where(above, left, x), np.where(above, x, right)
         with np.errstate(divide="ignore", invalid="ignore"):

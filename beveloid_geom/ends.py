@@ -21,7 +21,7 @@ from .track import HEIGHT, LARGEST, ROLL, Track
 
 SCAN = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN, LARGEST)
-SHARES = np.linspace(0.0, 1.0, 17)
+SHARES, CLOSE = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
 PASSES, NEWTON_LAST = 30, 1e-8
 """Newton on the polynomials ends with a step below NEWTON_LAST, whose square is rounding."""
 ENDING = 1e-12
@@ -32,8 +32,8 @@ ENDING = 1e-12
 class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
-    `x` is the parameter of the track, `limit` holds `Limit` codes. Per case: `span`, the pinion
-    roll (rad) that the path covers; `turning`, whether the roll turns back on the way; `pieces`,
+    `x` is the parameter of the track, `limit` holds `Limit` codes. Per case: `span`, greatest
+    less least pinion roll of the path (rad); `turning`, whether the roll turns back on the way; `pieces`,
     in how many the path lies on the flanks, of which the one with the greatest span is taken;
     `status`."""
 
@@ -75,6 +75,7 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
     out to be met first. The pinion drives, with rising roll on right flanks and falling roll on
     left ones: that says which end is entered."""
     x, pieces = _rough_ends(track)
+    sought = (pieces > 0) & (track.status == Status.SOLVED)
     inward = np.array([1.0, -1.0])
     both = with_derivative(track.coefficients[HEIGHT:])
     for _ in range(PASSES):
@@ -83,7 +84,7 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
         moves = np.where(rates > 0.0, -values[: len(Limit)] / rates, -np.inf)
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
         x = np.minimum(np.maximum(x + move, -1.0), 1.0)
-        if not (np.abs(move) > NEWTON_LAST).any():
+        if not (np.abs(move[sought]) > NEWTON_LAST).any():
             break
     missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
     status = np.where(missed, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
@@ -147,19 +148,45 @@ def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatA
 
 
 def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Pinion roll covered between the ends (cases), rad, and whether it turns back on the way."""
+    """Pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which is that
+    between its ends unless it turns back on the way; and whether it does."""
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(track.coefficients[ROLL : ROLL + 1])
     share = x[:, :1] + (x[:, 1:] - x[:, :1]) * SHARES
     rate = evaluate(both[1:], share)[0]
     low, high = rate.min(axis=-1), rate.max(axis=-1)
     turning = low * high <= 0.25 * np.maximum(np.abs(low), np.abs(high)) ** 2
-    for case in np.flatnonzero(turning):
-        roots = real_roots(both[1, case], *np.sort(x[case]))
-        turning[case] = roots.size > 0
-        reached = np.concatenate((roll[case], evaluate(both[:1, case, None], roots)[0, 0]))
-        span[case] = np.ptp(reached)
+    some = np.flatnonzero(turning)
+    if some.size:
+        turns, turning[some] = _turns(both[1, some], x[some])
+        row, place = np.nonzero(~np.isnan(turns))
+        reached = np.full((some.size, turns.shape[1] + 2), np.nan)
+        reached[:, :2] = roll[some]
+        reached[row, place + 2] = evaluate(both[:1, some[row]], turns[row, place, None])[0, :, 0]
+        span[some] = np.nanmax(reached, axis=-1) - np.nanmin(reached, axis=-1)
     return span, turning
+
+
+def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps), NaN
+    in steps without; and which do.
+
+    Between samples a polynomial strays from their chord by about an eighth of the second difference: where
+    it may so reach zero and go back, its roots are sought one by one."""
+    low, high = np.sort(ends, axis=-1).T[..., None]
+    x = low + (high - low) * CLOSE
+    value = evaluate(rate[None], x)[0]
+    roots = np.full((len(x), CLOSE.size - 1), np.nan)
+    row, step = np.nonzero(np.signbit(value[:, :-1]) != np.signbit(value[:, 1:]))
+    at = inverted(rate[row], np.zeros((row.size, 1)), x[row, step, None], x[row, step + 1, None])
+    roots[row, step] = at[:, 0]
+    bend = np.abs(np.diff(value, 2, axis=-1))
+    hidden = (np.abs(value[:, 1:-1]) <= bend) & np.isnan(roots[:, 1:]) & np.isnan(roots[:, :-1])
+    for case in np.flatnonzero(hidden.any(axis=-1)):
+        found = real_roots(rate[case], low[case, 0], high[case, 0])
+        roots[case] = np.nan
+        roots[case, : found.size] = found
+    return roots, np.isfinite(roots).any(axis=-1)
 
 
 def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
@@ -179,8 +206,9 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
         if not (np.abs(move) > NEWTON_LAST).any():
             break
     x = np.where(ends.turning[:, None], straight, x)
-    for case in np.flatnonzero((np.abs(move) > NEWTON_LAST).any(axis=-1)):
-        x[case] = inverted(track.coefficients[ROLL, case], goal[case], *np.sort(ends.x[case]))
+    lost = np.flatnonzero((np.abs(move) > NEWTON_LAST).any(axis=-1))
+    if lost.size:
+        x[lost] = inverted(track.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
     return x
 
 

@@ -1,9 +1,10 @@
 """Tracks of paths that no single flank parameter describes, followed by their length.
 
-`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path. For the rest, paths that
-cross n_x = 0, on which l1 turns back, or that leave the window where no common normal is left, all
-curves of contact in the window are walked (`walk`), their parts near the flanks fitted by
-polynomials, and the part on the flanks that covers most roll is the path.
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
+(`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
+which another curve of contact may be near the faces, all curves of contact in the window are walked
+(`walk`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
+roll is the path.
 
 The parameter of such a part is no true length: a polynomial through the walked points is its guide,
 and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
@@ -21,7 +22,8 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from .assembly import common_normal
-from .contact import Pairing, axial_and_radius, limit_margins, meet
+from .cells import box_of, window_of
+from .contact import Pairing, axial_and_radius, limit_margins
 from .curve import Basis, basis_of
 from .ends import Ends, find_ends
 from .inputs import FloatArray
@@ -31,6 +33,7 @@ from .track import (
     FINE,
     LARGEST,
     MEDIUM,
+    NARROW,
     NORMAL,
     STEEP,
     WIDTH,
@@ -41,8 +44,10 @@ from .track import (
     track_over_l1,
 )
 from .unfolded import meet_on_curve, onto_curve, units_of
-from .walk import LONGEST, Walked, curves_of, window_of
+from .walk import LONGEST, Walked, curves_of
 
+CASES_PER_BLOCK = 256
+"""Size at which the arrays of a block stay in the cache."""
 GUIDE = 12
 """Highest degree of a guide."""
 TURN_ROOM = 0.1
@@ -54,13 +59,10 @@ sharply against rounding, or a member has next to no base circle."""
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
-COARSE, REACH = 9, 3.0
-"""Samples of each flank by which the other sign of n_x is ruled out; half face widths within which
-none of them may lie."""
+ROUNDS = (NARROW, NARROW, MEDIUM, FINE)
+"""Degrees over l1 that are tried in the cells left, round by round."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
-NEARLY_PARALLEL = 0.1
-"""Sine of the shaft angle below which the window of common normals may fall between samples."""
 ONE_PLACE = 1e-9
 """Share of the size of the pair within which two ends are one."""
 SPARE = 0.1
@@ -75,6 +77,12 @@ class Group:
     pairing: Pairing
     track: Track
     ends: Ends
+
+    def part(self, index: NDArray[np.int_]) -> Group:
+        """The group of the cases at the places `index`."""
+        return Group(
+            self.cases[index], self.pairing.cases(index), self.track.cases(index), self.ends.cases(index)
+        )
 
     def of(self, cases: NDArray[np.int_]) -> Group:
         """The group under the numbers `cases` of its cases in a greater lot."""
@@ -94,53 +102,88 @@ class _Part:
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """The path of every case on its flanks; of several the one that covers most roll.
 
+    Tracks over l1 are made a block of cases at a time; the cases that these do not describe are followed
+    together, since a step of a walk costs little more for many than for one."""
+    count = pairing.branch.shape[0]
+    groups, left = [], []
+    for block in _blocks(np.arange(count)):
+        found, rest = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        groups += [group.of(block) for group in found]
+        left.append(block[rest])
+    for block in _blocks(np.concatenate(left)):
+        groups += [group.of(block) for group in _followed(pairing.cases(block))]
+    return groups
+
+
+def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
+    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+
+
+def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_]]:
+    """Paths by tracks over l1, and the cases that these do not describe.
+
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
-    zero, or nothing lies on the flanks and the other sign might, all curves are looked at."""
+    zero, or nothing is found on the flanks, both are looked at."""
     track = track_over_l1(pairing)
-    ends = find_ends(pairing, track)
+    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
     n_x = track.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
-    lost = (ends.status != Status.SOLVED) | steep
+    lost = (whole.ends.status != Status.SOLVED) | steep
     if not lost.any():
-        return [Group(np.arange(len(lost)), pairing, track, ends)]
-    off = np.flatnonzero(~steep & (ends.status == Status.OFF_FLANK))
-    lost[off] = _other_path_possible(pairing.cases(off))
-    groups, kept = [], np.flatnonzero(~lost)
-    if kept.size:
-        groups.append(Group(kept, pairing.cases(kept), track.cases(kept), ends.cases(kept)))
-    # Where all points are solved a higher degree may do.
-    unresolved = (track.status > 0) & ~steep & np.isfinite(n_x).all(axis=-1)
-    for basis in (MEDIUM, FINE):
-        tried = np.flatnonzero(unresolved & lost)
-        if tried.size:
-            finer = _finer(pairing.cases(tried), basis).of(tried)
-            groups += [finer] if finer.cases.size else []
-            lost[finer.cases] = False
-    left = np.flatnonzero(lost)
-    return groups + [group.of(left) for group in _followed(pairing.cases(left))] if left.size else groups
+        return [whole], np.empty(0, dtype=int)
+    kept = [whole.part(np.flatnonzero(~lost))] if not lost.all() else []
+    found, rest = _near_faces(whole.part(np.flatnonzero(lost)))
+    return kept + found, rest
 
 
-def _finer(pairing: Pairing, basis: Basis) -> Group:
-    """The cases that a higher degree over l1 resolves, and that have a path on the flanks."""
-    track = track_over_l1(pairing, basis)
-    ends = find_ends(pairing, track)
-    done = np.flatnonzero(ends.status == Status.SOLVED)
-    return Group(done, pairing.cases(done), track.cases(done), ends.cases(done))
+def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_]]:
+    """Paths where cells of l1 and l2 leave but one curve near the faces, of the pairing's sign of n_x, or
+    none (`cells`): by the given track over all l1, or one over the l1 of these cells, which shrink from round
+    to round. And the other cases."""
+    pairing, known = whole.pairing, _told(whole)
+    groups, nothing = [], pairing.undefined
+    status = np.where(nothing, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
+    done, left = nothing.copy(), np.flatnonzero(~nothing & ~_vanishing(pairing))
+    window = window_of(pairing.cases(left))
+    for turn, basis in enumerate(ROUNDS):
+        box = box_of(pairing.cases(left), *window)
+        if turn == 0:
+            status[left[box.missing & ~box.curve]] = Status.NO_COMMON_NORMAL
+        kept = known[left] & (box.none | box.one)
+        groups.append(whole.part(left[kept]))
+        nothing[left[box.none & ~kept]] = True
+        done[left[box.none | kept]] = True
+        tried = np.flatnonzero(box.one & ~done[left])
+        names = left[tried]
+        found = _narrow(pairing.cases(names), basis, (box.low[:, tried], box.high[:, tried]))
+        done[names[found.cases]] = True
+        groups.append(found.of(whole.cases[names]))
+        again = np.flatnonzero(~done[left])
+        left, window = left[again], (box.low[:, again], box.high[:, again])
+        if left.size == 0:
+            break
+    none = np.flatnonzero(nothing)
+    groups.append(_without_path(pairing, none, status[none]).of(whole.cases))
+    return [group for group in groups if group.cases.size], whole.cases[~done]
 
 
-def _other_path_possible(pairing: Pairing) -> NDArray[np.bool_]:
-    """Whether the other sign of n_x would let contacts in the window of both flanks lie on the faces.
+def _told(group: Group) -> NDArray[np.bool_]:
+    """Of which cases a track says whether and where they lie on the flanks."""
+    said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
+    return np.asarray(said & (group.track.status == Status.SOLVED))
 
-    On nearly parallel axes the window of normals is too narrow for samples to say."""
-    low, high = window_of(pairing)
-    share = np.linspace(0.0, 1.0, COARSE)
-    l1, l2 = (low[j] + share * (high[j] - low[j]) for j in range(2))
-    l = np.stack(np.broadcast_arrays(l1[:, :, None], l2[:, None, :])).reshape(2, len(l1), COARSE**2)
-    z, _ = axial_and_radius(pairing, meet(replace(pairing, branch=-pairing.branch), l))
-    face = REACH * pairing.half_width
-    missed = ((z > face).all(axis=-1) | (z < -face).all(axis=-1)).any(axis=0)
-    parallel = np.abs(pairing.layout.sin_angle) < NEARLY_PARALLEL
-    return np.asarray(~missed | np.reshape(parallel, -1))
+
+def _narrow(pairing: Pairing, basis: Basis, window: tuple[FloatArray, FloatArray]) -> Group:
+    """The cases whose path a degree over the l1 of a window resolves."""
+    track = track_over_l1(pairing, basis, window)
+    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
+    return whole.part(np.flatnonzero(_told(whole)))
+
+
+def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
+    """Cases without a path, and why."""
+    part, track = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
+    return Group(cases, part, track, find_ends(part, track))
 
 
 def _followed(pairing: Pairing) -> list[Group]:
@@ -160,11 +203,7 @@ def _followed(pairing: Pairing) -> list[Group]:
     groups = _best_of(pairing, parts, status == Status.NOT_CONVERGED) if parts else []
     done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
     rest = np.setdiff1d(np.arange(len(status)), done)
-    if rest.size == 0:
-        return groups
-    part = pairing.cases(rest)
-    none = by_length(np.full((WIDTH, rest.size, 2), np.nan), status[rest])
-    return [*groups, Group(rest, part, none, find_ends(part, none))]
+    return [*groups, _without_path(pairing, rest, status[rest])] if rest.size else groups
 
 
 def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:

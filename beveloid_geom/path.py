@@ -5,10 +5,12 @@ roll between its ends, and evaluated where it is asked for. Pinion drives, so th
 rises along the path of right flanks and falls along that of left flanks: ordinarily the path
 enters at the pinion's root side and leaves towards its tip.
 
-The contact ratio is Eq. 16: pinion roll between the ends, over a pitch. It speaks of the
-geometry of one tooth pair. Where the gear runs ahead towards the ends of the path, as on the
-right flanks of Table 1 with both parabola coefficients positive, the edge of the next tooth
-touches first and the ratio at which the pair operates is another.
+The contact ratio is Eq. 16: the pinion roll over which a tooth pair is tangent on its flanks, greatest
+less least roll of its path, over a pitch. Where the roll turns back along the path that is more than the
+roll between the ends: the pair is tangent twice at some rolls. It speaks of the geometry of one tooth
+pair. Where the gear runs ahead towards the ends of the path, as on the right flanks of Table 1 with both
+parabola coefficients positive, the edge of the next tooth touches first and the ratio at which the pair
+operates is another.
 """
 
 from __future__ import annotations
@@ -29,7 +31,6 @@ from .track import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, roundi
 
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""
-CASES_PER_BLOCK = 256
 POSITIONS_PER_BLOCK, SAFE_PER_BLOCK = 8192, 2048
 """Sizes at which the arrays of a block stay in the cache; a safe solve takes many samples."""
 ROUNDING = 64.0
@@ -41,9 +42,10 @@ class PathEnds:
     """Ends of the path on the flanks; last axis (enter, leave), before it the batch axes.
 
     `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
-    `contact_ratio` (Eq. 16, 0 without a path, NaN where the path could not be followed),
-    `pieces` (in how many the path lies on the flanks; that which covers most roll is taken; where l1
-    resolves the path, one with the other sign of n_x is not looked for) and `status` (codes of `Status`)
+    `contact_ratio` (Eq. 16: greatest less least pinion roll of the path, over a pitch; 0 without a path,
+    NaN where the path could not be followed), `pieces` (in how many the path lies on the
+    flanks; that which covers most roll is taken; where l1 resolves the path, one with the other sign of n_x
+    is not looked for) and `status` (codes of `Status`)
     have the batch shape."""
 
     l1: FloatArray
@@ -122,7 +124,7 @@ def path_of_contact(
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        groups = _groups(pairing)
+        groups = paths_on_flanks(pairing)
         parts = [
             _on_path(group, points) if given is None else _at_given(group, given[group.cases])
             for group in groups
@@ -137,15 +139,6 @@ def path_of_contact(
     if given is None and not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
     return _result(design, flank, table, status, path_ends)
-
-
-def _groups(pairing: Pairing) -> list[Group]:
-    """The paths of all cases, a block of them at a time."""
-    cases = pairing.branch.shape[0]
-    if cases <= CASES_PER_BLOCK:
-        return paths_on_flanks(pairing)
-    blocks = np.split(np.arange(cases), range(CASES_PER_BLOCK, cases, CASES_PER_BLOCK))
-    return [group.of(block) for block in blocks for group in paths_on_flanks(pairing.cases(block))]
 
 
 def path_blocks(
@@ -203,7 +196,8 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
-    """Contact ratio (Eq. 16) of the batch shape: 0 where there is no contact on the flanks, NaN
+    """Contact ratio (Eq. 16: greatest less least pinion roll of the path, over a pitch) of the batch shape:
+    0 where there is no contact on the flanks, NaN
     where the path could not be followed. It is not the operating ratio where edges touch first."""
     return path_ends(design, flank).contact_ratio
 
@@ -212,7 +206,7 @@ def path_ends(design: Design, flank: str = "right") -> PathEnds:
     """Ends of the path of contact and the contact ratio, without the positions between."""
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        return _path_ends(pairing, _groups(pairing), design.batch_shape)
+        return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
 
 
 def _path_ends(pairing: Pairing, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:

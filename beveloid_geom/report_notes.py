@@ -142,7 +142,13 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
         yield NOTE, f"{pieces}: this is the one that covers most roll, the contact ratio is its own"
     for values, words in (
-        (path.pinion_roll, "the roll turns back along the path: the flanks are tangent twice at some rolls"),
+        (
+            path.pinion_roll,
+            (
+                "the roll turns back along the path: the flanks are tangent twice at some rolls,"
+                " and the contact ratio is that of all rolls it reaches"
+            ),
+        ),
         (path.l1, "l1 turns back along the path: at some l1 the pinion's flank has two contacts"),
     ):
         steps = np.diff(values)

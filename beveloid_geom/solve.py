@@ -9,7 +9,7 @@ Of several roots the one on the flanks is taken; if two are, the position is mar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -29,12 +29,16 @@ from .contact import (
 )
 from .inputs import FloatArray
 
-NEAR = np.linspace(-0.1, 1.1, 7)
-FAR = np.linspace(-1.0, 2.0, 25)
+SHARES = np.linspace(0.0, 1.0, 7)[:, None, None]
+NEAR = 1.2 * SHARES - 0.1
+FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
 """Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
 active flank, and over three flank depths where nothing was found there."""
-EXTREMA, NEWTON_LIMIT = 6, 60
-"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve."""
+EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 8
+"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve; those
+that do for positions of a smooth track."""
+SHORT = 3
+"""Passes of Newton after which the positions that are left, if they are fewer than half, go on alone."""
 LAST_STEP = 1e-6
 """Share of the flank's depth below which a Newton step is the last: it leaves an error of its
 square. The callers judge F afterwards."""
@@ -78,11 +82,9 @@ class Roots:
 
 
 def _sampled(
-    pairing: Pairing, pinion: Terms, share: FloatArray
+    pairing: Pairing, pinion: Terms, l2: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Sample points in l2, F at them, and which of them have a common normal; samples first."""
-    low, high = pairing.lowest[1], pairing.highest[1]
-    l2 = low + share[:, None, None] * (high - low)
     met = facing(pairing, pinion, terms_of_one(pairing, l2, 1))
     return np.broadcast_to(l2, met.gap.shape), guarded_gap(pairing, met), ~np.isnan(met.gap)
 
@@ -118,63 +120,95 @@ def _with_extremum(
     return l2, values, real
 
 
-def _newton(
-    pairing: Pairing,
-    pinion: Terms,
-    low: FloatArray,
-    high: FloatArray,
-    f_low: FloatArray,
-    f_high: FloatArray,
-    wanted: NDArray[np.bool_],
-) -> Roots:
-    """Newton inside the brackets [low, high]; nothing is done where no root is `wanted`."""
-    rising = f_high > f_low
-    start = low - f_low * (high - low) / (f_high - f_low)
-    l2 = np.where(np.isfinite(start), start, 0.5 * (low + high))
-    slope, done, tolerance = np.ones_like(l2), ~wanted, gap_tolerance(pairing)
-    enough = LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
-    for _ in range(NEWTON_LIMIT):
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Roots being sought: brackets [low, high] in l2 (mm), whether F is `rising` in them, where Newton
+    stands, the slope there, and what is `done`; (cases, positions)."""
+
+    low: FloatArray
+    high: FloatArray
+    rising: NDArray[np.bool_]
+    l2: FloatArray
+    slope: FloatArray
+    done: NDArray[np.bool_]
+
+
+def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
+    """Newton inside the brackets. After SHORT passes the positions left are solved by themselves."""
+    low, high, l2, slope, done = search.low, search.high, search.l2, search.slope, search.done
+    tolerance, enough = gap_tolerance(pairing), LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
+    for turn in range(passes):
+        left = np.count_nonzero(~done)
+        if left == 0:
+            break
+        if turn % SHORT == 0 and 2 * left < done.size:
+            now = replace(search, low=low, high=high, l2=l2, slope=slope, done=done)
+            return _newton_of_some(pairing, pinion, now, passes - turn)
         gap, slope = gap_and_slope(pairing, pinion, l2)
         if np.isnan(gap).any():
             beyond = guarded_gap(pairing, facing(pairing, pinion, terms_of_one(pairing, l2, 1)))
             gap = np.where(np.isnan(gap), beyond, gap)
         done = done | (np.abs(gap) <= tolerance)
-        above = (gap > 0.0) == rising
+        above = (gap > 0.0) == search.rising
         low, high = np.where(above, low, l2), np.where(above, l2, high)
         following = l2 - gap / slope
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
         small = np.abs(following - l2) <= enough
         l2 = np.where(done, l2, following)
         done = done | small
-        if done.all():
-            break
-    return Roots(l2, slope, np.where(done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED)))
+    return replace(search, l2=l2, slope=slope, done=done)
 
 
-def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
+def _newton_of_some(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
+    """Newton of the positions that are not done, each as a case of its own."""
+    case, position = np.nonzero(~search.done)
+    terms = Terms(*(value[..., case, position, None] for value in vars(pinion).values()))
+    part = _Search(*(value[case, position, None] for value in vars(search).values()))
+    found = _newton(pairing.cases(case), terms, part, passes)
+    for name in ("l2", "slope", "done"):
+        getattr(search, name)[case, position] = getattr(found, name)[:, 0]
+    return search
+
+
+def solve_gear_parameter(
+    pairing: Pairing, l1: FloatArray, within: tuple[FloatArray, FloatArray] | None = None
+) -> Roots:
     """Solve F(l1, l2) = 0 for l2 at every `l1` (cases, positions), mm, safely.
 
-    Roots off the flanks are found up to one flank depth beyond the gear's flank and are
-    reported as solved; nothing is clipped here."""
-    roots = _search(pairing, l1, NEAR)
+    Roots off the flanks are found up to one flank depth beyond the gear's flank and are reported as solved;
+    nothing is clipped here. With bounds `within` (cases, 1), mm, only simple roots between these are."""
+    low, high = pairing.lowest[1], pairing.highest[1]
+    if within is not None:
+        return _search(pairing, l1, within[0] + SHARES * (within[1] - within[0]), within=True)
+    roots = _search(pairing, l1, low + NEAR * (high - low))
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
-        far = _search(pairing.cases(lost), l1[lost], FAR, between_samples=True)
+        l2 = (low + FAR * (high - low))[:, lost]
+        far = _search(pairing.cases(lost), l1[lost], l2, extrema=True)
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
         both = near.where(near.status == Status.SOLVED, far)
         roots.l2[lost], roots.slope[lost], roots.status[lost] = both.l2, both.slope, both.status
     return roots
 
 
-def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples: bool = False) -> Roots:
-    """The root on the flanks among all that `share` brackets, else the one least far off."""
+def _search(
+    pairing: Pairing,
+    l1: FloatArray,
+    l2: FloatArray,
+    extrema: bool = False,
+    within: bool = False,
+) -> Roots:
+    """The root on the flanks among all that samples `l2` (samples, cases, 1) bracket, else the one least
+    far off."""
     pinion = terms_of_one(pairing, l1, 0)
-    l2, values, real = _sampled(pairing, pinion, share)
-    if between_samples:
+    l2, values, real = _sampled(pairing, pinion, l2)
+    if extrema:
         l2, values, real = _with_extremum(pairing, pinion, l2, values, real)
     change = (np.signbit(values[:-1]) != np.signbit(values[1:])) & (real[:-1] | real[1:])
     rank = np.cumsum(change, axis=0, dtype=np.int8)
     count = rank[-1]
+    if within:
+        count = np.where((count > 0).all(axis=-1, keepdims=True), count, np.int8(0))
     best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
     column = np.arange(l1.size).reshape(l1.shape)
     margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
@@ -182,7 +216,12 @@ def _search(pairing: Pairing, l1: FloatArray, share: FloatArray, between_samples
         has = count >= k
         cell = np.minimum((rank < k).sum(axis=0), len(change) - 1) * l1.size + column
         low, high, f_low, f_high = (part.take(cell + side) for part in (l2, values) for side in (0, l1.size))
-        root = _newton(pairing, pinion, low, high, f_low, f_high, has)
+        start = low - f_low * (high - low) / (f_high - f_low)
+        start = np.where(np.isfinite(start), start, 0.5 * (low + high))
+        sought = _Search(low, high, f_high > f_low, start, np.ones(l1.shape), ~has)
+        found = _newton(pairing, pinion, sought, FEW if within else NEWTON_LIMIT)
+        lost = np.where(found.done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
+        root = Roots(found.l2, found.slope, lost)
         if count.max() > 1:
             l = np.array((l1, root.l2))
             margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))

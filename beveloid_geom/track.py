@@ -54,10 +54,14 @@ WIDTH = HEIGHT + len(Limit)
 """Rows of quantities, and with the margins."""
 
 COARSE, MEDIUM, FINE = basis_of(16), basis_of(40), basis_of(HIGHEST)
+NARROW = basis_of(28)
+"""For most paths that COARSE does not resolve, once l1 is bounded to where they run near the faces."""
 LARGEST = 400
 """Highest degree of a track."""
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
+SPARE = 0.3
+"""Share of the gear flank's depth by which l2 is sought beyond it, or beyond what holds the path."""
 LOOSEST = 1.6e-11
 """Rounding, as a share of a flank's depth, up to which a track may be loosened: 2e-10 mm on Table 1."""
 STEEP, NEAR, PASSES = 0.05, 1e-4, 5
@@ -89,10 +93,12 @@ def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> Track:
     return Track(coefficients, void, void, status)
 
 
-def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+def exact_rows(
+    pairing: Pairing, l1: FloatArray, within: tuple[FloatArray, FloatArray] | None = None
+) -> tuple[FloatArray, NDArray[np.int8]]:
     """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN
-    where not solved, and the Status of each position."""
-    roots = solve_gear_parameter(pairing, l1)
+    where not solved, and the Status of each position. `within` as in `solve_gear_parameter`."""
+    roots = solve_gear_parameter(pairing, l1, within)
     l = np.array((l1, roots.l2))
     met = meet(pairing, l)
     tolerance = gap_tolerance(pairing)
@@ -104,10 +110,7 @@ def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np
     # n_x^2 is a difference of terms near 1: for small n_x its rounding reaches F through B w.
     rounding = np.finfo(float).eps * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
     good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
-    rows = rows_of(pairing, l, met)
-    weak = np.abs(met.normal_x) < STEEP
-    if weak.any():
-        _settle(pairing, rows, good, weak)
+    rows = _rows_and_settled(pairing, l, met, good)
     status = np.where((roots.status == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), roots.status)
     undefined = pairing.undefined
     if undefined.any():
@@ -117,20 +120,25 @@ def exact_rows(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, NDArray[np
     return rows, status
 
 
-def _settle(pairing: Pairing, rows: FloatArray, good: NDArray[np.bool_], weak: NDArray[np.bool_]) -> None:
-    """Solve the `weak` positions again with n_x as an unknown, which l2 alone fixes but coarsely."""
+def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArray[np.bool_]) -> FloatArray:
+    """Rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again with
+    n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
+    weak = np.abs(met.normal_x) < STEEP
     cases = np.flatnonzero(weak.any(axis=-1))
+    if cases.size == 0:
+        return rows_of(pairing, l, met)
     part, weak = pairing.cases(cases), weak[cases]
-    units, y = units_of(part), np.moveaxis(rows[[0, 1, NORMAL.start]][:, cases], 0, -1)
-    across = meet(part, rows[:2, cases]).across[0]
-    start = np.concatenate((y, across[..., None]), axis=-1) / units
+    units, y = units_of(part), np.array((*l, met.normal_x, met.across[0]))[:, cases]
+    start = np.moveaxis(y, 0, -1) / units
     z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, PASSES)
-    y = np.moveaxis(z * units, -1, 0)
-    y[0] = rows[0, cases]
     solved &= weak & (np.abs(z - start).max(axis=-1) < NEAR)
-    settled = rows_of(part, y[:2], meet_on_curve(part, y)[1])
-    rows[:, cases] = np.where(solved, settled, rows[:, cases])
+    y[1:] = np.where(solved, np.moveaxis(z * units, -1, 0)[1:], y[1:])
     good[cases] = np.where(weak, solved, good[cases])
+    rows = rows_of(part, y[:2], meet_on_curve(part, y)[1])
+    if cases.size < len(good):
+        settled, rows = rows, rows_of(pairing, l, met)
+        rows[:, cases] = settled
+    return rows
 
 
 def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
@@ -176,11 +184,19 @@ def fitted(
     return coefficients, resolved(coefficients, scale)
 
 
-def track_over_l1(pairing: Pairing, basis: Basis = COARSE) -> Track:
-    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
-    low, high = pairing.lowest[0], pairing.highest[0]
-    middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
-    rows, found = exact_rows(pairing, middle + half * basis.nodes)
+def track_over_l1(
+    pairing: Pairing, basis: Basis = COARSE, window: tuple[FloatArray, FloatArray] | None = None
+) -> Track:
+    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path.
+
+    `window`: bounds (2, cases, 1) in l1 and l2, mm, that hold the path, in place of those of the flanks."""
+    low, high = (pairing.lowest, pairing.highest) if window is None else window
+    middle, half = (
+        0.5 * (low[0] + high[0]),
+        (0.5 + (WINDOW_MARGIN if window is None else 0.0)) * (high[0] - low[0]),
+    )
+    spare = SPARE * (pairing.highest[1] - pairing.lowest[1])
+    rows, found = exact_rows(pairing, middle + half * basis.nodes, (low[1] - spare, high[1] + spare))
     coefficients, good = fitted(pairing, rows, basis)
     status = found.max(axis=-1)
     status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED

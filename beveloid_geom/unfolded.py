@@ -76,13 +76,26 @@ def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
 
 
 def linearised(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z, from a
-    complex step."""
+    """Residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z: those by l1 and
+    l2 from a complex step, those by n_x and w1 as the equations read."""
     cases, positions, _ = z.shape
-    moved = z[:, :, None] + COMPLEX_STEP * 1j * np.eye(4)
-    y = np.moveaxis(moved * units[:, :, None], -1, 0).reshape(4, cases, 4 * positions)
-    residual = meet_on_curve(pairing, y)[0].reshape(3, cases, positions, 4)
-    jacobian = residual.imag / COMPLEX_STEP
+    moved = z[:, :, None] + COMPLEX_STEP * 1j * np.eye(2, 4)
+    y = np.moveaxis(moved * units[:, :, None], -1, 0).reshape(4, cases, 2 * positions)
+    residual, met = meet_on_curve(pairing, y)
+    residual = residual.reshape(3, cases, positions, 2)
+    jacobian = np.zeros((3, cases, positions, 4))
+    jacobian[..., :2] = residual.imag / COMPLEX_STEP
+    v, square, moment, slope = (x[..., ::2].real for x in (met.own[2], met.square, met.moment, met.slope))
+    nx, w = y[2:, :, ::2].real
+    by_nx, by_w = (
+        across_of_gear(pairing.layout, v, square, moment, *one) for one in ((0.0, 1.0), (1.0, 0.0))
+    )
+    size = pairing.scale
+    jacobian[0, ..., 2] = 2.0 * nx
+    jacobian[1, ..., 2], jacobian[1, ..., 3] = w / size, nx / size
+    jacobian[2, ..., 2] = (slope[1] * by_nx - pairing.layout.offset) / size
+    jacobian[2, ..., 3] = (slope[0] + slope[1] * by_w) / size
+    jacobian[..., 2:] *= units[..., 2:]
     return np.moveaxis(residual[..., 0].real, 0, -1), np.moveaxis(jacobian, 0, -2)
 
 

@@ -21,14 +21,14 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from .cells import window_of
 from .contact import Pairing, axial_and_radius, guarded_gap, meet
 from .inputs import FloatArray
 from .rack import rack_normal
 from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
 
-LINES, SAMPLES, BEYOND = 33, 17, 0.05
-"""Lines of the grid for each member, samples on each piece of a line, and how far, in flank depths, the
-grid reaches beyond root and tip."""
+LINES, SAMPLES = 33, 17
+"""Lines of the grid for each member, and samples on each piece of a line."""
 FARTHEST = 1e4
 """How far from mid-face, in face widths, a curve is walked. Where the generators are nearly parallel or the
 parabolas strong, l1 and l2 hardly change along it, and it meets the next line of the grid only there."""
@@ -86,16 +86,6 @@ def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
         untouched[start] = False
     lost = np.unique(case[untouched])
     return [*curves, *(Walked(k, z[untouched & (case == k)], False, True) for k in lost.tolist())], missing
-
-
-def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
-    """Bounds (2, cases, 1) of the window in l1 and l2, mm."""
-    slack = BEYOND * (pairing.highest - pairing.lowest)
-    shape = (2, *pairing.branch.shape)
-    return (
-        np.broadcast_to(pairing.lowest - slack, shape),
-        np.broadcast_to(pairing.highest + slack, shape),
-    )
 
 
 def _points_on_curves(

@@ -16,7 +16,7 @@ FLOORS = (
     *("reference", "reference.pitch_region", "reference.five_equations_math"),
     *("reference.five_equations_numpy", "reference.five_equations_mp"),
     *("rack", "flank", "assembly", "mounting", "contact", "solve", "curve"),
-    *("unfolded", "track", "ends", "walk", "follow", "path", "conditioning"),
+    *("unfolded", "track", "ends", "cells", "walk", "follow", "path", "conditioning"),
     *("posing", "five_equations_curve", "five_equations", "design_limits", "design_file"),
     *("fillet", "undercut", "closing", "remarks"),
     *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),

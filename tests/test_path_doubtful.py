@@ -11,6 +11,7 @@ import pytest
 from beveloid_geom.inputs import Errors
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import contact_ratio, path_ends, path_of_contact
+from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.solve import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
@@ -22,6 +23,26 @@ def test_contact_ratio_where_the_roll_turns_back(a: float) -> None:
     """The pair is in contact over all rolls the path reaches, not over the difference of its ends."""
     path = path_of_contact(table1((a, a)), points=20001)
     assert path.ends.contact_ratio == pytest.approx(np.ptp(path.pinion_roll) * 29 / (2 * np.pi), abs=1e-6)
+
+
+@pytest.mark.parametrize("a", [0.00045, 0.0005])
+def test_contact_ratio_where_the_roll_turns_back_at_60_digits(a: float) -> None:
+    """Eq. 16 is greatest less least roll of the path, by the five equations; its ends are nearer together."""
+    design = table1((a, a))
+    path = path_of_contact(design, points=401)
+    turn = int(path.pinion_roll.argmin() if path.pinion_roll.argmin() % 400 else path.pinion_roll.argmax())
+    distance = tuple(MP.mpf(x) for x in mounting_of(design).distance.tolist())
+    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
+    rolls = []
+    for k in (0, turn - 1, turn, turn + 1, 400):
+        guess = tuple(float(getattr(path, name)[k]) for name in names)
+        rolls.append(float(solve_mp(design, "right", guess, ("l1", guess[0]), distance).phi1))
+    before, middle, after = rolls[1:4]  # the extreme of the parabola through three positions
+    extreme = middle - 0.125 * (after - before) ** 2 / (before - 2.0 * middle + after)
+    pitch, ends = 2.0 * np.pi / 29, (rolls[0], rolls[-1])
+    ratio = (max(*ends, extreme) - min(*ends, extreme)) / pitch
+    assert path.ends.contact_ratio == pytest.approx(ratio, abs=1e-8)
+    assert abs(ends[1] - ends[0]) / pitch < 0.8 * ratio
 
 
 @pytest.mark.parametrize("a", [0.0004, 0.00045, 0.0005, 0.00055])

@@ -22,8 +22,10 @@ from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import contact_ratio, path_of_contact
 from beveloid_geom.reference.five_equations_math import solve_math
 from beveloid_geom.reference.five_equations_numpy import solve_numpy
+from beveloid_geom.tolerance import USUAL, drawn_errors, mounted
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
+from tests.test_cells import MOUNTINGS
 
 pytestmark = pytest.mark.benchmark
 
@@ -78,6 +80,21 @@ def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) ->
     assert np.abs(exact.point - path.point).max() < 1e-10
     assert ratios[0] > 500.0
     assert ratios[1] > 3000.0
+
+
+def test_off_the_flank_costs_what_others_cost() -> None:
+    """Mountings of Table 1 against those near line contact or with strong parabolas:
+    where paths leave the flanks, n_x comes under 0.05, or l1 does not resolve them over the whole flank."""
+    ordinary = mounted(table1(), drawn_errors(USUAL, 0, 0, 1024))
+    base, rows = np.inf, {}
+    for name, design in MOUNTINGS.items():
+        rows[name] = best(partial(path_of_contact, design, "right", 17)) / design.batch_shape[0]
+        base = min(base, best(partial(path_of_contact, ordinary, "right", 17)) / 1024)
+    print(f"\nTable 1 {1e6 * base:.0f} us a mounting")
+    for name, seconds in rows.items():
+        print(f"  {name:40s} {1e6 * seconds:10.2f} us a case, ratio {seconds / base:.1f}")
+    assert rows["line contact"] < 8.0 * base
+    assert rows["line contact, ten times the errors"] < 8.0 * base
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
