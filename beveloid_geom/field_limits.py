@@ -188,17 +188,9 @@ def take(kind: str, values: dict[str, Any]) -> None:
 
 def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
     """A value as it is calculated with, or the words for what is wrong with it."""
-    parts = value if isinstance(value, list | tuple) else (value,)
-    if any(isinstance(part, np.ma.MaskedArray) for part in parts):
-        return refused("be a number or a plain array", value, "fill it, or take the cases that it shows")
-    number, cure = WHOLE if limit.whole else NUMBER
-    try:
-        given = np.asarray(value)
-    except ValueError:  # lists of several lengths
-        return refused(f"be {number}", value, cure)
-    if given.dtype.kind not in "iuf":
-        return refused(f"be {number}", value, cure)
-    given = np.array(given, dtype=np.float64)
+    given = _as_float64(value, WHOLE if limit.whole else NUMBER)
+    if isinstance(given, str):
+        return given
     bad = ~((given >= limit.low) & (given <= limit.high))
     if limit.whole:
         bad |= given % 1.0 != 0.0
@@ -209,6 +201,29 @@ def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
         given.flags.writeable = False
         return given
     return int(given) if limit.whole else float(given)
+
+
+def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | str:
+    """A copy as float64, or the words for what is no number, and no row of numbers."""
+    parts = value if isinstance(value, list | tuple) else (value,)
+    if any(isinstance(part, np.ma.MaskedArray) for part in parts):
+        return refused("be a number or a plain array", value, "fill it, or take the cases that it shows")
+    try:
+        given = np.asarray(value)
+    except ValueError:  # lists of several lengths
+        return refused(f"be {kind[0]}", value, kind[1])
+    if given.dtype.kind not in "iuf":
+        return refused(f"be {kind[0]}", value, kind[1])
+    return np.array(given, dtype=np.float64)
+
+
+def float64_of(name: str, value: object) -> NDArray[np.float64]:
+    """The argument `name` of a function as float64. Raises ValueError for what is no real number, and no
+    row of them."""
+    found = _as_float64(value, NUMBER)
+    if isinstance(found, str):
+        raise ValueError(f"{name} {found}")
+    return found
 
 
 def _fault_of(value: float, limit: Limit, place: str) -> str:

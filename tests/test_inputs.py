@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from beveloid_geom.field_limits import LIMITS, DesignError
+from beveloid_geom.first_contact import first_contact
 from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.surface import _surface, surface_of
+from beveloid_geom.touch import separation
 from tests.oracle.table1 import table1
 
 T = TypeVar("T")
@@ -192,3 +194,22 @@ def test_what_the_solver_answers_by_name_is_taken() -> None:
     assert TABLE.with_parabola(-0.5, 10.0).with_errors(Errors(offset=500.0)).batch_shape == ()
     assert isinstance(replace(PINION, cone_angle=radians(45.0), helix_angle=radians(80.0)), Member)
     assert isinstance(Design(PINION, replace(PINION, tool=Tool(6.0, radians(20.0))), TABLE.pair), Design)
+
+
+ARGUMENTS: dict[str, Callable[[Any], object]] = {
+    "l1": lambda x: path_of_contact(TABLE, l1=x),
+    "pinion_roll": lambda x: first_contact(TABLE, "right", x),
+    "gear_roll": lambda x: separation(TABLE, "right", 0, 0.0, 0.0, 0.1, x),
+    "z": lambda x: separation(TABLE, "right", 0, 0.0, x, 0.1, 0.1),
+}
+
+
+@pytest.mark.parametrize(("name", "call"), ARGUMENTS.items(), ids=ARGUMENTS)
+def test_arguments_are_numbers_or_refused(name: str, call: Callable[[Any], object]) -> None:
+    """Text was read as a number, and what a mask hides was solved."""
+    for value, shown in ((["0.1"], "['0.1']"), ([True], "[True]"), ([0.1j], "[0.1j]")):
+        with pytest.raises(ValueError) as caught:  # noqa: PT011
+            call(value)
+        assert str(caught.value) == f"{name} must be a number, got {shown}: {NUMBER}"
+    with pytest.raises(ValueError, match=f"^{name} {PLAIN}, got a masked array: {UNMASK}$"):
+        call(np.ma.array([0.1, 0.2], mask=[True, False]))
