@@ -243,10 +243,8 @@ def base_pitch_fault(
     bad = abs(first - second) > apart * abs(first)
     if not np.any(bad):
         return None
-    case = np.flatnonzero(bad)[0]
-    first, second = (float(np.broadcast_to(pitch, np.shape(bad)).flat[case]) for pitch in pitches)
-    limit = f"equal that of {other}, {first:.12g} mm"
-    key = f"normal_module cos(normal_pressure_angle{suffix})"
-    return Fault(
-        table, key, refused(limit, float(f"{second:.12g}"), "teeth that mesh share their base pitch")
-    )
+    index = np.argwhere(bad)[0].tolist()
+    first, second = (float(np.broadcast_to(pitch, np.shape(bad))[tuple(index)]) for pitch in pitches)
+    limit, got = f"equal that of {other}, {first:.12g} mm", float(f"{second:.12g}")
+    text = refused(limit, got, "teeth that mesh share their base pitch", f" at {index}" if index else "")
+    return Fault(table, f"normal_module cos(normal_pressure_angle{suffix})", text)

@@ -102,8 +102,9 @@ class Member:
 
 @dataclass(frozen=True)
 class Pair:
-    """Layout: offset (shortest distance of the axes), magnitude of the shaft angle, and
-    optionally the distances along each axis from the common perpendicular to mid-face.
+    """Layout: offset (shortest distance of the axes), magnitude of the shaft angle (negative: the
+    axes lean the other way, and no contact is found), and optionally the distances along each axis
+    from the common perpendicular to mid-face.
     A mounting distance left out is computed from the pitch point (see `mounting`)."""
 
     offset: Quantity

@@ -158,7 +158,7 @@ OTHER: dict[str, tuple[Callable[[], object], str]] = {
     "modules in a batch": (
         lambda: replace(TABLE, pinion=replace(PINION, tool=changed(TOOL, "normal_module", [6.0, 5.0]))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 4.69846310393 "
-        "mm, got 5.63815572472: teeth that mesh share their base pitch",
+        "mm, got 5.63815572472 at [1]: teeth that mesh share their base pitch",
     ),
     "no tool": (
         lambda: replace(PINION, tool=6.0),  # type: ignore[arg-type]
