@@ -1,6 +1,6 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
-The house, from the ground up: `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
+The house, from the ground up: `field_limits` -> `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
 `contact` -> `solve` -> `track` -> `follow` -> `path`; from there `fillet` -> `surface` -> `touch` ->
 `first_contact` -> `certificate`, `operation`, `pattern` say what touches first, `sampling` ->
 `proximity` do the same by meshes, and `outline` -> `section` -> `solid`, `hexahedra` -> `export`
@@ -24,12 +24,9 @@ if TYPE_CHECKING:
     from .conditioning import rounding_error as rounding_error
     from .contact import Limit as Limit
     from .curvature import contact_ellipse as contact_ellipse
-    from .design_file import (
-        DesignError as DesignError,
-        builtin_design as builtin_design,
-        read_design as read_design,
-    )
+    from .design_file import builtin_design as builtin_design, read_design as read_design
     from .design_map import DesignMap as DesignMap, map_of as map_of
+    from .field_limits import DesignError as DesignError
     from .five_equations import (
         path_of_contact_five_equations as path_of_contact_five_equations,
         refine as refine,
@@ -65,7 +62,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Aim": "optimise",
     "Design": "inputs",
-    "DesignError": "design_file",
+    "DesignError": "field_limits",
     "DesignMap": "design_map",
     "Errors": "inputs",
     "Limit": "contact",

@@ -18,7 +18,6 @@ least value is at a smooth minimum, which is refined from samples.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +26,7 @@ from .assembly import layout_of, member_frame, normals_to_fixed
 from .first_contact import FirstContact, FirstStatus, first_contact, middle_roll
 from .inputs import Design, FloatArray
 from .mounting import half_pitch, mounting_of
+from .read_only import kept
 from .surface import cut_at, surface_of
 from .touch import pitch_shift, pose_of
 
@@ -89,20 +89,12 @@ def mounted_backlash(design: Design) -> Backlash:
     Members must be single; pair and errors may be arrays. SAMPLES first contacts a flank and case, and
     54 more where the play changes over the cycle; its least value is right to 1e-6 modules. The
     answer for a design of plain numbers is kept. Raises ValueError for members of arrays."""
-    try:
-        return _kept_backlash(design)
-    except TypeError:  # arrays have no hash
-        return _backlash(design)
+    return _backlash(design) if design.batch_shape else _kept_backlash(design)
 
 
-@lru_cache(maxsize=16)
+@kept(16)
 def _kept_backlash(design: Design) -> Backlash:
-    found = _backlash(design)
-    for part in (found, found.right, found.left):
-        for value in vars(part).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-    return found
+    return _backlash(design)
 
 
 def _backlash(design: Design) -> Backlash:

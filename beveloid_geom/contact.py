@@ -35,9 +35,10 @@ complex arguments, so that derivatives are taken by a complex step, exact to rou
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -45,9 +46,10 @@ from numpy.typing import NDArray
 
 from .assembly import Layout, common_normal, layout_by_case, layout_of
 from .flank import highest_parameter, root_parameter, tip_radius
-from .inputs import Design, FloatArray, Member, Pair, flank_sign
+from .inputs import Design, FloatArray, Member, flank_sign, stacked
 from .mounting import Mounting, across_action, mounting_of
 from .rack import Numbers, Rack, rack_normal, rack_of, rack_point, rack_tangent
+from .read_only import kept
 
 COMPLEX_STEP = 1e-30
 PARALLEL = 1e-9
@@ -182,9 +184,8 @@ class Meeting:
         return np.asarray(self.slope[0] * self.reach[0] + self.slope[1] * self.reach[1])
 
 
-def _flanks(design: Design, flank: str) -> dict[str, Any]:
-    """What a pairing has from its members alone."""
-    members = design.stacked_members()
+def _flanks(members: Member, flank: str) -> dict[str, Any]:
+    """What a pairing has from its stacked members alone."""
     return {
         "rack": rack_of(members, flank),
         "teeth": np.asarray(members.teeth),
@@ -196,13 +197,9 @@ def _flanks(design: Design, flank: str) -> dict[str, Any]:
     }
 
 
-@lru_cache(maxsize=64)
-def _kept_flanks(pinion: Member, gear: Member, flank: str) -> dict[str, Any]:
-    flanks = _flanks(Design(pinion, gear, Pair(0.0, 0.0)), flank)
-    for value in (*flanks.values(), *vars(flanks["rack"]).values()):
-        if isinstance(value, np.ndarray):
-            value.flags.writeable = False
-    return flanks
+@kept(64)
+def _kept_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
+    return MappingProxyType(_flanks(stacked(pinion, gear), flank))
 
 
 def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> Pairing:
@@ -211,7 +208,7 @@ def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> 
     What depends on the members alone is kept for designs of plain numbers, as the mounting is."""
     mounting = mounting_of(design) if mounting is None else mounting
     shape = design.batch_shape
-    flanks = _flanks(design, flank) if shape else _kept_flanks(design.pinion, design.gear, flank)
+    flanks = _flanks(design.stacked_members(), flank) if shape else _kept_flanks(*design.members, flank)
     position = np.empty((2, *shape))
     position[0] = mounting.distance[0] + design.errors.pinion_axial
     position[1] = mounting.distance[1] + design.errors.gear_axial

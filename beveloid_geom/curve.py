@@ -10,13 +10,13 @@ Values are arrays (quantities, cases, nodes), coefficients (quantities, cases, d
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from .inputs import FloatArray
+from .read_only import kept
 
 NOISE, CUT = 2e-14, 3e-15
 """Relative to the quantities' scale: level to which the last coefficients must have fallen for a
@@ -54,12 +54,11 @@ def basis_of(degree: int) -> Basis:
     return Basis(nodes, fit)
 
 
-@lru_cache(maxsize=32)
+@kept(32)
 def _derivation(size: int) -> FloatArray:
     """The matrix (size, size) by which coefficients become those of the derivative."""
     matrix = np.zeros((size, size))
     matrix[:, :-1] = chebyshev.chebder(np.eye(size), axis=0).T
-    matrix.flags.writeable = False
     return matrix
 
 

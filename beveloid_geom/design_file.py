@@ -1,7 +1,7 @@
 """Design files: TOML in mm and degrees, read, checked and turned into inputs in mm and rad.
 
 A file is checked once, here, and every fault is reported in one go, each on a line that
-names key, limit, value and likely cure. Limits of single keys stand in the table models.
+names key, limit, value and likely cure. Limits of single keys stand in `field_limits`.
 Limits that join several keys stand in `design_limits`. How well a pair closes, undercut and
 pointed teeth do not make a file faulty.
 """
@@ -14,118 +14,61 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, create_model
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from .design_limits import (
-    IN_RADIANS,
-    MIN_FLANK_DEPTH,
-    MIN_SHAFT_ANGLE_DEG,
-    Fault,
     layout_faults,
     member_faults,
     mesh_faults,
     outside,
     radian_faults,
-    shown_value,
 )
+from .field_limits import FINITE, LIMITS, NUMBER, WHOLE, DesignError as DesignError, Fault, Limit, shown_value
 from .inputs import Design, Errors, Member, Pair, Tool
 
 BUILTIN = "ni-2017"
-
-
-class DesignError(ValueError):
-    """A design that cannot be used; the message has one line for every fault."""
-
-    def __init__(self, faults: Iterable[str], source: str = "") -> None:
-        """`faults` are the lines, `source` (a file name) what leads each of them in the message."""
-        self.faults = tuple(faults)
-        self.source = source
-        super().__init__(self.faults, source)
-
-    def __str__(self) -> str:
-        """The lines of the message."""
-        lead = f"{self.source}: " if self.source else ""
-        return "\n".join(lead + fault for fault in self.faults)
-
-
-def _within(low: float, high: float, unit: str, *cures: tuple[float, str]) -> AfterValidator:
-    """Check of a closed range; the cure offered is the first whose bound is not below the value."""
-
-    def check(value: float) -> float:
-        if low <= value <= high:
-            return value
-        cure = next(text for bound, text in cures if value <= bound)
-        text = f"must be between {low:g} and {high:g}{unit}, got {shown_value(value)}: {cure}"
-        raise PydanticCustomError("range", "{text}", {"text": text})
-
-    return AfterValidator(check)
-
-
-_ANY = math.inf
-_POSITIVE = (_ANY, "give a positive length in mm")
-_MODULES = (_ANY, "it counts in normal modules, not in mm")
-_PRESSURE = (
-    (0.0, "it is positive on both flanks"),
-    (0.8, IN_RADIANS),
-    (_ANY, "tools usually have 14.5 to 30"),
-)
-_TEETH = ((0, "a member has at least one tooth"), (_ANY, "a rack is not covered by this model"))
-_HELIX = (_ANY, "measure it from the axis, right hand positive; the lead angle is 90 deg less it")
-_CONE = (_ANY, "it is half the angle of the pitch cone, positive if the tooth grows towards the heel at +z")
-_SHAFT = (
-    (-1e-9, "give its magnitude, its sense follows from the helix angles"),
-    (0.0, "teeth on parallel axes touch along lines, not in the points this model is for"),
-    (MIN_SHAFT_ANGLE_DEG, IN_RADIANS),
-    (_ANY, "it is the smaller angle of the two axes, take 180 deg less it"),
-)
-_LAYOUT = (_ANY, "change shaft_angle_deg of [pair] if another layout is meant")
-_AXIAL = (_ANY, "give it in mm, positive towards the heel")
 
 
 class _Keys(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _ToolKeys(_Keys):
-    normal_module: Annotated[float, _within(0.01, 100, " mm", _POSITIVE)]
-    normal_pressure_angle_deg: Annotated[float, _within(5, 45, " deg", *_PRESSURE)]
-    addendum: Annotated[float, _within(0.1, 4, "", _MODULES)] = 1.0
-    dedendum: Annotated[float, _within(MIN_FLANK_DEPTH, 4, "", _MODULES)] = 1.25
-    tip_radius: Annotated[float, _within(0, 4, "", _MODULES)] = 0.38
+def _within(limit: Limit) -> AfterValidator:
+    """The check of a key by its limit."""
+
+    def check(value: float) -> float:
+        if text := limit.fault(value):
+            raise PydanticCustomError("range", "{text}", {"text": text})
+        return value
+
+    return AfterValidator(check)
 
 
-class _ParabolaKeys(_Keys):
-    parabola: float = 0.0
+def _keys_of(inputs: type) -> dict[str, Any]:
+    """The quantities of a class of `inputs` as keys of a file, with pydantic's type and the default."""
+    keys: dict[str, Any] = {}
+    for field in fields(inputs):
+        if limit := LIMITS[inputs.__name__].get(field.name):
+            number: Any = Annotated[int if limit.whole else float, _within(limit)]
+            key = field.name + ("_deg" if limit.unit == "deg" else "")
+            default = ... if field.default is MISSING else field.default
+            keys[key] = (number | None if limit.optional else number, default)
+    return keys
 
 
-class _MemberKeys(_ParabolaKeys, _ToolKeys):
-    teeth: Annotated[int, _within(1, 2000, "", *_TEETH)]
-    helix_angle_deg: Annotated[float, _within(-80, 80, " deg", _HELIX)]
-    cone_angle_deg: Annotated[float, _within(-45, 45, " deg", _CONE)]
-    profile_shift: Annotated[float, _within(-3, 3, "", _MODULES)]
-    face_width: Annotated[float, _within(0.01, 1e4, " mm", _POSITIVE)]
-
-
-class _PairKeys(_Keys):
-    offset: Annotated[float, _within(0.01, 1e5, " mm", _POSITIVE)]
-    shaft_angle_deg: Annotated[float, _within(MIN_SHAFT_ANGLE_DEG, 90, " deg", *_SHAFT)]
-    pinion_mounting: Annotated[float | None, _within(-1e5, 1e5, " mm", _AXIAL)] = None
-    gear_mounting: Annotated[float | None, _within(-1e5, 1e5, " mm", _AXIAL)] = None
-
-
-class _ErrorKeys(_Keys):
-    offset: float = 0.0
-    shaft_angle_deg: Annotated[float, _within(-5, 5, " deg", _LAYOUT)] = 0.0
-    pinion_axial: Annotated[float, _within(-1000, 1000, " mm", _AXIAL)] = 0.0
-    gear_axial: Annotated[float, _within(-1000, 1000, " mm", _AXIAL)] = 0.0
-
-
+_TOOL = _keys_of(Tool)
+_PARABOLA = {"parabola": _TOOL.pop("parabola")}
+_ToolKeys = create_model("_ToolKeys", __base__=_Keys, **_TOOL)
+_ParabolaKeys = create_model("_ParabolaKeys", __base__=_Keys, **_PARABOLA)
+_MemberKeys = create_model("_MemberKeys", __base__=_Keys, **_TOOL, **_PARABOLA, **_keys_of(Member))
+_PairKeys = create_model("_PairKeys", __base__=_Keys, **_keys_of(Pair))
+_ErrorKeys = create_model("_ErrorKeys", __base__=_Keys, **_keys_of(Errors))
 _TABLES: dict[str, type[_Keys]] = {
     "tool": _ToolKeys,
     "pinion": _MemberKeys,
@@ -133,11 +76,7 @@ _TABLES: dict[str, type[_Keys]] = {
     "pair": _PairKeys,
     "errors": _ErrorKeys,
 }
-_TYPES = {
-    "float_type": ("a number", "give it like 1.5, without quotes"),
-    "int_type": ("a whole number", "give it like 29, without quotes or decimals"),
-    "finite_number": ("a finite number", "give the value itself"),
-}
+_TYPES = {"float_type": NUMBER, "int_type": WHOLE, "finite_number": FINITE}
 _MISSING = "is missing: the built-in design shows all tables and keys"
 
 

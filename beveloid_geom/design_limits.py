@@ -1,6 +1,6 @@
 """Limits of a design that join several of its keys, and the faults they report.
 
-Limits of single keys belong to the tables of `design_file`. Here, of the finished inputs:
+Limits of single keys belong to the table of `field_limits`. Here, of the finished inputs of a file:
 
 - the generating normal must lean outwards on both flanks, tan(alpha) > sin|beta| tan|gamma|;
   where its radial component vanishes the generating roll of Eq. 6 is infinite;
@@ -12,36 +12,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
+from .field_limits import (
+    IN_RADIANS,
+    MIN_FLANK_DEPTH,
+    MIN_SHAFT_ANGLE_DEG,
+    Fault,
+    base_pitch_fault,
+    refused,
+)
 from .inputs import Errors, Member, Pair
 
-MIN_SHAFT_ANGLE_DEG = 0.5
-MIN_FLANK_DEPTH = 0.5  # modules; profile shift moves the pitch point about that far
+SAME_PITCH = 1e-9
+"""Share by which base pitches in a file may differ."""
 NORMAL_MARGIN = math.radians(1.0)  # local pressure angle above a vanishing radial normal
 MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 deg
-IN_RADIANS = "was it given in radians?"
-
-
-class Fault(NamedTuple):
-    """What is wrong with one key of a design, as a line: [table] key text."""
-
-    table: str
-    key: str
-    text: str
-
-    def __str__(self) -> str:
-        return " ".join(part for part in (self.table and f"[{self.table}]", self.key, self.text) if part)
-
-
-def shown_value(value: object) -> str:
-    """A value on one short line, as TOML writes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int) and value.bit_length() > 100:
-        return f"an integer of {value.bit_length()} bits"
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def in_degrees(angle: Any) -> float:
@@ -51,7 +37,7 @@ def in_degrees(angle: Any) -> float:
 
 def outside(table: str, key: str, limit: str, value: object, cure: str) -> Fault:
     """A key whose value is outside its limit ('be between ...')."""
-    return Fault(table, key, f"must {limit}, got {shown_value(value)}: {cure}")
+    return Fault(table, key, refused(limit, value, cure))
 
 
 def parabola_limit(member: Member) -> float:
@@ -103,13 +89,9 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
 
 def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
     """What keeps two members from running together."""
-    pitch, other = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
-    if not math.isclose(pitch, other, rel_tol=1e-9):
-        key, limit = (
-            "normal_module cos(normal_pressure_angle_deg)",
-            f"equal that of [pinion], {pitch:.12g} mm",
-        )
-        yield outside("gear", key, limit, float(f"{other:.12g}"), "teeth that mesh share their base pitch")
+    first, second = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
+    if fault := base_pitch_fault((first, second), SAME_PITCH, "_deg", "gear", "[pinion]"):
+        yield fault
     if abs(float(pinion.helix_angle + gear.helix_angle)) < 1e-9:
         cure = "without a sum of helix angles the axes do not cross at a distance"
         yield outside(

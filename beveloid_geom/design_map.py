@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from .backlash_by_tangency import jammed, tangent_backlash
 from .design_limits import member_faults, parabola_limit
 from .first_contact import FirstStatus, first_contact, middle_roll
-from .inputs import Design, Errors, FloatArray, Quantity, flank_sign
+from .inputs import Design, Errors, FloatArray, Quantity, flank_sign, unchecked
 from .mounting import mounting_of
 from .optimise import Aim, paths_of
 from .path import path_ends
@@ -172,8 +172,8 @@ def design_at(design: Design, over: Over, pinion: Quantity, gear: Quantity) -> D
         )
         return replace(design, pinion=first, gear=second)
     distance = mounting_of(design).distance
-    pair = replace(design.pair, pinion_mounting=distance[0] + pinion, gear_mounting=distance[1] + gear)
-    return replace(design, pair=pair)
+    moved = {"pinion_mounting": distance[0] + pinion, "gear_mounting": distance[1] + gear}
+    return replace(design, pair=unchecked(design.pair, **moved))  # NaN without a layout
 
 
 def map_of(
@@ -282,7 +282,7 @@ def _check(
     if not 2 <= steps <= MOST_STEPS or steps != int(steps):
         raise ValueError(f"steps must be 2 to {MOST_STEPS}, a whole number, got {steps}")
     values = [float(getattr(errors, name)) for name in ERROR_NAMES]
-    if not np.isfinite(values).all() or not any(values):
+    if not any(values):
         raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
     for own, name, error in (
         (float(design.pair.offset), "offset", values[0]),

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .approach import FEASIBLE, OVERLAP, Least, Task, least_approach
 from .contact import Limit, pairing_of
+from .field_limits import float64_of
 from .inputs import Design, Errors, FloatArray
 from .mounting import mounting_of
 from .scan import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
@@ -201,7 +202,7 @@ def first_contact(
 
     Raises ValueError for members of arrays and for rolls that are not finite or of another shape."""
     shape = design.batch_shape
-    roll = np.atleast_1d(np.asarray(pinion_roll, dtype=float))
+    roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
     if not np.isfinite(roll).all():
         raise ValueError("pinion_roll must hold finite numbers")
     if roll.shape[:-1] not in ((), shape):

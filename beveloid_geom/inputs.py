@@ -2,8 +2,9 @@
 
 Lengths are in mm and angles in rad. Every physical quantity may be a number or an
 array; arrays broadcast together to the *batch shape* of the design, so that one call
-analyses many members, coefficients or misalignments at once. Values are checked where
-they enter, in `beveloid_geom.design_file`; these classes hold them and nothing else.
+analyses many members, coefficients or misalignments at once. Values are checked as they
+enter, by the table of `field_limits`, and become float64: plain numbers, lists, arrays of
+any real type are taken, and a copy is kept that cannot be written to.
 """
 
 from __future__ import annotations
@@ -11,15 +12,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .field_limits import DesignError, base_pitch_fault, refused, take
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Quantity: TypeAlias = float | FloatArray
 Flank: TypeAlias = Literal["right", "left"]
 
+T = TypeVar("T")
+
+ROUNDED_PITCH = 1e-4
+"""Share by which base pitches may differ from Python, where designs are noted with a few digits."""
 FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
 
 
@@ -29,6 +36,25 @@ def flank_sign(flank: str) -> float:
         return FLANK_SIGN[flank]
     except KeyError:
         raise ValueError(f"flank must be 'right' or 'left', got {flank!r}") from None
+
+
+def unchecked(given: T, **values: Any) -> T:
+    """The tool, member, pair or errors `given` with other values, float64 each, that are not checked: they
+    were made of checked ones, and may pass the limits of those that users give."""
+    made = object.__new__(type(given))
+    vars(made).update(vars(given), **values)
+    return made
+
+
+def _require(owner: object, **kinds: type) -> None:
+    """Raise DesignError unless the fields are inputs of these classes."""
+    faults = [
+        f"{name} {refused(f'be of the class {kind.__name__}', value, f'make it by {kind.__name__}(...)')}"
+        for name, kind in kinds.items()
+        if not isinstance(value := getattr(owner, name), kind)
+    ]
+    if faults:
+        raise DesignError(faults, type(owner).__name__)
 
 
 @dataclass(frozen=True)
@@ -47,6 +73,10 @@ class Tool:
     tip_radius: Quantity = 0.38
     parabola: Quantity = 0.0
 
+    def __post_init__(self) -> None:
+        """Raises DesignError as `field_limits.take`, like the other inputs."""
+        take("Tool", vars(self))
+
 
 @dataclass(frozen=True)
 class Member:
@@ -64,17 +94,27 @@ class Member:
     profile_shift: Quantity
     face_width: Quantity
 
+    def __post_init__(self) -> None:
+        """Raises DesignError as `Tool` does."""
+        _require(self, tool=Tool)
+        take("Member", vars(self))
+
 
 @dataclass(frozen=True)
 class Pair:
-    """Layout: offset (shortest distance of the axes), magnitude of the shaft angle, and
-    optionally the distances along each axis from the common perpendicular to mid-face.
+    """Layout: offset (shortest distance of the axes), magnitude of the shaft angle (negative: the
+    axes lean the other way, and no contact is found), and optionally the distances along each axis
+    from the common perpendicular to mid-face.
     A mounting distance left out is computed from the pitch point (see `mounting`)."""
 
     offset: Quantity
     shaft_angle: Quantity
     pinion_mounting: Quantity | None = None
     gear_mounting: Quantity | None = None
+
+    def __post_init__(self) -> None:
+        """Raises DesignError as `Tool` does."""
+        take("Pair", vars(self))
 
 
 @dataclass(frozen=True)
@@ -88,6 +128,10 @@ class Errors:
     pinion_axial: Quantity = 0.0
     gear_axial: Quantity = 0.0
 
+    def __post_init__(self) -> None:
+        """Raises DesignError as `Tool` does."""
+        take("Errors", vars(self))
+
 
 @dataclass(frozen=True)
 class Design:
@@ -97,6 +141,13 @@ class Design:
     gear: Member
     pair: Pair
     errors: Errors = field(default_factory=Errors)
+
+    def __post_init__(self) -> None:
+        """Raises DesignError for what is no input, and for members of different base pitch."""
+        _require(self, pinion=Member, gear=Member, pair=Pair, errors=Errors)
+        pinion, gear = (m.tool.normal_module * np.cos(m.tool.normal_pressure_angle) for m in self.members)
+        if fault := base_pitch_fault((pinion, gear), ROUNDED_PITCH, "", "", "the pinion"):
+            raise DesignError([f"gear {fault}"], "Design")
 
     @property
     def members(self) -> tuple[Member, Member]:
@@ -116,34 +167,36 @@ class Design:
                     yield value
 
     def stacked_members(self) -> Member:
-        """Pinion and gear as one batched member: every quantity has shape (2, cases, 1), the
-        batch axes in one, ready to broadcast with flank parameters (2, cases, positions)."""
-        shape = self.batch_shape
-
-        def stack(pinion: Quantity, gear: Quantity) -> FloatArray:
-            if not shape:
-                return np.array([[[pinion]], [[gear]]], dtype=float)
-            both = np.empty((2, *shape))
-            both[0], both[1] = pinion, gear
-            return both.reshape(2, -1, 1)
-
-        tools = vars(self.pinion.tool), vars(self.gear.tool)
-        members = vars(self.pinion), vars(self.gear)
-        tool = Tool(**{name: stack(tools[0][name], tools[1][name]) for name in tools[0]})
-        rest = {name: stack(members[0][name], members[1][name]) for name in members[0] if name != "tool"}
-        return Member(tool=tool, **rest)
+        """Pinion and gear as one batched member, as in `stacked`."""
+        return stacked(self.pinion, self.gear, self.batch_shape)
 
     def with_parabola(self, pinion: Quantity | None = None, gear: Quantity | None = None) -> Design:
         """The same design with other parabola coefficients (1/mm)."""
-        changed = self
-        if pinion is not None:
-            tool = replace(self.pinion.tool, parabola=pinion)
-            changed = replace(changed, pinion=replace(self.pinion, tool=tool))
-        if gear is not None:
-            tool = replace(self.gear.tool, parabola=gear)
-            changed = replace(changed, gear=replace(self.gear, tool=tool))
-        return changed
+        given = ("pinion", self.pinion, pinion), ("gear", self.gear, gear)
+        members: dict[str, Any] = {
+            name: replace(member, tool=replace(member.tool, parabola=parabola))
+            for name, member, parabola in given
+            if parabola is not None
+        }
+        return replace(self, **members)
 
     def with_errors(self, errors: Errors) -> Design:
         """The same design under other assembly errors."""
         return replace(self, errors=errors)
+
+
+def stacked(pinion: Member, gear: Member, shape: tuple[int, ...] = ()) -> Member:
+    """Two members as one batched member: every quantity has shape (2, cases, 1), the batch axes `shape`
+    in one, ready to broadcast with flank parameters (2, cases, positions)."""
+
+    def both(first: Quantity, second: Quantity) -> FloatArray:
+        if not shape:
+            return np.array([[[first]], [[second]]], dtype=float)
+        joined = np.empty((2, *shape))
+        joined[0], joined[1] = first, second
+        return joined.reshape(2, -1, 1)
+
+    tools, members = (vars(pinion.tool), vars(gear.tool)), (vars(pinion), vars(gear))
+    tool = unchecked(pinion.tool, **{name: both(tools[0][name], tools[1][name]) for name in tools[0]})
+    rest = {name: both(members[0][name], members[1][name]) for name in members[0] if name != "tool"}
+    return unchecked(pinion, tool=tool, **rest)

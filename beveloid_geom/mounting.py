@@ -19,14 +19,14 @@ are right.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from .assembly import Layout, common_normal, layout_by_case, layout_of
-from .inputs import Design, FloatArray, Member, Pair, Quantity
+from .inputs import Design, Errors, FloatArray, Member, Pair, Quantity
 from .rack import rack_of
+from .read_only import kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,12 +212,9 @@ def _mounting(design: Design) -> Mounting:
     )
 
 
-@lru_cache(maxsize=64)
+@kept(64)
 def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
-    mounting = _mounting(Design(pinion, gear, pair))
-    for array in vars(mounting).values():
-        array.flags.writeable = False
-    return mounting
+    return _mounting(Design(pinion, gear, pair))
 
 
 def mounting_of(design: Design) -> Mounting:
@@ -225,7 +222,6 @@ def mounting_of(design: Design) -> Mounting:
 
     Array quantities broadcast. The answer for a design of plain numbers is kept, as it is
     asked for by every path computed on it."""
-    try:
-        return _kept_mounting(design.pinion, design.gear, design.pair)
-    except TypeError:  # arrays have no hash
-        return _mounting(Design(design.pinion, design.gear, design.pair))
+    if design.batch_shape and (bare := design.with_errors(Errors())).batch_shape:
+        return _mounting(bare)
+    return _kept_mounting(design.pinion, design.gear, design.pair)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .field_limits import float64_of
 from .first_contact import FirstStatus, first_contact, middle_roll, spread
 from .inputs import Design, FloatArray
 from .path import path_ends
@@ -51,7 +52,7 @@ def given_operation(
         return None
     if pinion_roll is None or gear_roll is None:
         raise ValueError("poses need the rolls of both members: give pinion_roll and gear_roll")
-    roll, other = np.asarray(pinion_roll, dtype=float), np.asarray(gear_roll, dtype=float)
+    roll, other = float64_of("pinion_roll", pinion_roll), float64_of("gear_roll", gear_roll)
     if roll.ndim != 1 or roll.shape != other.shape or roll.size < 2:
         raise ValueError(
             f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"

@@ -18,7 +18,7 @@ from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
 from .first_contact import FirstStatus, first_contact, middle_roll
-from .inputs import Design, Errors, FloatArray, Pair
+from .inputs import Design, Errors, FloatArray, Pair, unchecked
 
 Numbers: TypeAlias = NDArray[np.int_]
 Label: TypeAlias = Callable[[Numbers, FloatArray], Numbers]
@@ -118,7 +118,7 @@ def _at_cases(design: Design, case: Numbers) -> Design:
     def part(given: Part) -> Part:
         arrays = {name: value for name, value in vars(given).items() if np.ndim(value) > 0}
         chosen = {name: np.broadcast_to(value, shape).reshape(-1)[case] for name, value in arrays.items()}
-        return replace(given, **chosen)
+        return unchecked(given, **chosen)
 
     return replace(design, pair=part(design.pair), errors=part(design.errors))
 

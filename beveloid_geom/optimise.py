@@ -15,15 +15,15 @@ Source: the aim is that of the paper's section 5 (D1), which judges coefficients
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
 from .backlash_by_tangency import jammed, tangent_backlash
-from .inputs import Design, Errors, FloatArray, flank_sign
+from .inputs import Design, Errors, FloatArray, flank_sign, unchecked
 from .path import path_of_contact
+from .read_only import kept
 from .tolerance import ERROR_NAMES, swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -103,7 +103,7 @@ def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: Flo
         ).reshape(-1, *[1] * pinion.ndim)
         for name in ERROR_NAMES
     }
-    batch = design.with_parabola(pinion, gear).with_errors(Errors(**errors))
+    batch = design.with_parabola(pinion, gear).with_errors(unchecked(design.errors, **errors))
     path = path_of_contact(batch, flank, POINTS)
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
@@ -160,7 +160,7 @@ def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Ve
     """Coefficients (2), in UNIT, at which the optimiser ends."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
-    @lru_cache(maxsize=8)  # the shift and the conditions are asked for in turn
+    @kept(8)  # the shift and the conditions are asked for in turn
     def paths(first: float, second: float) -> Paths:
         return paths_of(design, flank, aim, np.asarray(UNIT * first), np.asarray(UNIT * second))
 
@@ -187,7 +187,7 @@ def _check(design: Design, aim: Aim, flank: str) -> None:
     if design.batch_shape:
         raise ValueError("the optimiser takes a single design: give its cases one by one")
     errors = [getattr(aim.errors, name) for name in ERROR_NAMES]
-    if not np.isfinite(errors).all() or not any(errors):
+    if not any(errors):
         raise ValueError(f"errors of the aim must be finite, one of them not 0, got {errors}")
     for name in ("contact_ratio", "off_centre", "peak_to_peak"):
         value = getattr(aim, name)
@@ -206,8 +206,8 @@ def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatAr
     sides = np.linspace(limits[:, 0], limits[:, 1], GRID).T
     x = np.array([side.ravel() for side in np.meshgrid(*sides)])
     x = x[:, x.sum(axis=0) <= SLACK]
-    for kept, asked in ((4 * STARTS, replace(aim, errors=Errors())), (STARTS, aim)):
+    for number, asked in ((4 * STARTS, replace(aim, errors=Errors())), (STARTS, aim)):
         shown = paths_of(design, flank, asked, UNIT * x[0], UNIT * x[1])
         missed = np.maximum(np.nan_to_num(-shown.margins(aim), nan=np.inf).max(axis=0), 0.0)
-        x = x[:, np.lexsort((shown.shift, missed))[:kept]]
+        x = x[:, np.lexsort((shown.shift, missed))[:number]]
     return x

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contact import Limit, Pairing, gap_tolerance, pairing_of
 from .curve import basis_of, evaluate, resolved_degree
 from .ends import Ends, at_shares, shares_at_l1
+from .field_limits import float64_of
 from .follow import Group, paths_on_flanks
 from .inputs import Design, FloatArray
 from .solve import Status
@@ -186,7 +187,7 @@ def _solvable(design: Design, flank: str) -> Pairing:
 
 def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """The flank parameters asked for, (cases, positions)."""
-    given = np.atleast_1d(np.asarray(l1, dtype=float))
+    given = np.atleast_1d(float64_of("l1", l1))
     if given.shape[:-1] not in ((), shape):
         batch = f" or {(*shape, 'positions')}" if shape else ""
         raise ValueError(f"l1 must have the shape (positions){batch}, got {given.shape}")

@@ -23,7 +23,6 @@ smaller relative curvature vanishes none is given.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +35,7 @@ from .foot import Feet, feet
 from .inputs import Design, FloatArray, Member
 from .path import path_of_contact
 from .posing import Frame, frames_at
+from .read_only import kept
 from .sampling import Faces, FlankGrid, grid_faces, sample_flank
 from .solve import Status
 
@@ -118,7 +118,7 @@ class Convergence:
     faces: NDArray[np.int64]
 
 
-@lru_cache(maxsize=16)
+@kept(16)
 def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
     """A flank of a single member as triangles within `tolerance` (mm) of it.
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from .inputs import Design, FloatArray
 from .path import contact_ratio
+from .read_only import read_only
 from .statement_measures import Sweep, shifts, sweep
 
 SMALL, LARGE = 0.0002, 0.002
@@ -139,17 +140,15 @@ class Case:
     def sweeps(self) -> dict[str, Sweep]:
         """Paths of C1 to C4."""
         ranges = {"C1": SMALL, "C2": SMALL, "C3": LARGE, "C4": LARGE}
-        return {
-            name: sweep(
-                self.design, self.flank, (self.sign * SIGNS[name][0], self.sign * SIGNS[name][1]), size
-            )
-            for name, size in ranges.items()
-        }
+        signs = {name: (self.sign * SIGNS[name][0], self.sign * SIGNS[name][1]) for name in ranges}
+        return read_only(
+            {name: sweep(self.design, self.flank, signs[name], size) for name, size in ranges.items()}
+        )
 
     @cached_property
     def face(self) -> FloatArray:
         """Face widths (2, 1), mm."""
-        return np.array([[float(member.face_width)] for member in self.design.members])
+        return read_only(np.array([[float(member.face_width)] for member in self.design.members]))
 
     def ratios(self, name: str) -> dict[str, FloatArray]:
         """Contact ratios of a sweep, with and without toe and heel; NaN without a path."""

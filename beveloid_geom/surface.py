@@ -21,7 +21,6 @@ member, whose fillet reaches into the flank, `Surface.undercut` is set.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from .fillet import tool_round
 from .flank import highest_parameter, tip_radius
 from .inputs import FloatArray, Member
 from .rack import Numbers, rack_of
+from .read_only import kept
 
 LEAST_SCALE = 0.1
 """Modules: least length for which the profile coordinate counts one rad of the fillet."""
@@ -148,7 +148,7 @@ def _surface(member: Member, flank: str) -> Surface:
     return replace(surface, root=float(root[0]), root_taper=float(root[1] - root[0]), undercut=not rises)
 
 
-_kept_surface = lru_cache(maxsize=64)(_surface)
+_kept_surface = kept(64)(_surface)
 
 
 def surface_of(member: Member, flank: str) -> Surface:
@@ -157,10 +157,7 @@ def surface_of(member: Member, flank: str) -> Surface:
     Raises ValueError for a member of arrays, and as `fillet.tool_round` does."""
     if any(np.ndim(value) for value in (*vars(member.tool).values(), *vars(member).values())):
         raise ValueError("separations need members of single numbers; only pair and errors may be arrays")
-    try:
-        return _kept_surface(member, flank)
-    except TypeError:  # arrays without axes have no hash
-        return _surface(member, flank)
+    return _kept_surface(member, flank)
 
 
 def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from .backlash_by_tangency import jammed, tangent_backlash
 from .contact import Limit
-from .inputs import Design, Errors, FloatArray, flank_sign
+from .inputs import Design, FloatArray, flank_sign, unchecked
 from .path import path_of_contact
 from .solve import Status
 
@@ -243,7 +243,7 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
 def mounted(design: Design, errors: FloatArray) -> Design:
     """The design with drawn errors (n, 4), in the order of ERROR_NAMES, on top of its own: n mountings."""
     sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
-    return design.with_errors(Errors(**sums))
+    return design.with_errors(unchecked(design.errors, **sums))
 
 
 def _solved_task(task: _Task) -> Mountings:

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_of
+from .field_limits import float64_of
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
 from .rack import Numbers
@@ -117,9 +118,9 @@ def separation(
     Raises ValueError for members of arrays."""
     own, other = (surface_of(design.members[j], flank) for j in (member, 1 - member))
     pose, shift = pose_of(design), pitch_shift(design, pair)
-    rolls = (np.asarray(pinion_roll) + shift[0], np.asarray(gear_roll) + shift[1])
+    rolls = float64_of("pinion_roll", pinion_roll) + shift[0], float64_of("gear_roll", gear_roll) + shift[1]
     given = np.broadcast_arrays(
-        *(np.asarray(x, dtype=float) for x in (l, z, rolls[member], rolls[1 - member])),
+        *(float64_of("l", l), float64_of("z", z), rolls[member], rolls[1 - member]),
         *(pose.offset, pose.sin, pose.cos, *pose.position),
     )
     shape = given[0].shape

@@ -198,8 +198,8 @@ BAD: list[tuple[str, object, str]] = [
     (
         "errors.shaft_angle_deg",
         15,
-        "[errors] shaft_angle_deg must be between -5 and 5 deg, got 15.0: change shaft_angle_deg of [pair] "
-        "if another layout is meant",
+        "[errors] shaft_angle_deg must be between -5 and 5 deg, got 15.0: change the shaft angle of the "
+        "pair if another layout is meant",
     ),
     # radians
     (
@@ -432,8 +432,8 @@ def test_override_changes_only_what_is_given() -> None:
         (
             {"shaft_angle_error_deg": 6, "pinion_axial_error": 2000.0},
             (
-                "shaft_angle_error_deg must be between -5 and 5 deg, got 6.0: change shaft_angle_deg of "
-                "[pair] if another layout is meant",
+                "shaft_angle_error_deg must be between -5 and 5 deg, got 6.0: change the shaft angle "
+                "of the pair if another layout is meant",
                 "pinion_axial_error must be between -1000 and 1000 mm, got 2000.0: give it in mm, positive "
                 "towards the heel",
             ),

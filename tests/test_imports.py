@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FLOORS = (
     "whole_file",
-    "inputs",
+    *("read_only", "field_limits", "inputs"),
     *("reference", "reference.pitch_region", "reference.five_equations_math"),
     *("reference.five_equations_numpy", "reference.five_equations_mp"),
     *("rack", "flank", "assembly", "mounting", "contact", "solve", "curve"),

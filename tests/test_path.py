@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from inspect import signature
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +13,16 @@ from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
 from beveloid_geom.assembly import layout_of, member_frame, normals_to_fixed, to_fixed
+from beveloid_geom.certificate import certify
+from beveloid_geom.conditioning import rounding_error
 from beveloid_geom.contact import Limit
+from beveloid_geom.curvature import contact_ellipse
 from beveloid_geom.five_equations import path_of_contact_five_equations
 from beveloid_geom.flank import flank_patch, root_parameter, tip_radius
-from beveloid_geom.inputs import Design, Errors, Pair
+from beveloid_geom.inputs import Design, Errors, FloatArray, Pair
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, contact_ratio, path_ends, path_of_contact
+from beveloid_geom.sliding import sliding_of
 from beveloid_geom.solve import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
@@ -273,6 +280,25 @@ def test_arguments_are_checked() -> None:
         path_of_contact(table1(), "upper")
     with pytest.raises(ValueError, match="one path"):
         _ = path_ends(table1(errors=Errors(offset=np.zeros(2)))).enter
+
+
+MEASURES: list[tuple[Callable[..., Any], Callable[[Any], FloatArray]]] = [
+    (certify, lambda found: found.separation),
+    (sliding_of, lambda found: found.speed),
+    (contact_ellipse, lambda found: found.semi_axes),
+    (rounding_error, lambda found: found),
+]
+
+
+@pytest.mark.parametrize(("measure", "numbers"), MEASURES, ids=[m.__name__ for m, _ in MEASURES])
+def test_a_path_is_measured_by_its_own_design(
+    measure: Callable[..., Any], numbers: Callable[[Any], FloatArray]
+) -> None:
+    """No other can be given beside it; with another in its place the answer is another."""
+    path = path_of_contact(table1(), points=5)
+    moved = replace(path, design=table1((0.001, -0.001), Errors(0.03)))
+    assert not np.array_equal(numbers(measure(path)), numbers(measure(moved)), equal_nan=True)
+    assert "design" not in signature(measure).parameters
 
 
 def test_the_path_runs_as_the_pinion_drives() -> None:

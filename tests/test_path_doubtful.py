@@ -89,10 +89,6 @@ def test_what_is_kept_cannot_be_spoilt() -> None:
     assert not mounting_of(table1()).distance.flags.writeable
 
 
-def test_not_a_number_in_is_not_a_number_out() -> None:
-    assert np.isnan(contact_ratio(table1(errors=Errors(offset=np.array([np.nan, 0.0]))))[0])
-
-
 def test_two_roots_between_two_samples_are_not_a_missing_normal() -> None:
     """n_x is 0.14 and 0.10 at the two contacts of l1 = -1.0417; the members exchanged find them."""
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..design_limits import shown_value
+from ..field_limits import shown_value
 from ..fillet import bottom_point, fillet_point, tool_round
 from ..flank import flank_point, tip_parameter, tip_radius, trace_parameter
 from ..inputs import FloatArray, Member

@@ -287,7 +287,6 @@ UNSOLVABLE = {
         Pair(240.0, 0.2),
     ),
     "parallel": Design(PINION, GEAR, Pair(247.0, 0.0)),
-    "not a number": Design(PINION, GEAR, Pair(float("nan"), 0.2)),
 }
 
 

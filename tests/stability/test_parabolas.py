@@ -32,7 +32,7 @@ SHARES = {"both": (1.0, -1.0), "pinion": (1.0, 0.0), "gear": (0.0, 1.0), "same":
 shares = pytest.mark.parametrize("share", SHARES.values(), ids=SHARES)
 STEPS: FloatArray = np.arange(-6.0, 7.0) * 1e-14
 """1/mm"""
-STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e200, np.inf, -np.inf, np.nan]
+STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e200]
 """1/mm: past what the tool of Table 1's pinion can cut."""
 
 
@@ -171,8 +171,7 @@ def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float
     told = [remark.text for remark in remarks_on(design) if line in remark.text]
     assert len(told) == 1
     assert told[0].startswith(f"the flanks of the pinion {line}")
-    if np.isfinite(a):
-        assert "parabola must be between -0.0212 and 0.0212 1/mm" in told[0]
+    assert "parabola must be between -0.0212 and 0.0212 1/mm" in told[0]
 
 
 def test_strong_coefficients_of_a_batch_spoil_no_other_case() -> None:

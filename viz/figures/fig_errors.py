@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom.assembly import to_fixed
-from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.inputs import Design, Errors, FloatArray, unchecked
 
 from .. import theme
 from ..recipe import Drawing, Recipe, Table
@@ -71,7 +71,7 @@ def compute(design: Design) -> ErrorFigure:
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
     displaced = []
     for panel, size in zip(PANELS, drawn, strict=True):
-        displaced.append(posed.displaced(nominal, Errors(**{panel.key: size})))
+        displaced.append(posed.displaced(nominal, unchecked(Errors(), **{panel.key: float(size)})))
     return ErrorFigure(nominal, tuple(drawn), tuple(displaced))
 
 

@@ -1,0 +1,48 @@
+"""What is shared cannot be written to: results that are kept, and arrays of inputs.
+
+Whoever asks for a kept result gets the same arrays as the one before. They are made read-only, so
+that writing to one raises instead of changing the results of others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass
+from functools import lru_cache, wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from functools import _lru_cache_wrapper
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+
+def read_only(value: T) -> T:
+    """The value itself, all arrays in it made read-only: also those in dataclasses, mappings, lists and
+    tuples."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif is_dataclass(value) and not isinstance(value, type):
+        read_only(vars(value))
+    elif isinstance(value, Mapping):
+        read_only(tuple(value.values()))
+    elif isinstance(value, list | tuple):
+        for part in value:
+            read_only(part)
+    return value
+
+
+def kept(most: int) -> Callable[[Callable[P, T]], _lru_cache_wrapper[T]]:
+    """Decorate a function of hashable arguments so that its last results, `most` of them, are kept. Their
+    arrays are read-only."""
+
+    def decorate(function: Callable[P, T]) -> _lru_cache_wrapper[T]:
+        def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            return read_only(function(*args, **kwargs))
+
+        return lru_cache(maxsize=most)(wraps(function)(call))
+
+    return decorate
