@@ -17,7 +17,6 @@ from click.core import ParameterSource
 from .cli_support import (
     BUILTIN_DESIGN,
     OVERRIDES,
-    Interrupted,
     Refusal,
     changed_design,
     load_design,
@@ -166,8 +165,6 @@ def written(request: Request) -> Iterator[Path]:
             raise  # as LinAlgError is: no fault of the input
         words = str(error).replace("bore_radius must", "--bore-radius must")
         raise Refusal([words.replace("tolerance must", "--tolerance must")]) from None
-    except KeyboardInterrupt:
-        raise Interrupted(f"interrupted: {name} is not written") from None
 
 
 def pose(source: str, design: Design, flank: str) -> MeshingPair:

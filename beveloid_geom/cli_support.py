@@ -6,8 +6,6 @@ A command imports the rest of the package inside its function: `--help` must not
 from __future__ import annotations
 
 import math
-import os
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from typing import IO, TYPE_CHECKING, Any
 
@@ -28,12 +26,6 @@ OVERRIDES = (
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
 )
 """Arguments of `design_file.override` that have an option, its metavar and help."""
-
-
-class Interrupted(click.ClickException):
-    """Ctrl-C: what is there is whole; exit status 130."""
-
-    exit_code = 130
 
 
 class Refusal(click.ClickException):
@@ -156,13 +148,10 @@ def changed_design(design: Design, changes: dict[str, float | None]) -> Design:
 
 
 def write_out(text: str) -> None:
-    """Write to standard output. A reader that leaves early (`| head`) ends the command quietly;
-    raises Refusal where the text cannot be written, as on a full disk."""
-    try:
-        click.echo(text, nl=False)
-    except BrokenPipeError:
-        raise  # click's business
-    except OSError as error:
-        # The rest still in the buffer would fail once more when the interpreter ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise Refusal([f"cannot write to standard output: {error.strerror}"]) from None
+    """Write to standard output; what happens where that fails is said in `process`."""
+    click.echo(text, nl=False)
+
+
+def version_option(name: str) -> Callable[[Command], Command]:
+    """Option `--version` of the command called `name`."""
+    return click.version_option(package_name="beveloid-geom", prog_name=name)

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom import report_map
 from beveloid_geom.cli import main
 from beveloid_geom.design_file import builtin_design, builtin_text
 from beveloid_geom.design_map import FIGURES, map_of
@@ -139,13 +138,3 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = CliRunner().invoke(main, ["map", *arguments])
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
-
-
-def test_an_interrupt_is_not_taken_for_no_contact(monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: object) -> str:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(report_map, "map_table", stopped)
-    result = CliRunner().invoke(main, ["map", "--steps", "2"])
-    assert (result.exit_code, result.stdout) == (130, "")
-    assert "Error: interrupted" in result.stderr

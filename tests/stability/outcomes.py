@@ -103,7 +103,9 @@ def attempted(method: Callable[[], str]) -> str:
 
 def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turned: float = 0.0) -> str:
     """A status; or, against the path: polished exact within what rounding leaves, facets near, or off by more
-    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is. The pose is `turned` (rad)."""
+    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is.
+
+    The pose is `turned` (rad)."""
     design, scale = case.design, max(1.0, scale_of(case.design))
     ends = path_of_contact(design, case.flank, POINTS).ends
     true = None

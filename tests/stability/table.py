@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import cache
 from typing import NamedTuple
 
 from .outcomes import METHODS, Situation, in_a_cell, row_of
@@ -24,7 +24,7 @@ class Row(NamedTuple):
     told: str
 
 
-@lru_cache(maxsize=None)
+@cache
 def row(number: int) -> Row:
     """A situation, run; once."""
     cells, words = row_of(SITUATIONS[number])

@@ -125,7 +125,7 @@ def test_the_order_of_triangles_does_not_matter(monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(proximity, "flank_mesh", mesh)
         sides = [mesh_separation(design, "right", 1, 0.01, **pose, polish=False) for pose in poses]
         ways.append(np.array([side.separation for side in sides]))
-    np.testing.assert_allclose(*ways, atol=1e-9)
+    np.testing.assert_allclose(ways[0], ways[1], atol=1e-9)
 
 
 def narrow(width: float) -> tuple[Design, ContactPath]:

@@ -14,12 +14,12 @@ import click
 
 from beveloid_geom.cli_support import (
     BUILTIN_DESIGN,
-    Interrupted,
     Refusal,
     changed_design,
     error_sizes,
     load_design,
     override_options,
+    version_option,
     write_out,
 )
 from beveloid_geom.whole_file import require_replaceable, whole_file
@@ -34,6 +34,7 @@ MOST_CASES = 1_000_000
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("render-report")
 @click.argument("design", default=BUILTIN_DESIGN)
 @click.option(
     "--out",
@@ -80,8 +81,6 @@ def main(
             beside.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise Refusal([f"cannot write {click.format_filename(out)} ({error.strerror})"]) from None
-    except KeyboardInterrupt:
-        raise Interrupted("interrupted: no page is written") from None
     size, seconds = out.stat().st_size, time.perf_counter() - begin
     write_out(f"{click.format_filename(out.resolve())}: {size / 1e6:.2f} MB, made in {seconds:.1f} s\n")
     if not data.found:
