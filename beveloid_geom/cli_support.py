@@ -58,6 +58,13 @@ ERROR_SIZES = (
 """Options, units, greatest values and names of the assembly errors."""
 
 
+def require_sizes(what: str, sizes: Iterable[float]) -> None:
+    """Raises Refusal if all sizes are 0; `what` they are, such as tolerances."""
+    if not any(sizes):
+        *most, last = (name for name, *_ in ERROR_SIZES)
+        raise Refusal([f"no {what}: give {', '.join(most)} or {last}"])
+
+
 class NumberRange(click.FloatRange):
     """A range that NaN is not in: it compares false with both ends."""
 

@@ -21,6 +21,7 @@ from .cli_support import (
     load_design,
     parabola_options,
     require_one_format,
+    require_sizes,
     write_out,
 )
 from .process import undoing
@@ -85,8 +86,7 @@ def tolerance(
     flanks. Exit status 1 if no mounting has one.
     """
     require_one_format(as_json, as_csv)
-    if not (offset or shaft_angle_deg or pinion_axial or gear_axial):
-        raise Refusal(["no tolerances: give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial"])
+    require_sizes("tolerances", (offset, shaft_angle_deg, pinion_axial, gear_axial))
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     changed = changed_design(load_design(design), changes)
     from . import report_tolerance as report

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design_limits import member_faults, parabola_limit
+from .few_lines import few_lines
 from .first_contact import FirstStatus, first_contact, middle_roll
 from .inputs import Design, Errors, FloatArray, Quantity, flank_sign
 from .mounting import mounting_of
@@ -78,6 +79,8 @@ class DesignMap:
     of one tooth pair. `centre` (mm): z at mid-roll on the pinion. `normal_backlash` (mm): without
     parabolas and errors, that of the design followed past half a pitch. `flank_share`: of a mesh cycle,
     the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not known."""
+
+    __repr__ = few_lines
 
     design: Design
     flank: str

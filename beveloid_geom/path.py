@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contact import Limit, Pairing, gap_tolerance, pairing_of
 from .curve import basis_of, evaluate, resolved_degree
 from .ends import Ends, at_shares, shares_at_l1
+from .few_lines import few_lines
 from .follow import Group, paths_on_flanks
 from .inputs import Design, FloatArray
 from .solve import Status
@@ -45,6 +46,8 @@ class PathEnds:
     `pieces` (in how many the path lies on the flanks; that which covers most roll is taken; where l1
     resolves the path, one with the other sign of n_x is not looked for) and `status` (codes of `Status`)
     have the batch shape."""
+
+    __repr__ = few_lines
 
     l1: FloatArray
     l2: FloatArray
@@ -80,6 +83,8 @@ class ContactPath:
     `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the path
     on the flanks (midway where the roll turns back; without such a path, the middle of the l1
     asked for), rad; `status`: codes of `Status`. NaN where not solved."""
+
+    __repr__ = few_lines
 
     flank: str
     l1: FloatArray

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .assembly import to_fixed
 from .curvature import MARKING_SEPARATION
+from .few_lines import few_lines
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from .foot import feet
 from .inputs import Design, FloatArray, Member
@@ -75,6 +76,8 @@ class MemberPattern:
     separation of the pattern; `status`: codes of `PatternStatus`. `area` of the marked region, mm^2,
     and its share of the active flank, from the root of the least separation, interpolated."""
 
+    __repr__ = few_lines
+
     l: FloatArray
     z: FloatArray
     points: FloatArray
@@ -90,6 +93,8 @@ class MemberPattern:
 class ContactPattern:
     """Contact pattern of one flank pair for a `separation`, mm, over pinion rolls from the first
     to the second of `roll_range`, rad."""
+
+    __repr__ = few_lines
 
     flank: str
     separation: float

@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from .assembly import normals_to_fixed, to_fixed
 from .closest import closest_on_mesh
 from .curvature import normal_rates
+from .few_lines import few_lines
 from .flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from .foot import Feet, feet
 from .inputs import Design, FloatArray, Member
@@ -81,6 +82,8 @@ class MeshSeparation:
     in S_f; `separation` (nl, nz), mm, positive where the flanks are clear of each other;
     `foot_l`, `foot_z` (nl, nz), mm: the closest point on the other flank; `status`: SOLVED,
     OFF_FLANK where the foot leaves the other flank, NOT_CONVERGED; NaN there."""
+
+    __repr__ = few_lines
 
     l: FloatArray
     z: FloatArray

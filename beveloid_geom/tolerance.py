@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contact import Limit
+from .few_lines import few_lines
 from .inputs import Design, Errors, FloatArray, flank_sign
 from .path import path_of_contact
 from .solve import Status
@@ -77,6 +78,8 @@ class Mountings:
     least transmission error of the path, rad. `pinion_z, pinion_r, gear_z, gear_r` (n, 3), mm:
     where it enters, at mid-roll, where it leaves."""
 
+    __repr__ = few_lines
+
     errors: FloatArray
     status: NDArray[np.int8]
     limit: NDArray[np.int8]
@@ -104,6 +107,8 @@ class Mountings:
 @dataclass(frozen=True, eq=False)
 class ToleranceStudy:
     """Paths of contact of a design as it is (`nominal`, one mounting) and under drawn errors."""
+
+    __repr__ = few_lines
 
     flank: str
     tolerances: Tolerances

@@ -92,6 +92,16 @@ def test_a_design_without_contact_sets_no_contact_ratio(tmp_path: Path) -> None:
     assert "Least shift" not in result.stdout
 
 
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_a_parabola_is_not_ignored_where_the_map_is_over_it(member: str) -> None:
+    done = CliRunner().invoke(main, ["map", "--steps", "2", f"--parabola-{member}", "0.001"])
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"Error: --parabola-{member}: the map itself is over the parabola coefficients: "
+        f"give --{member}-bounds, or another --over\n"
+    )
+
+
 @pytest.mark.parametrize("over", ["mounting", "shift"])
 def test_tables_of_other_maps(over: str) -> None:
     result = run("--over", over, "--steps", "4", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FLOORS = (
-    *("process", "whole_file"),
+    *("process", "whole_file", "few_lines"),
     "inputs",
     *("reference", "reference.pitch_region", "reference.five_equations_math"),
     *("reference.five_equations_numpy", "reference.five_equations_mp"),

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .data import PageData, Settings
 
 DEFAULT_OUT = Path("outputs/report.html")
+SUFFIXES = (".html", ".htm")
 MOST_CASES = 1_000_000
 
 
@@ -99,6 +100,9 @@ def prepare(out: Path) -> None:
             folder_name = click.format_filename(out.parent)
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
         require_replaceable(out)
+        if out.suffix.lower() not in SUFFIXES:
+            cure = "name it so, and print it from the browser for a PDF"
+            raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
