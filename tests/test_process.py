@@ -24,7 +24,7 @@ LONG = {
     "report": ("render-report", "--out", "{}/page.html", "--cases", "500000"),
     "jobs": ("beveloid-geom", "tolerance", "--offset", "0.05", "--cases", "1000000", "--jobs", "2"),
     "map": ("beveloid-geom", "map", "--steps", "201"),
-    "mesh": ("beveloid-geom", "mesh", "--part", "pair", "--tolerance", "1e-5", "--out", "{}/pair.stl"),
+    "mesh": ("beveloid-geom", "mesh", "--part", "pair", "--tolerance", "1e-4", "--out", "{}/pair.stl"),
 }
 COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-report")
 
