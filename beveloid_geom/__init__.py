@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from .backlash import backlash_by_errors as backlash_by_errors, mounted_backlash as mounted_backlash
     from .backlash_by_tangency import tangent_backlash as tangent_backlash
     from .certificate import certify as certify
@@ -117,6 +118,8 @@ __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("beveloid-geom")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{_HOME[name]}", __name__), name)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .approach import local_at
+from .few_lines import few_lines
 from .first_contact import FirstContact, FirstStatus, first_contact, mesh_of
 from .inputs import Design, FloatArray
 from .path import ContactPath
@@ -58,6 +59,8 @@ class Certificate:
     at this roll of the pinion, where the least clearance is; `curvature` (1/mm): the lesser
     curvature of the approach at the tangency, negative where the flanks pass through each other;
     `verdict`: codes of `Verdict`. NaN where not solved."""
+
+    __repr__ = few_lines
 
     separation: FloatArray
     first: FirstContact

@@ -1,12 +1,11 @@
 """The command `beveloid-geom`.
 
 Exit status: 0 done (`check`: errors, warnings or not), 1 no contact on the flanks, none that could be
-followed, or a pair that cannot be assembled, 2 bad input.
+followed, or a pair that cannot be assembled, 2 bad input; `process` has those of a command that does
+not come to its end.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import click
 
@@ -20,7 +19,6 @@ from .cli_sliding import sliding
 from .cli_statements import statements
 from .cli_support import (
     BUILTIN_DESIGN,
-    Interrupted,
     changed_design,
     end_if_jammed,
     flank_option,
@@ -29,24 +27,14 @@ from .cli_support import (
     override_options,
     parabola_options,
     require_one_format,
+    version_option,
     write_out,
 )
 from .cli_tolerance import tolerance
 
 
-class Commands(click.Group):
-    """A group whose commands end with exit status 130 at Ctrl-C: 1 says that there is no contact."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise Interrupted("interrupted") from None
-
-
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="beveloid-geom", prog_name="beveloid-geom")
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("beveloid-geom")
 def main() -> None:
     """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 

@@ -80,6 +80,10 @@ def map_command(
     has a path.
     """
     require_one_format(as_json, as_csv)
+    for member in ("pinion", "gear") if over == "parabola" else ():
+        if changes[f"parabola_{member}"] is not None:
+            cure = f"give --{member}-bounds, or another --over"
+            raise Refusal([f"--parabola-{member}: the map itself is over the parabola coefficients: {cure}"])
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     changed = changed_design(load_design(design), changes)
     from tqdm import tqdm

@@ -17,13 +17,11 @@ from click.core import ParameterSource
 from .cli_support import (
     BUILTIN_DESIGN,
     OVERRIDES,
-    Interrupted,
     Refusal,
     changed_design,
     load_design,
     option_name,
     override_options,
-    unwound_by_sigterm,
     write_out,
 )
 from .export import CAD_FORMATS, FIELD_FORMATS, MEMBERS, SURFACE_FORMATS, VOLUME_FORMATS
@@ -176,8 +174,6 @@ def written(request: Request) -> Iterator[Path]:
             raise  # as LinAlgError is: no fault of the input
         words = str(error).replace("bore_radius must", "--bore-radius must")
         raise Refusal([words.replace("tolerance must", "--tolerance must")]) from None
-    except KeyboardInterrupt:
-        raise Interrupted(f"interrupted: {name} is not written") from None
 
 
 def pose(source: str, design: Design, flank: str) -> MeshingPair:
@@ -250,7 +246,6 @@ def pose(source: str, design: Design, flank: str) -> MeshingPair:
 )
 @override_options
 @click.pass_context
-@unwound_by_sigterm()
 def mesh(
     context: click.Context,
     /,

@@ -16,6 +16,7 @@ from .cli_support import (
     flank_option,
     load_design,
     require_one_format,
+    require_sizes,
     write_out,
 )
 
@@ -80,6 +81,7 @@ def optimise(
     each other. Give at least one error; some seconds. Exit status 2 if nothing meets the aim.
     """
     require_one_format(as_json, as_csv)
+    require_sizes("errors that shift the path", (offset, shaft_angle_deg, pinion_axial, gear_axial))
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     given = load_design(design)
     from . import report_optimise as report

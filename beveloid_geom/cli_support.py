@@ -6,12 +6,7 @@ A command imports the rest of the package inside its function: `--help` must not
 from __future__ import annotations
 
 import math
-import os
-import signal
-import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from typing import IO, TYPE_CHECKING, Any
 
 import click
@@ -31,31 +26,6 @@ OVERRIDES = (
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
 )
 """Arguments of `design_file.override` that have an option, its metavar and help."""
-
-
-class Interrupted(click.ClickException):
-    """Ctrl-C: what is there is whole; exit status 130."""
-
-    exit_code = 130
-
-
-@contextmanager
-def unwound_by_sigterm() -> Iterator[None]:
-    """Around a command that writes files: SIGTERM unwinds it, so that nothing unfinished is left, and ends
-    it with status 143, as it would without. Whoever handles the signal already keeps it."""
-
-    def leave(*_: object) -> None:
-        raise SystemExit(128 + signal.SIGTERM)
-
-    mine = threading.current_thread() is threading.main_thread()
-    if not mine or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 class Refusal(click.ClickException):
@@ -86,6 +56,13 @@ ERROR_SIZES = (
     ("--gear-axial", "MM", 1000.0, "gear's axial position"),
 )
 """Options, units, greatest values and names of the assembly errors."""
+
+
+def require_sizes(what: str, sizes: Iterable[float]) -> None:
+    """Raises Refusal if all sizes are 0; `what` they are, such as tolerances."""
+    if not any(sizes):
+        *most, last = (name for name, *_ in ERROR_SIZES)
+        raise Refusal([f"no {what}: give {', '.join(most)} or {last}"])
 
 
 class NumberRange(click.FloatRange):
@@ -190,13 +167,10 @@ def end_if_jammed(context: click.Context, design: Design, quiet: bool) -> None:
 
 
 def write_out(text: str) -> None:
-    """Write to standard output. A reader that leaves early (`| head`) ends the command quietly;
-    raises Refusal where the text cannot be written, as on a full disk."""
-    try:
-        click.echo(text, nl=False)
-    except BrokenPipeError:
-        raise  # click's business
-    except OSError as error:
-        # The rest still in the buffer would fail once more when the interpreter ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise Refusal([f"cannot write to standard output: {error.strerror}"]) from None
+    """Write to standard output; what happens where that fails is said in `process`."""
+    click.echo(text, nl=False)
+
+
+def version_option(name: str) -> Callable[[Command], Command]:
+    """Option `--version` of the command called `name`."""
+    return click.version_option(package_name="beveloid-geom", prog_name=name)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import os
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,10 +21,14 @@ from .cli_support import (
     load_design,
     parabola_options,
     require_one_format,
+    require_sizes,
     write_out,
 )
+from .process import undoing
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from .inputs import Design
     from .tolerance import Distribution, Tolerances, ToleranceStudy
 
@@ -80,8 +86,7 @@ def tolerance(
     flanks. Exit status 1 if no mounting has one.
     """
     require_one_format(as_json, as_csv)
-    if not (offset or shaft_angle_deg or pinion_axial or gear_axial):
-        raise Refusal(["no tolerances: give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial"])
+    require_sizes("tolerances", (offset, shaft_angle_deg, pinion_axial, gear_axial))
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     changed = changed_design(load_design(design), changes)
     from . import report_tolerance as report
@@ -108,27 +113,43 @@ def _study(
     design: Design, tolerances: Tolerances, flank: str, cases: int, seed: int, jobs: int
 ) -> ToleranceStudy:
     """The study with a bar of its progress on standard error, if that is a terminal."""
-    import multiprocessing
-    import signal
-    from concurrent.futures import ProcessPoolExecutor
     from contextlib import nullcontext
 
     from tqdm import tqdm
 
     from .tolerance import tolerance_study
 
-    # Fresh processes, as on all systems; Ctrl-C is the parent's business.
-    pool = (
-        nullcontext()
-        if jobs == 1
-        else ProcessPoolExecutor(
-            jobs, multiprocessing.get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
-        )
-    )
     with (
-        pool as executor,
+        nullcontext() if jobs == 1 else workers(jobs) as executor,
         tqdm(total=cases, desc="mountings", unit="mounting", file=sys.stderr, disable=None) as bar,
     ):
         return tolerance_study(
             design, tolerances, flank, cases, seed=seed, executor=executor, progress=bar.update
         )
+
+
+@contextmanager
+def workers(number: int) -> Iterator[Executor]:
+    """Fresh processes, as on all systems. Signals are the parent's business from their first moment."""
+    import multiprocessing
+    import signal
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import resource_tracker, util
+
+    untyped: Any = util
+
+    def ended() -> str:
+        for child in multiprocessing.active_children():
+            child.kill()
+        untyped._run_finalizers(0)  # or the tracker of resources complains of semaphores that are left
+        return ""
+
+    context, unheard = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
+    with undoing(ended), ProcessPoolExecutor(number, context, signal.signal, unheard) as pool:
+        if hasattr(signal, "pthread_sigmask"):  # what is blocked here stays so in the processes started
+            resource_tracker.ensure_running()  # it would end the blocking
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        pool.submit(int)  # starts them all
+        if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        yield pool

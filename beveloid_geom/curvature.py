@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_by_case, layout_of, member_frame, normals_to_fixed
 from .contact import pairing_of
+from .few_lines import few_lines
 from .flank import flank_patch
 from .foot import turned
 from .inputs import FloatArray, Member
@@ -62,6 +63,8 @@ class ContactEllipse:
     """Where the flanks stand closer than `separation` (mm) around contacts. `semi_axes` (..., 2),
     mm, major first; `direction` (..., 2, 3) in S_f; `curvature` (..., 2), 1/mm, smaller first, so that
     it goes with the axes; `status`: codes of `EllipseStatus`. NaN where there is no such axis."""
+
+    __repr__ = few_lines
 
     separation: float
     semi_axes: FloatArray

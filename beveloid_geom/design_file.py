@@ -8,6 +8,7 @@ pointed teeth do not make a file faulty.
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import math
 import os
@@ -16,7 +17,6 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields, replace
 from importlib import resources
-from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, create_model
@@ -33,6 +33,8 @@ from .field_limits import FINITE, LIMITS, NUMBER, WHOLE, DesignError as DesignEr
 from .inputs import Design, Errors, Member, Pair, Tool
 
 BUILTIN = "ni-2017"
+MOST_BYTES = 1_000_000
+"""Of a design file; the built-in one has 2,000."""
 
 
 class _Keys(BaseModel):
@@ -209,12 +211,20 @@ def read_design(path: str | os.PathLike[str]) -> Design:
     if source == BUILTIN:
         return builtin_design()
     try:
-        text = Path(source).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise DesignError([f"is not UTF-8 text (byte {error.start}): is it a design file?"], source) from None
+        with open(source, "rb") as file:
+            data = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         fault = f"cannot be read ({reason}): name a TOML file, or '{BUILTIN}' for the built-in design"
+        raise DesignError([fault], source) from None
+    if len(data) > MOST_BYTES:
+        raise DesignError([f"is longer than {MOST_BYTES:,} bytes: is it a design file?"], source)
+    # PowerShell's `>` writes UTF-16, and says so in its first two bytes.
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        text = data.decode("utf-16" if wide else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        fault = f"is not UTF-{16 if wide else 8} text (byte {error.start}): is it a design file?"
         raise DesignError([fault], source) from None
     return parse_design(text, source)
 

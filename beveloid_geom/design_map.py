@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from .backlash_by_tangency import jammed, tangent_backlash
 from .design_limits import member_faults, parabola_limit
+from .few_lines import few_lines
 from .first_contact import FirstStatus, first_contact, middle_roll
 from .inputs import Design, Errors, FloatArray, Quantity, flank_sign, unchecked
 from .mounting import mounting_of
@@ -84,6 +85,8 @@ class DesignMap:
     a mesh cycle with those of the design, by tangency (`backlash_by_tangency`). `flank_share`: of a mesh
     cycle, the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not
     known."""
+
+    __repr__ = few_lines
 
     design: Design
     flank: str

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .approach import FEASIBLE, OVERLAP, Least, Task, least_approach
 from .contact import Limit, pairing_of
+from .few_lines import few_lines
 from .field_limits import float64_of
 from .inputs import Design, Errors, FloatArray
 from .mounting import mounting_of
@@ -84,6 +85,8 @@ class FirstContact:
     whether the contact lies on the fillet of pinion and gear; `transmission_error` (rad): gear
     roll plus N1/N2 pinion roll, less that of the unmodified pair without errors; `status`: codes
     of `FirstStatus`. NaN where not solved; `pair` is 0 there."""
+
+    __repr__ = few_lines
 
     pinion_roll: FloatArray
     gear_roll: FloatArray

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
+from .few_lines import few_lines
 from .first_contact import FirstStatus, first_contact, middle_roll
 from .inputs import Design, Errors, FloatArray, Pair, unchecked
 
@@ -52,6 +53,8 @@ class Cycle:
 
     `edge_share`: the part of the cycle that edges carry. NaN, and no changes, where a position of
     the cycle has no first contact (`lost`)."""
+
+    __repr__ = few_lines
 
     start: FloatArray
     pitch: float

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from .contact import Limit, Pairing, gap_tolerance, pairing_of
 from .curve import basis_of, evaluate, resolved_degree
 from .ends import Ends, at_shares, shares_at_l1
+from .few_lines import few_lines
 from .field_limits import float64_of
 from .follow import Group, paths_on_flanks
 from .inputs import Design, FloatArray
@@ -48,6 +49,8 @@ class PathEnds:
     flanks; that which covers most roll is taken; where l1 resolves the path, one with the other sign of n_x
     is not looked for) and `status` (codes of `Status`)
     have the batch shape."""
+
+    __repr__ = few_lines
 
     l1: FloatArray
     l2: FloatArray
@@ -83,6 +86,8 @@ class ContactPath:
     `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the path
     on the flanks (midway where the roll turns back; without such a path, the middle of the l1
     asked for), rad; `status`: codes of `Status`. NaN where not solved."""
+
+    __repr__ = few_lines
 
     design: Design = field(repr=False)
     flank: str

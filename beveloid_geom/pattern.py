@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .assembly import to_fixed
 from .curvature import MARKING_SEPARATION
+from .few_lines import few_lines
 from .flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from .foot import feet
 from .inputs import Design, FloatArray, Member
@@ -79,6 +80,8 @@ class MemberPattern:
     and its share of the active flank; `area_error`, a bound on the relative error of both, whatever
     the grid."""
 
+    __repr__ = few_lines
+
     l: FloatArray
     z: FloatArray
     points: FloatArray
@@ -95,6 +98,8 @@ class MemberPattern:
 class ContactPattern:
     """Contact pattern of one flank pair for a `separation`, mm, over pinion rolls from the first
     to the second of `roll_range`, rad."""
+
+    __repr__ = few_lines
 
     flank: str
     separation: float

@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from .assembly import normals_to_fixed, to_fixed
 from .closest import closest_on_mesh
 from .curvature import normal_rates
+from .few_lines import few_lines
 from .flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from .foot import Feet, feet
 from .inputs import Design, FloatArray, Member
@@ -61,12 +62,16 @@ class FlankMesh:
     """A sampled flank: its grid and the triangles (m, 3) of the grid's points in row-major order.
 
     `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh; `border` (points,):
-    whether a point is."""
+    whether a point is. `normals` (m, 7, 3): what tells inside from outside where the closest point lies in
+    the triangle, on the edge opposite each corner, at each corner: the sum of the unit normals of all
+    triangles that meet there, weighted by their angles at a corner (Baerentzen and Aanaes 2005). So it
+    does not matter which of them is taken for the closest, even along the sharp edge of undercut."""
 
     grid: FlankGrid
     faces: Faces
     rim: NDArray[np.bool_]
     border: NDArray[np.bool_]
+    normals: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +82,8 @@ class MeshSeparation:
     in S_f; `separation` (nl, nz), mm, positive where the flanks are clear of each other;
     `foot_l`, `foot_z` (nl, nz), mm: the closest point on the other flank; `status`: SOLVED,
     OFF_FLANK where the foot leaves the other flank, NOT_CONVERGED; NaN there."""
+
+    __repr__ = few_lines
 
     l: FloatArray
     z: FloatArray
@@ -128,8 +135,29 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
     edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
     code = edges[..., 0] * grid.l.size + edges[..., 1]
     _, back, count = np.unique(code, return_inverse=True, return_counts=True)
-    border = np.pad(np.zeros(np.subtract(grid.l.shape, 2), dtype=bool), 1, constant_values=True)
-    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape), border.reshape(-1))
+    border = np.pad(np.zeros(np.subtract(grid.l.shape, 2), dtype=bool), 1, constant_values=True).reshape(-1)
+    normals = _normals(grid.points.reshape(-1, 3)[faces], back.reshape(code.shape), faces)
+    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape), border, normals)
+
+
+def _normals(corners: FloatArray, edges: NDArray[np.intp], faces: Faces) -> FloatArray:
+    """The normals (m, 7, 3) of FlankMesh, of triangles with `corners` (m, 3, 3), mm, whose edges, by the
+    corner opposite, and corners have the numbers `edges` and `faces` (m, 3)."""
+    sides = _unit(np.roll(corners, -1, axis=1) - corners)  # from each corner to the next
+    own = _unit(np.cross(sides[:, 0], sides[:, 1]))
+    angles = np.arccos(np.clip(-np.einsum("mki,mki->mk", sides, np.roll(sides, 1, axis=1)), -1.0, 1.0))
+    found = [own[:, None]]
+    for number, weight in ((edges, np.ones_like(angles)), (faces, angles)):
+        total = np.zeros((number.max() + 1, 3))
+        np.add.at(total, number, weight[..., None] * own[:, None])
+        found.append(total[number])
+    return _unit(np.concatenate(found, axis=1))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 3) of length 1; those without length stay as they are."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
 
 
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
@@ -185,17 +213,18 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
     grid, faces = mesh.grid, mesh.faces
     vertices = grid.points.reshape(-1, 3)
     closest, index, weights = closest_on_mesh(vertices, faces, seen)
-    a, b, c = np.moveaxis(vertices[faces[index]], 1, 0)
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    on_edge, at_corner = weights < ON_RIM, weights > 1.0 - 2.0 * ON_RIM
+    place = np.where(on_edge.any(axis=1), 1 + on_edge.argmax(axis=1), 0)
+    place = np.where(at_corner.any(axis=1), 4 + at_corner.argmax(axis=1), place)
+    normal = mesh.normals[index, place]
     offset = seen - closest
     height = np.einsum("ni,ni->n", offset, normal)
     aside = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
     z = np.broadcast_to(grid.z, grid.l.shape)
     l, z = (np.einsum("nk,nk->n", weights, v.reshape(-1)[faces[index]]) for v in (grid.l, z))
     # A triangle may have but a corner on the rim.
-    corner = (weights > 1.0 - 2.0 * ON_RIM) & mesh.border[faces[index]]
-    edge = (weights < ON_RIM) & mesh.rim[index]
+    corner = at_corner & mesh.border[faces[index]]
+    edge = on_edge & mesh.rim[index]
     off = (corner | edge).any(axis=1) & (aside > tolerance)
     distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
     return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .approach import OVERLAP
+from .few_lines import few_lines
 from .first_contact import TOGETHER, Mesh, mesh_of, middle_roll
 from .inputs import Design, FloatArray
 from .operation import CHANGE_WIDTH, SAMPLES, Curve, Numbers, curve_at, divided, with_change
@@ -44,6 +45,8 @@ class RatioStatus(IntEnum):
 class OperatingRatios:
     """Operating contact ratios (thicknesses, *batch), NaN where not known, and their `status`, codes of
     `RatioStatus`."""
+
+    __repr__ = few_lines
 
     ratio: FloatArray
     status: NDArray[np.int8]

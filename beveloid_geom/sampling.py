@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .curve import polynomials
+from .few_lines import few_lines
 from .flank import generated, root_parameter, tip_parameter
 from .inputs import FloatArray, Member
 from .rack import rack_normal, rack_of, rack_point
@@ -101,6 +102,8 @@ class FlankGrid:
     """A sampled flank in its own frame: `points` (mm) and unit `normals` out of the tooth
     (nl, nz, 3), root first; flank parameter `l` (nl, nz) and stations `z` (nz,), mm, toe
     first; `deviation`, the greatest distance (mm) measured between triangles and flank."""
+
+    __repr__ = few_lines
 
     points: FloatArray
     normals: FloatArray

@@ -37,6 +37,7 @@ from .contact import (
 )
 from .curve import evaluate, with_derivative
 from .ends import at_shares
+from .few_lines import few_lines
 from .flank import flank_patch
 from .follow import Group, paths_on_flanks
 from .inputs import Design, FloatArray
@@ -74,6 +75,8 @@ class Sensitivity:
     shape; `contact_ratio_by`, `peak_to_peak_by` (..., 4). `limit` (..., 2): codes of `Limit` met by
     the ends. `status`: codes of `Status`; all is NaN, and `limit` -1, where it is not SOLVED. The
     middle is NaN where the roll turns back along the path."""
+
+    __repr__ = few_lines
 
     flank: str
     l: FloatArray

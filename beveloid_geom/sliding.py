@@ -45,6 +45,7 @@ from numpy.typing import NDArray
 
 from .assembly import layout_by_case, layout_of, member_frame, normals_to_fixed
 from .contact import COMPLEX_STEP, contact_point, pairing_of
+from .few_lines import few_lines
 from .flank import flank_patch
 from .inputs import Design, FloatArray, flank_sign
 from .path import ContactPath
@@ -66,6 +67,8 @@ class Sliding:
 
     Speeds are for a pinion that turns in the positive sense, with which it drives right flanks. Where
     it drives left ones all vectors and components turn round; the other numbers stay."""
+
+    __repr__ = few_lines
 
     flank: str
     pinion_roll: FloatArray

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .few_lines import few_lines
 from .fillet import root_radius
 from .inputs import FloatArray, Member
 from .outline import cut_sheets, outline_grids, require_memory, require_tolerance
@@ -44,6 +45,8 @@ ATTEMPTS = 6
 class Solid:
     """A closed surface of triangles: `points` (n, 3), mm, own frame, each there once; `faces`
     (m, 3) winding outwards; `part` (m,): which of `names` each face belongs to."""
+
+    __repr__ = few_lines
 
     points: FloatArray
     faces: Faces

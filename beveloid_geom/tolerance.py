@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from .backlash_by_tangency import jammed, tangent_backlash
 from .contact import Limit
+from .few_lines import few_lines
 from .inputs import Design, FloatArray, flank_sign, unchecked
 from .path import path_of_contact
 from .solve import Status
@@ -80,6 +81,8 @@ class Mountings:
     tangency, with or without a path on these flanks, and `tangency` (n), codes of `Tangency`, what it is
     for the teeth; `jammed` (n): whether it is too little to put the pair together."""
 
+    __repr__ = few_lines
+
     errors: FloatArray
     status: NDArray[np.int8]
     limit: NDArray[np.int8]
@@ -111,6 +114,8 @@ class Mountings:
 @dataclass(frozen=True, eq=False)
 class ToleranceStudy:
     """Paths of contact of a design as it is (`nominal`, one mounting) and under drawn errors."""
+
+    __repr__ = few_lines
 
     flank: str
     tolerances: Tolerances

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .few_lines import few_lines
 from .inputs import FloatArray, Member
 from .outline import cut_sheets
 from .sampling import Faces, cells_for, form_of, grid_of, stations
@@ -24,6 +25,8 @@ class Mesh:
     """Triangles of a gear: `points` (mm) and unit `normals` (n, 3), `faces` (m, 3) winding
     outwards, `part` (m,): which of `names` each face belongs to. Parts do not share points, so
     that edges stay sharp."""
+
+    __repr__ = few_lines
 
     points: FloatArray
     normals: FloatArray

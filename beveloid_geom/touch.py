@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .assembly import layout_of
+from .few_lines import few_lines
 from .field_limits import float64_of
 from .inputs import Design, FloatArray
 from .mounting import mounting_of
@@ -60,6 +61,8 @@ class Separation:
     parameter above its joint, on the fillet below; `other_z` (mm from mid-face), `other_r` (mm).
     `inside`: whether it lies within the other member's tip cone, toe and heel and not below its
     fillet. NaN and not inside where the other's flank and fillet have no point at that radius."""
+
+    __repr__ = few_lines
 
     angle: FloatArray
     distance: FloatArray

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .few_lines import few_lines
 from .inputs import FloatArray
 
 Indices = NDArray[np.int64]
@@ -42,6 +43,8 @@ class VolumeMesh:
     'right flank', 'left flank', 'right fillet', 'left fillet', 'tip', 'bottom', 'toe', 'heel',
     'bore', 'first side', 'last side' (a whole gear has no sides); with several teeth the sets hold
     those of all of them, and 'right flank 1' ... those of each tooth."""
+
+    __repr__ = few_lines
 
     points: FloatArray
     hexahedra: Indices

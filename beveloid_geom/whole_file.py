@@ -9,22 +9,33 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from .process import undoing
+
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """A file beside `path` to write into; it takes the place of `path`, or of what that links to, when
     all went well and is removed when not. Raises OSError where `path` is neither a regular file nor
     free: a folder cannot be replaced, a device or pipe must not be, as that would take it from all."""
-    path = Path(os.path.realpath(path))
+    given, path = path, Path(os.path.realpath(path))
     require_replaceable(path)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    try:
-        os.close(handle)
-        yield Path(name)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    finally:
-        Path(name).unlink(missing_ok=True)
+
+    def give_up() -> str:
+        try:
+            os.unlink(name)
+        except FileNotFoundError:  # it is in its place
+            return ""
+        return f"{given} is not written"
+
+    with undoing(give_up):
+        try:
+            os.close(handle)
+            yield Path(name)
+            os.chmod(name, 0o666 & ~_umask())
+            os.replace(name, path)
+        finally:
+            give_up()
 
 
 def require_replaceable(path: Path) -> None:

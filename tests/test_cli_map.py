@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom import report_map
 from beveloid_geom.cli import main
 from beveloid_geom.design_file import builtin_design, builtin_text
 from beveloid_geom.design_map import FIGURES, map_of
@@ -93,6 +92,16 @@ def test_a_design_without_contact_sets_no_contact_ratio(tmp_path: Path) -> None:
     assert "Least shift" not in result.stdout
 
 
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_a_parabola_is_not_ignored_where_the_map_is_over_it(member: str) -> None:
+    done = CliRunner().invoke(main, ["map", "--steps", "2", f"--parabola-{member}", "0.001"])
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"Error: --parabola-{member}: the map itself is over the parabola coefficients: "
+        f"give --{member}-bounds, or another --over\n"
+    )
+
+
 @pytest.mark.parametrize("over", ["mounting", "shift"])
 def test_tables_of_other_maps(over: str) -> None:
     result = run("--over", over, "--steps", "4", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
@@ -139,13 +148,3 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = CliRunner().invoke(main, ["map", *arguments])
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
-
-
-def test_an_interrupt_is_not_taken_for_no_contact(monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: object) -> str:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(report_map, "map_table", stopped)
-    result = CliRunner().invoke(main, ["map", "--steps", "2"])
-    assert (result.exit_code, result.stdout) == (130, "")
-    assert "Error: interrupted" in result.stderr

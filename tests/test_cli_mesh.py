@@ -363,7 +363,7 @@ def test_too_many_teeth(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize("suffix", [".stl", ".vtp", ".inp", ".msh", ".step"])
 def test_limits_of_the_bore_are_the_same_in_all_formats(tmp_path: Path, suffix: str) -> None:
     if suffix == ".step":
-        pytest.importorskip("OCP")
+        pytest.importorskip("OCP", exc_type=ImportError)
     for bore in ("88.193", "1e-9"):
         line = refused("--part", "pinion-tooth", "--bore-radius", bore, "--out", tmp_path / f"a{suffix}")
         assert line.startswith(f"Error: --bore-radius must be between 1.76387 and 87.5934 mm, got {bore[:2]}")
@@ -476,7 +476,7 @@ def test_wrong_command_line(arguments: list[str]) -> None:
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path, suffix: str) -> None:
     """Files may not grow past 4 kB here, as on a full disk."""
     if suffix == ".step":
-        pytest.importorskip("OCP")
+        pytest.importorskip("OCP", exc_type=ImportError)
     path = tmp_path / f"old{suffix}"
     path.write_text("old")
 

@@ -376,8 +376,10 @@ def test_message_names_the_file_on_each_line_and_survives_pickling() -> None:
         (b"x = " + 100_000 * b"[", "is not valid TOML: "),
         (b"x = " + 5_000 * b"9", "is not valid TOML: "),
         (b"\x89PNG\r\n", "is not UTF-8 text (byte 0): is it a design file?"),
+        (b"\xff\xfe\x00\xd8", "is not UTF-16 text (byte 2): is it a design file?"),
+        (b"#" * 1_000_001, "is longer than 1,000,000 bytes: is it a design file?"),
     ],
-    ids=["missing", "syntax", "nested", "digits", "binary"],
+    ids=["missing", "syntax", "nested", "digits", "binary", "half of UTF-16", "too long"],
 )
 def test_unreadable_files(tmp_path: Path, content: bytes | None, reason: str) -> None:
     path = tmp_path / "mine.toml"
@@ -388,6 +390,21 @@ def test_unreadable_files(tmp_path: Path, content: bytes | None, reason: str) ->
     message = str(caught.value)
     assert message.startswith(f"{path}: {reason}")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_text_as_systems_write_it(tmp_path: Path, encoding: str) -> None:
+    """PowerShell's `>` writes UTF-16 and CR LF."""
+    mark = {"utf-16-le": "\ufeff", "utf-16-be": "\ufeff"}.get(encoding, "")
+    path = tmp_path / "mine.toml"
+    path.write_bytes((mark + builtin_text().replace("\n", "\r\n")).encode(encoding))
+    assert read_design(path) == builtin_design()
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no /dev/zero here")
+def test_a_file_without_end_is_no_design() -> None:
+    with pytest.raises(DesignError, match=r"^/dev/zero: is longer than 1,000,000 bytes"):
+        read_design("/dev/zero")
 
 
 def test_a_folder_is_no_design(tmp_path: Path) -> None:

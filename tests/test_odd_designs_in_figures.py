@@ -194,9 +194,11 @@ def test_blocks_of_cases_are_as_large_as_memory_allows(monkeypatch: pytest.Monke
 
 
 def test_small_blocks_keep_memory_down_and_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    case = job_size._peak(
-        lambda: list(job_size.blocks_of(builtin_design(), "right", job_size.CASES, None, 1))
-    )
+    def one() -> None:
+        list(job_size.blocks_of(builtin_design(), "right", job_size.CASES, None, 1))
+
+    one()  # the first also pays for what is kept between calls
+    case = job_size._peak(one)
     monkeypatch.setattr(job_size, "BLOCK_BYTES", 10.5 * case)
     jobs = job_size.job_sizes(
         builtin_design(), "right", {(job_size.CASES, way): (100,) for way in (False, True)}

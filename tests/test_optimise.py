@@ -182,3 +182,10 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
+
+
+def test_errors_that_are_missing_are_named() -> None:
+    assert run().stderr == (
+        "Error: no errors that shift the path: "
+        "give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial\n"
+    )

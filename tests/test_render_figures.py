@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -156,46 +154,5 @@ def test_a_design_without_contact_is_drawn_and_said(tmp_path: Path) -> None:
     assert os.path.getsize(out / "fig-01.png") > 1000
 
 
-def test_an_interrupt_in_the_last_figure_is_one(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    with subprocess.Popen(
-        [COMMAND, "--out", str(out), "--size", "400x300", "--only", "separation"],
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert process.stderr is not None
-        seen = ""
-        while "separation" not in seen:
-            seen += process.stderr.read(1)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "stopping after this figure" in errors
-    assert "interrupted: 1 of 1 figures" in errors
-    assert (out / "separation.csv").exists()
-
-
 def only(*names: str) -> list[str]:
     return [word for name in names for word in ("--only", name)]
-
-
-def test_an_interrupt_ends_after_the_figure_in_hand(tmp_path: Path) -> None:
-    """No traceback, no half-written file, exit status 130."""
-    out = tmp_path / "out"
-    with subprocess.Popen(
-        [COMMAND, "--out", str(out), "--size", "400x300"],
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        while not (out / "fig-01.csv").exists():
-            assert process.poll() is None
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "interrupted: " in errors
-    assert "Traceback" not in errors
-    assert {path.suffix for path in out.iterdir()} == {".png", ".csv"}
-    assert len(list(out.iterdir())) < 30

@@ -308,6 +308,10 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
         (["nowhere.toml"], "nowhere.toml"),
         (["--out", "nowhere/page.html"], "the folder nowhere does not exist"),
         (["--out", "."], "is a directory"),
+        (
+            ["--out", "page.pdf"],
+            "ends in neither .html nor .htm, which the page is: name it so",
+        ),
         (["--out", "file/page.html"], "the folder file does not exist"),
         (
             ["--shaft-angle-deg", "4", "--offset", "300"],

@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 import os
 import re
-import signal
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import Interrupted, Refusal, load_design, unwound_by_sigterm, write_out
+from beveloid_geom.cli_support import Refusal, load_design, version_option, write_out
 from beveloid_geom.whole_file import whole_file
 
 from .figures import FIGURES, Figure
@@ -34,24 +32,6 @@ class NoOpenGL(click.ClickException):
     """Nothing can be drawn on this machine: one line, exit status 3."""
 
     exit_code = 3
-
-
-def stop_between(step: str, lost: str) -> threading.Event:
-    """Let the first Ctrl-C end the command after the step in hand, and the second, which says what
-    is lost, at once: VTK does not take an exception in the middle of its work well."""
-    stop = threading.Event()
-
-    def ask(*_: object) -> None:
-        stop.set()
-        click.echo(f"\nstopping after this {step}; once more stops at once", err=True)
-        signal.signal(signal.SIGINT, at_once)
-
-    def at_once(*_: object) -> None:
-        raise Interrupted(f"interrupted in the middle of a {step}{lost}")
-
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, ask)
-    return stop
 
 
 class PageSize(click.ParamType[tuple[int, int]]):
@@ -120,6 +100,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("render-figures")
 @click.option(
     "--list",
     is_flag=True,
@@ -147,7 +128,6 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=True,
     help="Design file (TOML), or the built-in design's name.",
 )
-@unwound_by_sigterm()
 def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
     """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
     pattern, separation, transmission error, and meshes."""
@@ -166,7 +146,6 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
     prepare_folder(folder)
     summary: list[tuple[Figure, int, float]] = []
     begin = time.perf_counter()
-    stop = stop_between("figure", ", which is not written")
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:
         bar.set_postfix_str(figure.name)
@@ -176,8 +155,6 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
         except OSError as error:
             raise Refusal([f"cannot write {figure.name} to {folder} ({error.strerror})"]) from None
         summary.append((figure, triangles, time.perf_counter() - start))
-        if stop.is_set():
-            raise Interrupted(f"interrupted: {len(summary)} of {len(figures)} figures are in {folder}")
     lines = [
         f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}"
         for figure, triangles, seconds in summary

@@ -146,7 +146,7 @@ def contact_case(
     l = tip_parameter(gear, opposite, 0.0)
     edge = flank_point(gear, opposite, l, trace_parameter(gear, opposite, l, 0.0))
     turn = np.array([2.0 * np.pi / float(gear.teeth) * tooth])
-    relative = relative_curvature(design, pose.path)
+    relative = relative_curvature(pose.path)
     axes = relative.direction[1] @ pose.frames[member][0]  # from S_f into the own frame
     vectors = np.stack((pose.point[member], pose.normal[member], edge, *axes))
     point, normal, edge, *axes = turned(vectors, turn)[0]

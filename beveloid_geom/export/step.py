@@ -19,6 +19,7 @@ from ..whole_file import whole_file
 from .strips import gear_loops
 
 INSTALL = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
+LIBRARIES = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
 
 
 def write_step(
@@ -48,8 +49,10 @@ def write_step(
 
 @contextmanager
 def _kernel_errors() -> Iterator[None]:
-    """Says how to install what is not there. An interrupt that the kernel's bindings met while they
-    were imported, and turned into an ImportError, becomes one again."""
+    """Says how to install what is not there, the bindings or the system's libraries under them.
+
+    An interrupt that the kernel's bindings met while they were imported, and turned into an ImportError,
+    becomes one again."""
     try:
         yield
     except ImportError as error:
@@ -60,4 +63,6 @@ def _kernel_errors() -> Iterator[None]:
             cause = cause.__cause__ or cause.__context__
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "OCP":
             raise ModuleNotFoundError(INSTALL, name=error.name) from None
+        if "cannot open shared object file" in str(error):  # servers and containers have no screen
+            raise ImportError(f"Open CASCADE cannot be loaded: {error}: {LIBRARIES}") from None
         raise

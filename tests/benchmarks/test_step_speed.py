@@ -35,7 +35,7 @@ def least(work: Any, repeat: int = 3) -> float:
 
 
 def test_common_edges_against_sewing(tmp_path: Path) -> None:
-    pytest.importorskip("OCP")
+    pytest.importorskip("OCP", exc_type=ImportError)
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_Sewing
     from OCP.STEPControl import STEPControl_ManifoldSolidBrep, STEPControl_Writer
 

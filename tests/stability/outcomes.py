@@ -101,9 +101,11 @@ def attempted(method: Callable[[], str]) -> str:
         return "refused"
 
 
-def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float]) -> str:
+def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turned: float = 0.0) -> str:
     """A status; or, against the path: polished exact within what rounding leaves, facets near, or off by more
-    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is."""
+    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is.
+
+    The pose is `turned` (rad)."""
     design, scale = case.design, max(1.0, scale_of(case.design))
     ends = path_of_contact(design, case.flank, POINTS).ends
     true = None
@@ -111,6 +113,7 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float]) -> st
     if ends.status == Status.SOLVED:
         true = path_of_contact(design, case.flank, l1=[ends.l1[0] + case.share * float(np.diff(ends.l1)[0])])
         pose = {"pinion_roll": float(true.pinion_roll[0]), "gear_roll": float(true.gear_roll[0])}
+    pose = {"pinion_roll": pose["pinion_roll"] + turned, "gear_roll": pose["gear_roll"] - 0.7 * turned}
     met = mesh_contact(design, case.flank, case.tolerance, **pose, polish=polish)
     if met.status != Status.SOLVED:
         return f"`{met.status.name}`"

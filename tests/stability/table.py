@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 from .outcomes import METHODS, Situation, in_a_cell, row_of
@@ -23,14 +24,11 @@ class Row(NamedTuple):
     told: str
 
 
-@lru_cache(maxsize=1)
-def rows() -> tuple[Row, ...]:
-    """All situations, run; once."""
-    found = []
-    for situation in SITUATIONS:
-        cells, words = row_of(situation)
-        found.append(Row(situation, tuple(cells), in_a_cell(words)))
-    return tuple(found)
+@cache
+def row(number: int) -> Row:
+    """A situation, run; once."""
+    cells, words = row_of(SITUATIONS[number])
+    return Row(SITUATIONS[number], tuple(cells), in_a_cell(words))
 
 
 def trusted(situation: Situation) -> str:
@@ -40,12 +38,20 @@ def trusted(situation: Situation) -> str:
     return ", ".join("the status" if name == "status" else name for name in names)
 
 
-def markdown() -> str:
-    """The table as it stands in the README."""
-    lines = [HEADINGS, ("---",) * len(HEADINGS)]
-    lines += [(row.situation.name, *row.cells, trusted(row.situation), row.told) for row in rows()]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+def markdown() -> Iterator[str]:
+    """The lines of the table as it stands in the README; each row is run when its turn comes."""
+    yield f"| {' | '.join(HEADINGS)} |"
+    yield f"| {' | '.join(['---'] * len(HEADINGS))} |"
+    yield from (line(number) for number in range(len(SITUATIONS)))
+
+
+def line(number: int) -> str:
+    """A row of it."""
+    found = row(number)
+    cells = (found.situation.name, *found.cells, trusted(found.situation), found.told)
+    return f"| {' | '.join(cells)} |"
 
 
 if __name__ == "__main__":
-    print(markdown())
+    for text in markdown():
+        print(text, flush=True)

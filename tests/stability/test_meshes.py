@@ -19,6 +19,7 @@ from beveloid_geom.sampling import sample_flank
 from beveloid_geom.solve import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
+from tests.test_follow import TURNING
 from tests.test_proximity import Pose, on_triangle, pose_at
 
 EPS = float(np.finfo(float).eps)
@@ -106,6 +107,25 @@ def test_a_corner_of_the_rim_is_the_rim() -> None:
         exact = mesh_separation(design, "right", 1, tolerance, **pose_at(path, 1))
         both = (side.status == Status.SOLVED) & (exact.status == Status.SOLVED)
         assert np.abs(side.separation - exact.separation)[both].max() <= tolerance
+
+
+def test_the_order_of_triangles_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An undercut flank folds back along a sharp edge. Points that are nearest to it are as near to the
+    triangles on either side; which of them is found once told whether a point lies inside."""
+    design = TURNING["a -0.01/0.01"]
+    path = path_of_contact(design, "right", 3)
+
+    def backwards(member: Member, flank: str, tolerance: float) -> FlankMesh:
+        mesh = flank_mesh(member, flank, tolerance)
+        return replace(mesh, faces=mesh.faces[::-1], rim=mesh.rim[::-1], normals=mesh.normals[::-1])
+
+    poses = [pose_at(path, k) for k in range(3)]
+    ways = []
+    for mesh in (flank_mesh, backwards):
+        monkeypatch.setattr(proximity, "flank_mesh", mesh)
+        sides = [mesh_separation(design, "right", 1, 0.01, **pose, polish=False) for pose in poses]
+        ways.append(np.array([side.separation for side in sides]))
+    np.testing.assert_allclose(ways[0], ways[1], atol=1e-9)
 
 
 def narrow(width: float) -> tuple[Design, ContactPath]:

@@ -4,39 +4,33 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 from beveloid_geom.cli_support import (
     BUILTIN_DESIGN,
-    Interrupted,
     NumberRange,
     Refusal,
     changed_design,
     flank_option,
     load_design,
     override_options,
-    unwound_by_sigterm,
+    version_option,
     write_out,
 )
 
-from ..cli import NoOpenGL, PageSize, prepare_folder, stop_between
+from ..cli import NoOpenGL, PageSize, prepare_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from .motion import Film
 
 DEFAULT_OUT = Path("outputs/mesh.gif")
 SUFFIXES = (".gif", ".mp4")
 FEWEST = 2
 """Frames of a film."""
-Frame = TypeVar("Frame")
 
 
 def check_format(out: Path, size: tuple[int, int], fps: float, seconds: float) -> str | None:
@@ -64,14 +58,6 @@ def check_format(out: Path, size: tuple[int, int], fps: float, seconds: float) -
     return program
 
 
-def until(stop: threading.Event, frames: Iterable[Frame]) -> Iterator[Frame]:
-    """The frames. Raises Interrupted between two of them once `stop` is set."""
-    for frame in frames:
-        if stop.is_set():
-            raise Interrupted("interrupted: no film is written")
-        yield frame
-
-
 def write_film(
     film: Film,
     out: Path,
@@ -79,7 +65,6 @@ def write_film(
     fps: float,
     pitches: int,
     program: str | None,
-    stop: threading.Event,
 ) -> int:
     """Draw and write the frames; how many. Raises Refusal where the file cannot be written."""
     from tqdm import tqdm
@@ -94,7 +79,7 @@ def write_film(
         with (
             whole_file(out) as beside,
             tqdm(
-                until(stop, page.frames(film, size, pitches)),
+                page.frames(film, size, pitches),
                 desc="frames",
                 total=count,
                 unit="frame",
@@ -113,6 +98,7 @@ def write_film(
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("render-animation")
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
 @click.option(
@@ -148,7 +134,6 @@ def write_film(
 )
 @click.option("--size", type=PageSize(), default="960x720", show_default=True, help="Size in pixels.")
 @override_options
-@unwound_by_sigterm()
 def main(
     design: str,
     flank: str,
@@ -168,7 +153,6 @@ def main(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     program = check_format(out, size, fps, seconds)
     changed = changed_design(load_design(design), changes)
-    stop = stop_between("frame", ": no film is written")
     begin = time.perf_counter()
 
     from ..opengl import MissingOpenGLError, require_opengl
@@ -180,10 +164,8 @@ def main(
         raise NoOpenGL(str(error)) from None
     try:
         film = film_of(changed, flank, round(seconds * fps))
-        if stop.is_set():
-            raise Interrupted("interrupted: no film is written")
         prepare_folder(out.parent)
-        count = write_film(film, out, size, fps, pitches, program, stop)
+        count = write_film(film, out, size, fps, pitches, program)
     except NoFilmError as error:
         raise click.ClickException(f"no film: {error}") from None  # status 1
     told = f"{count} frames, {count / fps:g} s, {1e-6 * out.stat().st_size:.2g} MB"

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import IO, Any
@@ -13,6 +14,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
+
+from beveloid_geom.process import undoing
 
 Image = NDArray[np.uint8]
 INSTALL = "MP4 files need an encoder: pip install 'beveloid-geom[film]', or take .gif"
@@ -83,21 +86,27 @@ def write_mp4(frames: Iterable[Image], path: Path, fps: float, program: str) -> 
     command += ["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p", *BT709]
     command += ["-crf", QUALITY, "-preset", "slow", "-movflags", "+faststart", "-f", "mp4", str(path)]
     with tempfile.TemporaryFile() as words:
-        # A session of its own, so that Ctrl-C does not reach it: it is ended here.
+        # A session of its own, so that Ctrl-C does not reach it and it says nothing: it is ended here.
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=words, start_new_session=True)
         assert process.stdin is not None
         try:
-            with process.stdin as pipe:
+            with undoing(partial(_ended, process)), process.stdin as pipe:
                 for image in chain([first], images):
                     pipe.write(np.ascontiguousarray(image).data)
         except BrokenPipeError:
             pass  # it says itself what it did not like
         except BaseException:
-            process.kill()
-            process.wait()
+            _ended(process)
             raise
         if process.wait():
             raise OSError(f"ffmpeg: {_last_line(words) or f'exit status {process.returncode}'}")
+
+
+def _ended(process: subprocess.Popen[bytes]) -> str:
+    """End the encoder; nothing to be said of it."""
+    process.kill()
+    process.wait()
+    return ""
 
 
 def _last_line(words: IO[Any]) -> str:

@@ -15,13 +15,12 @@ import click
 
 from beveloid_geom.cli_support import (
     BUILTIN_DESIGN,
-    Interrupted,
     Refusal,
     changed_design,
     error_sizes,
     load_design,
     override_options,
-    unwound_by_sigterm,
+    version_option,
     write_out,
 )
 from beveloid_geom.whole_file import require_replaceable, whole_file
@@ -32,10 +31,12 @@ if TYPE_CHECKING:
     from .data import PageData, Settings
 
 DEFAULT_OUT = Path("outputs/report.html")
+SUFFIXES = (".html", ".htm")
 MOST_CASES = 1_000_000
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("render-report")
 @click.argument("design", default=BUILTIN_DESIGN)
 @click.option(
     "--out",
@@ -51,7 +52,6 @@ MOST_CASES = 1_000_000
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers.")
 @click.pass_context
-@unwound_by_sigterm()
 def main(
     context: click.Context,
     /,
@@ -83,8 +83,6 @@ def main(
             beside.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise Refusal([f"cannot write {click.format_filename(out)} ({error.strerror})"]) from None
-    except KeyboardInterrupt:
-        raise Interrupted("interrupted: no page is written") from None
     size, seconds = out.stat().st_size, time.perf_counter() - begin
     write_out(f"{click.format_filename(out.resolve())}: {size / 1e6:.2f} MB, made in {seconds:.1f} s\n")
     if not data.found:
@@ -103,6 +101,9 @@ def prepare(out: Path) -> None:
             folder_name = click.format_filename(out.parent)
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
         require_replaceable(out)
+        if out.suffix.lower() not in SUFFIXES:
+            cure = "name it so, and print it from the browser for a PDF"
+            raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:

@@ -1,0 +1,43 @@
+"""How results show themselves: a few lines, however long their arrays are."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def few_lines(result: Any) -> str:
+    """The `__repr__` of a dataclass of arrays: a line for each field, of an array its shape, least and
+    greatest value and how many are NaN."""
+    names = [field.name for field in fields(result) if field.repr]
+    width = max(map(len, names), default=0)
+    rows = [f"  {name:<{width}}  {_shown(getattr(result, name))}" for name in names]
+    return "\n".join((type(result).__name__, *rows))
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return _range(value) if value.ndim else str(value)
+    if is_dataclass(value):
+        return type(value).__name__
+    if isinstance(value, (tuple, list, dict)) and len(value) > 4:
+        return f"{type(value).__name__} of {len(value)}"
+    text = ", ".join(map(_shown, value)) if isinstance(value, (tuple, list)) else repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _range(array: NDArray[Any]) -> str:
+    """Shape, and what there is in it."""
+    shape = f"[{' x '.join(map(str, array.shape))}]"
+    if array.dtype.kind == "b":
+        return f"{shape} {np.count_nonzero(array)} true"
+    if array.dtype.kind not in "iuf" or not array.size:
+        return f"{shape} {array.dtype}"
+    known = array[~np.isnan(array)]
+    if not known.size:
+        return f"{shape} all NaN"
+    lost = f", {array.size - known.size} NaN" if known.size < array.size else ""
+    return f"{shape} {known.min():.6g} ... {known.max():.6g}{lost}"
