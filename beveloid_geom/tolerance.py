@@ -179,7 +179,8 @@ def tolerance_study(
 
     `executor` spreads the work, `units_per_task` units of UNIT mountings at a time; neither changes
     the result by a bit. A study with more cases begins with the same mountings. `progress` is
-    called with the number of mountings done since. About 30 to 70 microseconds a mounting.
+    called with the number of mountings done since. About 50 to 170 microseconds a mounting: the backlash
+    takes the paths of the other side, 1.6 times the time without it, with parabolas 2.4 times.
 
     Raises ValueError for a batch, tolerances that are negative, not finite or as large as the layout's
     own value, and counts below 1."""
