@@ -10,15 +10,18 @@ from .backlash import FLANKS, Backlash, mounted_backlash
 from .contact import Limit
 from .first_contact import FirstContact, FirstStatus
 from .inputs import Design
+from .mounting import unmodified_backlash
 from .report_notes import UNKNOWN, first_contact_fault
 
 
 @dataclass(frozen=True, eq=False)
 class BacklashReport:
-    """The backlash `found` of a single design, None where `fault` says why no first contact can be."""
+    """The backlash `found` of a single design, None where `fault` says why no first contact can be, and that
+    of its unmodified flanks `by_tangency`, mm."""
 
     found: Backlash | None
     fault: str | None
+    by_tangency: float
 
     @property
     def normal(self) -> float:
@@ -39,10 +42,13 @@ class BacklashReport:
         if self.found is None or not self.found.jammed:
             return None
         words = "the pair cannot be assembled"
-        if self.unknown:
-            reaches = self.found.status == FirstStatus.MEETS_BOTTOM
-            return f"{words}: {self.unknown if reaches else 'at some rolls the other flanks interfere'}"
-        return f"{words}: the other flanks interfere, the normal backlash is {self.normal:.4f} mm as mounted"
+        if not self.unknown:
+            size = f"the normal backlash is {self.normal:#.4g} mm as mounted"
+            return f"{words}: the other flanks interfere, {size}"
+        reasons = [self.unknown] if self.found.status == FirstStatus.MEETS_BOTTOM else []
+        if self.by_tangency < 0.0 or not reasons:
+            reasons.append("the other flanks interfere")
+        return f"{words}: {', '.join(reasons)}"
 
     @property
     def line(self) -> str:
@@ -71,7 +77,8 @@ def _edges(first: FirstContact) -> list[int]:
 def backlash_report(design: Design) -> BacklashReport:
     """The backlash of a single design, with its errors and parabolas."""
     fault = first_contact_fault(design)
-    return BacklashReport(None if fault else mounted_backlash(design), fault)
+    found = None if fault else mounted_backlash(design)
+    return BacklashReport(found, fault, float(unmodified_backlash(design)))
 
 
 def backlash_data(design: Design) -> dict[str, Any]:

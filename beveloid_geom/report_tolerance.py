@@ -65,14 +65,19 @@ def below_one(study: ToleranceStudy) -> int:
 
 
 def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
-    """Which share of the mountings has no contact, if any has none."""
-    lost = study.cases - int(np.count_nonzero(study.mountings.solved))
-    if not lost:
-        return ()
-    level = WARNING if lost >= LOST_SHARE * study.cases else NOTE
-    share = f"{100.0 * lost / study.cases:.3g} %"
-    text = f"{study.flank} flanks: {share} of mountings have no contact, with errors drawn at random within"
-    return (Remark(level, f"{text} {_tolerance_words(study)}"),)
+    """Which share of the mountings has no contact or cannot be assembled, if any."""
+    words = f"with errors drawn at random within {_tolerance_words(study)}"
+    counts = {
+        "have no contact": study.cases - int(np.count_nonzero(study.mountings.solved)),
+        "cannot be assembled, by the tangency of their flanks": jam_counts(study)["jammed"],
+    }
+    found = []
+    for what, count in counts.items():
+        share = f"{100.0 * count / study.cases:.3g} %"
+        level = WARNING if count >= LOST_SHARE * study.cases else NOTE
+        if count:
+            found.append(Remark(level, f"{study.flank} flanks: {share} of mountings {what}, {words}"))
+    return tuple(found)
 
 
 def tangency_name(code: int) -> str:
