@@ -132,7 +132,7 @@ _FREE = Limit(-GREATEST, GREATEST, "", ())
 
 LIMITS: dict[str, dict[str, Limit]] = {
     "Tool": {
-        "normal_module": Limit(0.01, 100, "mm", _POSITIVE),
+        "normal_module": Limit(0.01, 100, "mm", _POSITIVE, least=1e-6, most=1e6),
         "normal_pressure_angle": Limit(5, 45, "deg", _PRESSURE),
         "addendum": Limit(0.1, 4, "", _MODULES, least=0, most=10),
         "dedendum": Limit(MIN_FLANK_DEPTH, 4, "", _MODULES, least=0, most=10),
@@ -144,13 +144,13 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "helix_angle": Limit(-80, 80, "deg", _HELIX),
         "cone_angle": Limit(-45, 45, "deg", _CONE),
         "profile_shift": Limit(-3, 3, "", _MODULES, least=-10, most=10),
-        "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e6),
+        "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
     },
     "Pair": {
-        "offset": Limit(0.01, 1e5, "mm", _POSITIVE),
+        "offset": Limit(0.01, 1e5, "mm", _POSITIVE, least=1e-6, most=1e9),
         "shaft_angle": Limit(MIN_SHAFT_ANGLE_DEG, 90, "deg", _SHAFT, least=-180, most=180),
-        "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, optional=True),
-        "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, optional=True),
+        "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
+        "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
     },
     "Errors": {
         "offset": _FREE,

@@ -110,9 +110,9 @@ BAD: list[tuple[str, str, object, str]] = [
      f"{UNMASK}"),
     ("Errors", "offset", [0.1, np.ma.masked], f"offset {PLAIN}, got [0.1, masked]: {UNMASK}"),
     # out of range
-    ("Tool", "normal_module", -6, "normal_module must be between 0.01 and 100 mm, got -6.0: give a positive "
-     "length in mm"),
-    ("Member", "face_width", 0.0, "face_width must be between 1e-09 and 1e+06 mm, got 0.0: give a positive "
+    ("Tool", "normal_module", -6, "normal_module must be between 1e-06 and 1e+06 mm, got -6.0: give a "
+     "positive length in mm"),
+    ("Member", "face_width", 0.0, "face_width must be between 1e-09 and 1e+09 mm, got 0.0: give a positive "
      "length in mm"),
     ("Tool", "addendum", -1.0, "addendum must be between 0 and 10, got -1.0: it counts in normal modules, "
      "not in mm"),

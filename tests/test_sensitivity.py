@@ -15,7 +15,7 @@ from beveloid_geom.cli_sensitivity import sensitivity as command
 from beveloid_geom.contact import Limit
 from beveloid_geom.design_file import builtin_design
 from beveloid_geom.flank import flank_point
-from beveloid_geom.inputs import Design, Errors, FloatArray
+from beveloid_geom.inputs import Design, Errors, FloatArray, unchecked
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import path_of_contact
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
@@ -50,7 +50,7 @@ class Exact:
         """(l1, l2, z1, z2, r1, r2, roll, phase) of the contact at l1 under further errors."""
         given = [MP.mpf(getattr(self.design.errors, name)) for name in ERRORS]
         total = dict(zip(ERRORS, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
-        design = self.design.with_errors(Errors(**total))
+        design = self.design.with_errors(unchecked(Errors(), **total))
         found = solve_mp(design, self.flank, guess.tolist(), ("l1", l1), self.mounting)
         x, y, z = found.point
         offset = MP.mpf(design.pair.offset) + total["offset"]
@@ -248,13 +248,13 @@ def test_mirror_image(flank: str) -> None:
 def test_batches_and_what_has_no_path() -> None:
     offset = np.array([[-0.4, 0.0, 40.0], [0.3, np.nan, 0.1]])
     pinion = np.array([[0.001], [-0.0005]])
-    batch = path_sensitivity(table1().with_parabola(pinion, -0.0005).with_errors(Errors(offset)), "right")
+    errors = unchecked(Errors(), offset=offset)
+    batch = path_sensitivity(table1().with_parabola(pinion, -0.0005).with_errors(errors), "right")
     assert batch.z_by.shape == (2, 3, 3, 2, 4)
     assert batch.limit.shape == (2, 3, 2)
     for index in np.ndindex(2, 3):
-        single = path_sensitivity(
-            table1((float(pinion[index[0], 0]), -0.0005), Errors(float(offset[index]))), "right"
-        )
+        errors = unchecked(Errors(), offset=float(offset[index]))
+        single = path_sensitivity(table1((float(pinion[index[0], 0]), -0.0005), errors), "right")
         assert single.status == batch.status[index]
         for name in (*VALUES, *(f"{value}_by" for value in VALUES), "face_shift_by", "square_shift_by"):
             ours, expected = getattr(batch, name)[index], getattr(single, name)

@@ -9,7 +9,7 @@ import pytest
 
 from beveloid_geom.assembly import layout_of, member_frame, normals_to_fixed
 from beveloid_geom.flank import base_cylinder, flank_patch
-from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair, Tool
+from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair, Tool, unchecked
 from beveloid_geom.mounting import mounting_of
 from beveloid_geom.path import ContactPath, path_of_contact
 from beveloid_geom.posing import mid_faces
@@ -218,7 +218,7 @@ def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> Non
 def test_batches_hold_what_single_designs_give() -> None:
     offsets = np.array([[0.0, 0.1, 50.0], [-0.2, 0.3, np.nan]])
     design = table1(MODIFIED)
-    batch = design.with_errors(Errors(offset=offsets))
+    batch = design.with_errors(unchecked(Errors(), offset=offsets))
     path, found = along(batch, points=7)
     roll, speed = least_sliding(found)
     assert found.rolling.shape == (2, 3, 7, 2, 3)
@@ -226,7 +226,7 @@ def test_batches_hold_what_single_designs_give() -> None:
     for name in ("specific", "specific_total", "profile", "lengthwise"):
         assert getattr(found, name).shape == (2, 3, 7, 2)
     for place, offset in np.ndenumerate(offsets):
-        _, single = along(design.with_errors(Errors(offset=float(offset))), points=7)
+        _, single = along(design.with_errors(unchecked(Errors(), offset=float(offset))), points=7)
         if not single.speed.size:
             assert np.isnan(found.rolling[place]).all()
             assert np.isnan((roll[place], speed[place], *found.speed[place])).all()

@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from beveloid_geom.inputs import Design, Errors, Flank, FloatArray, Member, Pair, Tool
+from beveloid_geom.inputs import Design, Errors, Flank, FloatArray, Member, Pair, Tool, unchecked
 
 from .five_residuals import Vector, cases_of, flank_at, rack_at
 
@@ -158,13 +158,13 @@ def fitted(rng: np.random.Generator, size: int, members: tuple[Member, Member] |
     thicker = replace(gear, profile_shift=gear.profile_shift + 1.0)
     growth = _thickness(thicker, aw, cones[1], helices[1], radii[1]) - thickness[1]
     missing = (2.0 * np.pi - pinion.teeth * thickness[0]) / gear.teeth - thickness[1]
-    gear = replace(gear, profile_shift=gear.profile_shift + missing / growth)
+    gear = unchecked(gear, profile_shift=gear.profile_shift + missing / growth)
     cos_d = np.cos(cones[0]) * np.cos(cones[1]) * np.cos(helices[0] + helices[1])
     cos_d = cos_d - np.sin(cones[0]) * np.sin(cones[1])
     reach = radii[0] * np.cos(cones[1]) + radii[1] * np.cos(cones[0])
     hand = np.where(pinion.helix_angle + gear.helix_angle < 0.0, -1.0, 1.0)
     offset = hand * reach * np.sin(helices[0] + helices[1]) / np.sqrt(1.0 - cos_d * cos_d)
-    return Design(pinion, gear, Pair(offset, np.arccos(cos_d)), no_errors(size))
+    return Design(pinion, gear, drawn_pair(offset=offset, shaft_angle=np.arccos(cos_d)), no_errors(size))
 
 
 def _thickness(
@@ -185,6 +185,11 @@ def _thickness(
     return angle
 
 
+def drawn_pair(**values: FloatArray) -> Pair:
+    """A layout that was drawn, before `valid` chooses: some are NaN or have no meaning."""
+    return unchecked(Pair(1.0, 1.0), **values)
+
+
 def no_errors(size: int) -> Errors:
     """Assembly errors of a batch, all zero."""
     return Errors(*(np.zeros(size) for _ in range(4)))
@@ -202,9 +207,11 @@ def strained(rng: np.random.Generator, size: int) -> Design:
     """Fitted pairs under random errors; half of them rounded as a drawing would round them."""
     design = fitted(rng, size)
     rounded = rng.random(size) < 0.5
-    pair = Pair(
-        np.where(rounded, np.round(design.pair.offset, 1), design.pair.offset),
-        np.where(rounded, DEG * np.round(design.pair.shaft_angle / DEG, 2), design.pair.shaft_angle),
+    pair = drawn_pair(
+        offset=np.where(rounded, np.round(design.pair.offset, 1), design.pair.offset),
+        shaft_angle=np.where(
+            rounded, DEG * np.round(design.pair.shaft_angle / DEG, 2), design.pair.shaft_angle
+        ),
     )
     return replace(design, pair=pair, errors=random_errors(rng, size))
 
@@ -252,8 +259,11 @@ def touching(rng: np.random.Generator, size: int, flank: Flank = "right") -> Des
     shaft = np.where((signed_sin * hand > 0.0) & (offset < 1e4), np.arccos(second[:, 2]), np.nan)
     errors = random_errors(rng, size)
     errors = Errors(*(np.where(rng.random(size) < 0.5, value, 0.0) for value in vars(errors).values()))
-    pair = Pair(
-        offset - errors.offset, shaft - errors.shaft_angle, -s1 - errors.pinion_axial, -s2 - errors.gear_axial
+    pair = drawn_pair(
+        offset=offset - errors.offset,
+        shaft_angle=shaft - errors.shaft_angle,
+        pinion_mounting=-s1 - errors.pinion_axial,
+        gear_mounting=-s2 - errors.gear_axial,
     )
     return Design(members[0], members[1], pair, errors)
 
