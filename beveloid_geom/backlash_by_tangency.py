@@ -113,19 +113,30 @@ def _modified(design: Design) -> TangentBacklash:
     with np.errstate(invalid="ignore"):
         bends = [np.diff(curve.clearance, n=2, axis=0).min(axis=0) for curve in curves]
     hollow = np.minimum(*bends) < -HOLLOW * module
-    share = np.arange(-1, SAMPLES + 1) / SAMPLES
-    play, beside = np.empty((2, share.size, own.size))
-    for k, part in enumerate(share):
-        sides = [_first_of(curve, curves[0].first + part * pitch, pitch) for curve in curves]
+    # From the middle of either path on, so that the mirrored pair is asked at the mirrored rolls.
+    parts = [_lowest_from(curve, curves, own, pitch, hollow) for curve in curves]
+    lowest, beside = (np.concatenate(rows) for rows in zip(*parts, strict=True))
+    best = np.where(np.isnan(lowest), -np.inf, lowest).argmin(axis=0)[None]  # not known at a roll: not at all
+    normal, off = (np.take_along_axis(rows, best, axis=0)[0] for rows in (lowest, beside))
+    return _with_status(normal.reshape(shape), (off <= 0.0).reshape(shape), hollow.reshape(shape))
+
+
+def _lowest_from(
+    one: _Curve, curves: list[_Curve], own: FloatArray, pitch: FloatArray, hollow: Mask
+) -> tuple[FloatArray, FloatArray]:
+    """Least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one path, and
+    how far beside the faces: (SAMPLES, cases)."""
+    start = one.first + 0.5 * (POINTS - 1) * one.step
+    play, beside = np.empty((2, SAMPLES + 2, own.size))
+    for k, part in enumerate(np.arange(-1, SAMPLES + 1) / SAMPLES):
+        sides = [_first_of(curve, start + part * pitch, pitch) for curve in curves]
         play[k] = own + sides[0][0] + sides[1][0]
         beside[k] = np.maximum(sides[0][1], sides[1][1])
     slope, bend = 0.5 * (play[2:] - play[:-2]), play[2:] - 2.0 * play[1:-1] + play[:-2]
     with np.errstate(invalid="ignore", divide="ignore"):
         vertex = (bend > 0.0) & (np.abs(slope) < bend) & ~hollow  # hollow curves begin and end with a step
         lowest = play[1:-1] - np.where(vertex, 0.5 * slope * slope / bend, 0.0)
-    best = np.where(np.isnan(lowest), -np.inf, lowest).argmin(axis=0)[None]  # not known at a roll: not at all
-    normal, off = (np.take_along_axis(rows, best, axis=0)[0] for rows in (lowest, beside[1:-1]))
-    return _with_status(normal.reshape(shape), (off <= 0.0).reshape(shape), hollow.reshape(shape))
+    return lowest, beside[1:-1]
 
 
 def _curve(design: Design, flank: str) -> _Curve:
