@@ -8,7 +8,8 @@ angles that must have been meant in the other unit, members of different base pi
 Python takes more than a file where the solver has a named answer, so that such cases can be studied:
 
 - a quantity whose `Limit` has a `least` or a `most` of its own;
-- all that joins several quantities in `design_limits`, but the base pitch: a parabola that folds the
+- base pitches that differ by a digit noted too few (`inputs.ROUNDED_PITCH`);
+- what else joins several quantities in `design_limits`: a parabola that folds the
   profile, a tip round that eats the flank, a cone too steep for the tool, helix angles that cancel,
   errors greater than the layout bears, angles that do not fit one another.
 """
