@@ -86,7 +86,7 @@ def test_installed_command_prints_a_table() -> None:
     assert lines[6].startswith(
         "  as mounted         backlash 0.041589 mm with errors and parabolas, least at"
     )
-    assert len(lines) == 10 + 3 + 5
+    assert len(lines) == 11 + 3 + 5
     assert sum(line.startswith("  note ") for line in lines) == 1
 
 

@@ -154,7 +154,7 @@ SITUATIONS = (
         "shaft angle 1e-2, 1e-6 deg above the fold",
         late(lambda: folding(1e-2), lambda: folding(1e-6)),
         PATHS,
-        "the teeth interfere",
+        "the pair cannot be assembled",
     ),
     Situation(
         "past the fold by 1e-9, 1 deg",
