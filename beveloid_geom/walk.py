@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cells import window_of
-from .contact import Pairing, axial_and_radius, guarded_gap, meet
+from .contact import Pairing, Terms, axial_and_radius, facing, guarded_gap, meet, terms_of_one
 from .inputs import FloatArray
 from .rack import rack_normal
 from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
@@ -96,9 +96,10 @@ def _points_on_curves(
     found, missing = [], np.zeros(pairing.branch.shape[0], dtype=bool)
     for member in range(2):
         l = _lines(pairing, member)
+        terms = _terms_on_lines(pairing, l, member)
         for sheet in (1.0, -1.0):
             part = replace(pairing, branch=np.full(pairing.branch.shape, sheet))
-            met = meet(part, l.reshape(2, len(missing), -1))
+            met = facing(part, *terms)
             gap = guarded_gap(part, met).reshape(l.shape[1:])
             real = ~np.isnan(met.gap).reshape(l.shape[1:])
             hit = (np.signbit(gap[..., :-1]) != np.signbit(gap[..., 1:])) & (real[..., :-1] | real[..., 1:])
@@ -142,11 +143,25 @@ def _lines(pairing: Pairing, member: int) -> FloatArray:
     cuts = [np.where(np.isnan(cut), least, np.clip(cut, least, most)) for cut in cuts]
     ends = np.broadcast_arrays(least, *cuts, most)
     breaks = np.sort(np.stack(ends, axis=-1), axis=-1)
+    length = np.diff(breaks, axis=-1)
+    first = np.argsort(length == 0.0, axis=-1, kind="stable")
+    first = first[..., : max(1, int((length > 0.0).sum(axis=-1).max(initial=1)))]
+    start, length = (np.take_along_axis(x, first, axis=-1)[..., None] for x in (breaks, length))
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, SAMPLES))
-    varied = breaks[..., :-1, None] + share * np.diff(breaks, axis=-1)[..., None]
+    varied = start + share * length
     l = np.empty((2, *varied.shape))
     l[member], l[1 - member] = varied, fixed[1 - member][..., None, None]
     return l
+
+
+def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms, Terms]:
+    """Terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis
+    of positions."""
+    _, cases, _, pieces, samples = l.shape
+    varied = terms_of_one(pairing, l[member].reshape(cases, -1), member)
+    once = terms_of_one(pairing, l[1 - member, :, :, 0, 0], 1 - member)
+    fixed = Terms(**{name: np.repeat(value, pieces * samples, axis=-1) for name, value in vars(once).items()})
+    return (fixed, varied) if member else (varied, fixed)
 
 
 def _solved_between(
