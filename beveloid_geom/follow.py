@@ -44,7 +44,7 @@ from .track import (
     track_over_l1,
 )
 from .unfolded import meet_on_curve, onto_curve, units_of
-from .walk import LONGEST, Walked, curves_of
+from .walk import LONGEST, Walked, Window, curves_of
 
 CASES_PER_BLOCK = 256
 """Size at which the arrays of a block stay in the cache."""
@@ -103,14 +103,22 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """The path of every case on its flanks; of several the one that covers most roll.
 
     Tracks over l1 are made a block of cases at a time; the cases that these do not describe are followed
-    together, since a step of a walk costs little more for many than for one."""
+    together, since a step of a walk costs little more for many than for one: near the faces, and all over the
+    window where that leaves a doubt."""
     count = pairing.branch.shape[0]
-    groups, left = [], []
+    groups, left, (low, high) = [], [], np.empty((2, 2, count, 1))
     for block in _blocks(np.arange(count)):
-        found, rest = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        found, rest, bounds = _over_l1(pairing.cases(block) if block.size < count else pairing)
         groups += [group.of(block) for group in found]
         left.append(block[rest])
+        low[:, left[-1]], high[:, left[-1]] = bounds
+    again = []
     for block in _blocks(np.concatenate(left)):
+        found = _followed(pairing.cases(block), (low[:, block], high[:, block]))
+        kept = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in found]
+        groups += [group.of(block) for group in kept if group.cases.size]
+        again.append(np.delete(block, np.concatenate([group.cases for group in kept])))
+    for block in _blocks(np.concatenate(again)) if again else ():
         groups += [group.of(block) for group in _followed(pairing.cases(block))]
     return groups
 
@@ -119,8 +127,8 @@ def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
     return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
 
 
-def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_]]:
-    """Paths by tracks over l1, and the cases that these do not describe.
+def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_], Window]:
+    """Paths by tracks over l1, and the cases that these do not describe, with bounds as `_near_faces`.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
     zero, or nothing is found on the flanks, both are looked at."""
@@ -130,21 +138,22 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_]]:
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
     if not lost.any():
-        return [whole], np.empty(0, dtype=int)
+        return [whole], np.empty(0, dtype=int), (np.empty((2, 0, 1)), np.empty((2, 0, 1)))
     kept = [whole.part(np.flatnonzero(~lost))] if not lost.all() else []
-    found, rest = _near_faces(whole.part(np.flatnonzero(lost)))
-    return kept + found, rest
+    found, rest, bounds = _near_faces(whole.part(np.flatnonzero(lost)))
+    return kept + found, rest, bounds
 
 
-def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_]]:
+def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_], Window]:
     """Paths where cells of l1 and l2 leave but one curve near the faces, of the pairing's sign of n_x, or
     none (`cells`): by the given track over all l1, or one over the l1 of these cells, which shrink from round
-    to round. And the other cases."""
+    to round. And the other cases, with bounds in l1 and l2, mm, of all contacts near their faces."""
     pairing, known = whole.pairing, _told(whole)
     groups, nothing = [], pairing.undefined
     status = np.where(nothing, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
     done, left = nothing.copy(), np.flatnonzero(~nothing & ~_vanishing(pairing))
-    window = window_of(pairing.cases(left))
+    low, high = (bound.copy() for bound in window_of(pairing))
+    window = low[:, left], high[:, left]
     for turn, basis in enumerate(ROUNDS):
         box = box_of(pairing.cases(left), *window)
         if turn == 0:
@@ -164,7 +173,9 @@ def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_]]:
             break
     none = np.flatnonzero(nothing)
     groups.append(_without_path(pairing, none, status[none]).of(whole.cases))
-    return [group for group in groups if group.cases.size], whole.cases[~done]
+    low[:, left], high[:, left] = window
+    bounds = low[:, ~done], high[:, ~done]
+    return [group for group in groups if group.cases.size], whole.cases[~done], bounds
 
 
 def _told(group: Group) -> NDArray[np.bool_]:
@@ -186,12 +197,16 @@ def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.
     return Group(cases, part, track, find_ends(part, track))
 
 
-def _followed(pairing: Pairing) -> list[Group]:
-    """Paths by length. OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where
-    they leave the window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
-    curves, missing = curves_of(pairing)
+def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
+    """Paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
+
+    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where they leave the
+    window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
+    curves, missing = curves_of(pairing, near)
     lost = [curve for curve in curves if curve.lost]
     status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
+    if near is not None:  # no curve where signs do not rule one out: the lines of the grid may pass it by
+        status[:] = Status.NOT_CONVERGED
     status[pairing.undefined] = Status.UNDEFINED
     status[_vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK

@@ -17,12 +17,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .cells import window_of
-from .contact import Pairing, axial_and_radius, guarded_gap, meet
+from .contact import Pairing, Terms, axial_and_radius, facing, guarded_gap, meet, terms_of_one
 from .inputs import FloatArray
 from .rack import rack_normal
 from .unfolded import direction_of, linearised, meet_on_curve, onto_curve, units_of
@@ -32,6 +33,8 @@ LINES, SAMPLES = 33, 17
 FARTHEST = 1e4
 """How far from mid-face, in face widths, a curve is walked. Where the generators are nearly parallel or the
 parabolas strong, l1 and l2 hardly change along it, and it meets the next line of the grid only there."""
+NEARBY = 1.0
+"""The same where cells (`cells`) hold all contacts near the faces, and only these are asked for."""
 HALVINGS, PASSES = (12, 50), 5
 """Of a change of sign before Newton, where it fails to rounding, as near n_x = 0; passes of Newton."""
 FIRST_STEP, LONGEST, SHORTEST, GROWTH = 0.02, 0.08, 1e-7, 4.0
@@ -46,6 +49,9 @@ MOST_STEPS, MOST_WALKS = 3000, 40
 SAME = 0.06
 """Distance, in steps, from the line through the points of a walked curve at which a point counts as lying
 on it; the steps turn so little that the line is five times nearer."""
+
+Window: TypeAlias = tuple[FloatArray, FloatArray]
+"""Bounds (2, cases, 1) in l1 and l2, mm."""
 
 
 class Stop(IntEnum):
@@ -67,10 +73,14 @@ class Walked:
     lost: bool
 
 
-def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
-    """All curves of contact in the window, and for which cases a sampled normal was missing."""
-    units = units_of(pairing)
-    case, z, solved, missing = _points_on_curves(pairing, units)
+def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked], NDArray[np.bool_]]:
+    """All curves of contact in the window, and for which cases a sampled normal was missing.
+
+    `near`: bounds (2, cases, 1) in l1 and l2, mm, that hold all contacts near the faces. The lines of the
+    grid then cover but these, and curves are walked as far as NEARBY."""
+    units, farthest = units_of(pairing), FARTHEST if near is None else NEARBY
+    window = window_of(pairing) if near is None else near
+    case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
     untouched = np.ones(case.size, dtype=bool)
     curves: list[Walked] = []
     for _ in range(MOST_WALKS):
@@ -79,7 +89,7 @@ def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
         if cases.size == 0:
             break
         start = left[first]
-        for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases):
+        for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
             curves.append(curve)
             mine = np.flatnonzero(untouched & (case == curve.case))
             untouched[mine[_distance(z[mine], curve.points) < SAME]] = False
@@ -89,16 +99,17 @@ def curves_of(pairing: Pairing) -> tuple[list[Walked], NDArray[np.bool_]]:
 
 
 def _points_on_curves(
-    pairing: Pairing, units: FloatArray
+    pairing: Pairing, units: FloatArray, window: Window, farthest: float
 ) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
     are solved to rounding; and for which cases some sample has no common normal."""
     found, missing = [], np.zeros(pairing.branch.shape[0], dtype=bool)
     for member in range(2):
-        l = _lines(pairing, member)
+        l = _lines(pairing, member, window)
+        terms = _terms_on_lines(pairing, l, member)
         for sheet in (1.0, -1.0):
             part = replace(pairing, branch=np.full(pairing.branch.shape, sheet))
-            met = meet(part, l.reshape(2, len(missing), -1))
+            met = facing(part, *terms)
             gap = guarded_gap(part, met).reshape(l.shape[1:])
             real = ~np.isnan(met.gap).reshape(l.shape[1:])
             hit = (np.signbit(gap[..., :-1]) != np.signbit(gap[..., 1:])) & (real[..., :-1] | real[..., 1:])
@@ -113,17 +124,17 @@ def _points_on_curves(
         z[left], solved[left] = _solved_between(
             part.cases(left), units[left], sides[..., left, None], side[left, None], halvings
         )
-    inside, _ = _within(part, z, units)
+    inside, _ = _within(part, z, units, farthest)
     return case[inside], z[inside, 0], solved[inside], missing
 
 
-def _lines(pairing: Pairing, member: int) -> FloatArray:
-    """Samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines along which the l of `member` varies and
-    that of the other does not.
+def _lines(pairing: Pairing, member: int, window: Window) -> FloatArray:
+    """Samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines through a window along which the l of
+    `member` varies and that of the other does not.
 
     Each line is cut where n_x vanishes on it, and the samples crowd towards the cuts as their squares do:
     F is smooth in n_x, and runs to its pole with the root of the distance from the cut in l."""
-    low, high = window_of(pairing)
+    low, high = window
     fixed = low + np.linspace(0.0, 1.0, LINES) * (high - low)
     v = rack_normal(pairing.rack, fixed)[2, 1 - member]
     rack, layout = pairing.rack, pairing.layout
@@ -142,11 +153,25 @@ def _lines(pairing: Pairing, member: int) -> FloatArray:
     cuts = [np.where(np.isnan(cut), least, np.clip(cut, least, most)) for cut in cuts]
     ends = np.broadcast_arrays(least, *cuts, most)
     breaks = np.sort(np.stack(ends, axis=-1), axis=-1)
+    length = np.diff(breaks, axis=-1)
+    first = np.argsort(length == 0.0, axis=-1, kind="stable")
+    first = first[..., : max(1, int((length > 0.0).sum(axis=-1).max(initial=1)))]
+    start, length = (np.take_along_axis(x, first, axis=-1)[..., None] for x in (breaks, length))
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, SAMPLES))
-    varied = breaks[..., :-1, None] + share * np.diff(breaks, axis=-1)[..., None]
+    varied = start + share * length
     l = np.empty((2, *varied.shape))
     l[member], l[1 - member] = varied, fixed[1 - member][..., None, None]
     return l
+
+
+def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms, Terms]:
+    """Terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis
+    of positions."""
+    _, cases, _, pieces, samples = l.shape
+    varied = terms_of_one(pairing, l[member].reshape(cases, -1), member)
+    once = terms_of_one(pairing, l[1 - member, :, :, 0, 0], 1 - member)
+    fixed = Terms(**{name: np.repeat(value, pieces * samples, axis=-1) for name, value in vars(once).items()})
+    return (fixed, varied) if member else (varied, fixed)
 
 
 def _solved_between(
@@ -177,14 +202,16 @@ def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -
     return y
 
 
-def _within(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Whether points (cases, 1, 4) lie in the window, and how far along the axes of both members from
-    mid-face, (cases, 2), in face widths."""
+def _within(
+    pairing: Pairing, z: FloatArray, units: FloatArray, farthest: float
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Whether points (cases, 1, 4) lie in the window, `farthest` at most, and how far along the axes of
+    both members from mid-face, (cases, 2), in face widths."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
     faces = (height / (2.0 * pairing.half_width))[..., 0].T
     low, high = window_of(pairing)
-    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0)[:, 0] & (np.abs(faces) <= FARTHEST).all(axis=-1)
+    inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0)[:, 0] & (np.abs(faces) <= farthest).all(axis=-1)
     return np.asarray(inside), np.asarray(faces)
 
 
@@ -202,14 +229,14 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _walked_both_ways(
-    pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_]
+    pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
 ) -> list[Walked]:
     """The curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
     tangent[len(names) :] *= -1.0
-    lines, stops = _walk(pairing, units, z, tangent)
+    lines, stops = _walk(pairing, units, z, tangent, farthest)
     curves = []
     for k, name in enumerate(names.tolist()):
         ahead, back = lines[k], lines[k + len(names)]
@@ -221,10 +248,10 @@ def _walked_both_ways(
 
 
 def _walk(
-    pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray
+    pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
     """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
-    z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units)
+    z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
     step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
     stops = np.full(len(start), int(Stop.LOST))
@@ -232,7 +259,7 @@ def _walk(
     for _ in range(MOST_STEPS):
         part, far = pairing.cases(active), _far(faces[active])
         ahead, turned, cosine, good = _one_step(part, units[active], z[active], tangent[active], step[active])
-        inside, reached = _within(part, ahead[:, None], units[active])
+        inside, reached = _within(part, ahead[:, None], units[active], farthest)
         good &= (np.abs(reached - faces[active]) < ONWARD * far).all(axis=-1)
         moved = active[good]
         z[moved], tangent[moved], faces[moved] = ahead[good], turned[good], reached[good]

@@ -21,7 +21,7 @@ from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.solve import Status
 from beveloid_geom.track import HEIGHT, Track
 from beveloid_geom.unfolded import _solved, direction_of, linearised, meet_on_curve, onto_curve, units_of
-from beveloid_geom.walk import _within, curves_of
+from beveloid_geom.walk import FARTHEST, _within, curves_of
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
 from tests.test_path import five_equation_residual, margins
@@ -253,7 +253,7 @@ def test_walks_leave_the_window_and_pass_through_the_path(design: Design) -> Non
         assert steps.max(axis=1).min() < 0.05
     for curve in curves:
         part = pairing.cases(np.zeros(len(curve.points), dtype=int))
-        faces = np.abs(_within(part, curve.points[:, None], units_of(part))[1]).max(axis=-1)
+        faces = np.abs(_within(part, curve.points[:, None], units_of(part), FARTHEST)[1]).max(axis=-1)
         steps = np.linalg.norm(np.diff(curve.points, axis=0), axis=-1)
         far = np.maximum(1.0, 4.0 * np.maximum(faces[1:], faces[:-1]))
         assert (steps < 0.1 * far).all()

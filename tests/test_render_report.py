@@ -24,9 +24,9 @@ from beveloid_geom.design_file import builtin_design, builtin_text
 from beveloid_geom.inputs import Design, Errors, Pair
 from beveloid_geom.layout_advice import findings_on
 from beveloid_geom.report_tolerance import tolerance_json, tolerance_remarks
-from beveloid_geom.tolerance import USUAL, Tolerances, tolerance_study
+from beveloid_geom.tolerance import UNIT, USUAL, Tolerances, tolerance_study
 from viz.page import svg
-from viz.page.data import CLOUD, SECTIONS, Settings, _cloud, is_papers
+from viz.page.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
 from viz.page.page import looked_up, number_of, script_json, with_code
 
 COMMAND = [str(Path(sys.executable).with_name("render-report"))]
@@ -293,13 +293,13 @@ def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = replace(builtin_design(), pair=replace(builtin_design().pair, offset=0.01))
-    solve = SECTIONS["tolerance"]
-    result, text, reason = solve("small", design, "right", Settings(cases=5))
+    solve, done = SECTIONS["tolerance"], lambda: None
+    result, text, reason = solve("small", design, "right", Settings(cases=5), done)
     assert result is None
     assert json.loads(text)["reason"] == reason
     assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
-        solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5))
+        solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
 
 
 @pytest.mark.parametrize(
@@ -372,3 +372,11 @@ def test_charts_keep_their_numbers_and_share_no_ids() -> None:
     assert not set(ids) & set(re.findall(r'\bid="([^"]*)"', two))
     assert set(re.findall(r'(?:href="|url\()#([^")]*)', one)) <= set(ids)
     assert not re.search(r'd="[^"]*\d\.\d{3}', one)
+
+
+def test_progress_counts_the_mountings() -> None:
+    calls: list[str] = []
+    settings = Settings(cases=2 * UNIT + 1)
+    compute("ni-2017", builtin_design(), settings, calls.append)
+    assert len(calls) == settings.steps
+    assert calls.count("tolerance, right") == calls.count("tolerance, left") == 1 + 3

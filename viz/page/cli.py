@@ -139,10 +139,10 @@ def _made(
     """The page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
-    from .data import STAGES, compute
+    from .data import compute
 
     settings = settings_of(design, sizes, cases, seed)
-    with tqdm(total=STAGES + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
+    with tqdm(total=settings.steps + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
 
         def progress(stage: str) -> None:
             bar.set_postfix_str(stage)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from beveloid_geom.curvature import MARKING_SEPARATION
@@ -26,7 +26,7 @@ from beveloid_geom.report_sliding import SlidingReport, sliding_json, sliding_re
 from beveloid_geom.report_statements import statements_json
 from beveloid_geom.report_tolerance import tolerance_json, tolerance_remarks
 from beveloid_geom.statements import paper_statements
-from beveloid_geom.tolerance import USUAL, Tolerances, ToleranceStudy, mounted, tolerance_study
+from beveloid_geom.tolerance import UNIT, USUAL, Tolerances, ToleranceStudy, mounted, tolerance_study
 
 FLANKS = ("right", "left")
 POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
@@ -34,7 +34,7 @@ POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 CLOUD, CLOUD_POINTS = 240, 9
 """Mountings whose paths are drawn, and positions of each."""
 STAGES = 2 + 6 * len(FLANKS)
-"""Calls of `progress` in `compute`."""
+"""Of `compute`, besides the UNITs of mountings."""
 Progress: TypeAlias = Callable[[str], object]
 Section: TypeAlias = tuple[Any, str, str | None]
 """What was found, its JSON, and why there is nothing, None if there is."""
@@ -49,6 +49,11 @@ class Settings:
     given: bool = False
     cases: int = 20_000
     seed: int = 0
+
+    @property
+    def steps(self) -> int:
+        """Calls of `progress` in `compute`: the stages, and the UNITs of mountings of both flanks."""
+        return STAGES + len(FLANKS) * -(-self.cases // UNIT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +103,8 @@ def is_papers(design: Design) -> bool:
 
 
 def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:
-    """Everything for a single design. `progress` is called with the name of every stage before it.
+    """Everything for a single design. `progress` is called with the name of every stage before it, and
+    with that of the tolerance study after each of its UNITs of mountings.
 
     Raises ValueError for tolerances that do not suit the design, if they were given."""
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
@@ -126,8 +132,9 @@ def _flank_results(
     numbers: dict[str, Any] = {}
     reasons: dict[str, str] = {}
     for section, solve in SECTIONS.items():
-        progress(f"{section}, {flank}")
-        result, text, reason = solve(name, design, flank, settings)
+        stage = partial(progress, f"{section}, {flank}")
+        stage()
+        result, text, reason = solve(name, design, flank, settings, stage)
         if reason and section == "pattern":
             result, text, reason = _missing(name, flank, reasons.get("operation", reason))
         found[section], numbers[section] = result, json.loads(text)
@@ -152,31 +159,40 @@ def _missing(name: str, flank: str, reason: str) -> Section:
     return None, json_text({"design": name, "flank": flank, "reason": reason}), reason
 
 
-def _tca(name: str, design: Design, flank: str, _: Settings) -> Section:
+def _tca(name: str, design: Design, flank: str, *_: object) -> Section:
     found = contact_report(name, design, flank, POSITIONS, "one-equation")
     return found, contact_json(found), found.reason
 
 
-def _operation(name: str, design: Design, flank: str, _: Settings) -> Section:
+def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
     if fault := first_contact_fault(design):
         return _missing(name, flank, f"no first contact: {fault}")
     found = operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM)
     return found, operation_json(found), found.reason
 
 
-def _sliding(name: str, design: Design, flank: str, _: Settings) -> Section:
+def _sliding(name: str, design: Design, flank: str, *_: object) -> Section:
     found = sliding_report(name, design, flank, POSITIONS)
     return found, sliding_json(found), found.reason
 
 
-def _sensitivity(name: str, design: Design, flank: str, _: Settings) -> Section:
+def _sensitivity(name: str, design: Design, flank: str, *_: object) -> Section:
     found = sensitivity_report(name, design, flank)
     return found, sensitivity_json(found), found.reason
 
 
-def _tolerance(name: str, design: Design, flank: str, settings: Settings) -> Section:
+def _tolerance(
+    name: str, design: Design, flank: str, settings: Settings, unit_done: Callable[[], object]
+) -> Section:
     try:
-        study = tolerance_study(design, settings.tolerances, flank, settings.cases, seed=settings.seed)
+        study = tolerance_study(
+            design,
+            settings.tolerances,
+            flank,
+            settings.cases,
+            seed=settings.seed,
+            progress=lambda _: unit_done(),
+        )
     except ValueError as error:
         if settings.given:
             raise
@@ -185,7 +201,7 @@ def _tolerance(name: str, design: Design, flank: str, settings: Settings) -> Sec
     return study, tolerance_json(name, design, study), None if study.mountings.solved.any() else none
 
 
-def _pattern(name: str, design: Design, flank: str, _: Settings) -> Section:
+def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     try:
         found = pattern_report(name, design, flank, FILM)
     except ValueError as error:
@@ -193,7 +209,7 @@ def _pattern(name: str, design: Design, flank: str, _: Settings) -> Section:
     return found, pattern_json(found), None
 
 
-SECTIONS: dict[str, Callable[[str, Design, str, Settings], Section]] = {
+SECTIONS: dict[str, Callable[[str, Design, str, Settings, Callable[[], object]], Section]] = {
     "tca": _tca,
     "operation": _operation,
     "sliding": _sliding,
