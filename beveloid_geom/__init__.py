@@ -15,103 +15,110 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from .backlash import backlash_by_errors as backlash_by_errors, mounted_backlash as mounted_backlash
-    from .backlash_by_tangency import tangent_backlash as tangent_backlash
-    from .certificate import certify as certify
-    from .closing import (
-        closing_of as closing_of,
-        zero_backlash_layout as zero_backlash_layout,
-    )
-    from .conditioning import rounding_error as rounding_error
-    from .contact import Limit as Limit
-    from .curvature import contact_ellipse as contact_ellipse
-    from .design_file import builtin_design as builtin_design, read_design as read_design
-    from .design_map import DesignMap as DesignMap, map_of as map_of
-    from .field_limits import DesignError as DesignError
-    from .five_equations import (
-        path_of_contact_five_equations as path_of_contact_five_equations,
-        refine as refine,
-    )
-    from .flank import base_cylinder as base_cylinder, flank_patch as flank_patch, flank_point as flank_point
-    from .hexahedra import tooth_hexahedra as tooth_hexahedra
-    from .inputs import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
-    from .layout_remarks import remarks_on as remarks_on
-    from .mounting import mounting_of as mounting_of
-    from .operation import mesh_cycle as mesh_cycle
-    from .optimise import Aim as Aim, optimise_parabola as optimise_parabola
-    from .path import (
+    from .analysis.maps import DesignMap as DesignMap, map_of as map_of
+    from .analysis.optimise import Aim as Aim, optimise_parabola as optimise_parabola
+    from .analysis.sensitivity import path_sensitivity as path_sensitivity
+    from .analysis.sliding import least_sliding as least_sliding, sliding_of as sliding_of
+    from .analysis.tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
+    from .contact.ellipse import contact_ellipse as contact_ellipse
+    from .contact.equation import Limit as Limit
+    from .contact.path import (
         contact_ratio as contact_ratio,
         path_blocks as path_blocks,
         path_ends as path_ends,
         path_of_contact as path_of_contact,
     )
-    from .pattern import contact_pattern as contact_pattern
-    from .posing import meshing_pair as meshing_pair
-    from .proximity import mesh_contact as mesh_contact, mesh_separation as mesh_separation
-    from .ratio_in_operation import operating_ratio as operating_ratio
-    from .sampling import sample_flank as sample_flank
-    from .sensitivity import path_sensitivity as path_sensitivity
-    from .sliding import least_sliding as least_sliding, sliding_of as sliding_of
-    from .solid import gear_solid as gear_solid
-    from .solve import Status as Status
-    from .statements import paper_statements as paper_statements
-    from .tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
-    from .tooth import gear_mesh as gear_mesh
-    from .touch import separation as separation
-    from .undercut import undercut_of as undercut_of
+    from .contact.placing import meshing_pair as meshing_pair
+    from .contact.roots import Status as Status
+    from .contact.rounding import rounding_error as rounding_error
+    from .design.field_limits import DesignError as DesignError
+    from .design.file import builtin_design as builtin_design, read_design as read_design
+    from .design.model import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
+    from .findings.layout import remarks_on as remarks_on
+    from .gear.flank import (
+        base_cylinder as base_cylinder,
+        flank_patch as flank_patch,
+        flank_point as flank_point,
+    )
+    from .gear.undercut import undercut_of as undercut_of
+    from .operation.backlash import (
+        backlash_by_errors as backlash_by_errors,
+        mounted_backlash as mounted_backlash,
+    )
+    from .operation.backlash_by_tangency import tangent_backlash as tangent_backlash
+    from .operation.certificate import certify as certify
+    from .operation.mesh_cycle import mesh_cycle as mesh_cycle
+    from .operation.operating_ratio import operating_ratio as operating_ratio
+    from .operation.pattern import contact_pattern as contact_pattern
+    from .operation.separation import separation as separation
+    from .pair.closing import (
+        closing_of as closing_of,
+        zero_backlash_layout as zero_backlash_layout,
+    )
+    from .pair.mounting import mounting_of as mounting_of
+    from .reference.five_equations import (
+        path_of_contact_five_equations as path_of_contact_five_equations,
+        refine as refine,
+    )
+    from .shapes.hexahedra import tooth_hexahedra as tooth_hexahedra
+    from .shapes.mesh_contact import mesh_contact as mesh_contact, mesh_separation as mesh_separation
+    from .shapes.sampling import sample_flank as sample_flank
+    from .shapes.solid import gear_solid as gear_solid
+    from .shapes.surface_mesh import gear_mesh as gear_mesh
+    from .studies.statements import paper_statements as paper_statements
 
 _HOME = {
-    "Aim": "optimise",
-    "Design": "inputs",
-    "DesignError": "field_limits",
-    "DesignMap": "design_map",
-    "Errors": "inputs",
-    "Limit": "contact",
-    "Member": "inputs",
-    "Pair": "inputs",
-    "Status": "solve",
-    "Tolerances": "tolerance",
-    "Tool": "inputs",
-    "backlash_by_errors": "backlash",
-    "base_cylinder": "flank",
-    "builtin_design": "design_file",
-    "certify": "certificate",
-    "closing_of": "closing",
-    "contact_ellipse": "curvature",
-    "contact_pattern": "pattern",
-    "contact_ratio": "path",
-    "flank_patch": "flank",
-    "flank_point": "flank",
-    "gear_mesh": "tooth",
-    "gear_solid": "solid",
-    "least_sliding": "sliding",
-    "map_of": "design_map",
-    "mesh_contact": "proximity",
-    "mesh_cycle": "operation",
-    "mesh_separation": "proximity",
-    "meshing_pair": "posing",
-    "mounted_backlash": "backlash",
-    "mounting_of": "mounting",
-    "operating_ratio": "ratio_in_operation",
-    "optimise_parabola": "optimise",
-    "paper_statements": "statements",
-    "path_blocks": "path",
-    "path_ends": "path",
-    "path_of_contact": "path",
-    "path_of_contact_five_equations": "five_equations",
-    "path_sensitivity": "sensitivity",
-    "read_design": "design_file",
-    "refine": "five_equations",
-    "remarks_on": "layout_remarks",
-    "rounding_error": "conditioning",
-    "sample_flank": "sampling",
-    "separation": "touch",
-    "sliding_of": "sliding",
-    "tangent_backlash": "backlash_by_tangency",
-    "tolerance_study": "tolerance",
-    "tooth_hexahedra": "hexahedra",
-    "undercut_of": "undercut",
-    "zero_backlash_layout": "closing",
+    "Aim": "analysis.optimise",
+    "Design": "design.model",
+    "DesignError": "design.field_limits",
+    "DesignMap": "analysis.maps",
+    "Errors": "design.model",
+    "Limit": "contact.equation",
+    "Member": "design.model",
+    "Pair": "design.model",
+    "Status": "contact.roots",
+    "Tolerances": "analysis.tolerance",
+    "Tool": "design.model",
+    "backlash_by_errors": "operation.backlash",
+    "base_cylinder": "gear.flank",
+    "builtin_design": "design.file",
+    "certify": "operation.certificate",
+    "closing_of": "pair.closing",
+    "contact_ellipse": "contact.ellipse",
+    "contact_pattern": "operation.pattern",
+    "contact_ratio": "contact.path",
+    "flank_patch": "gear.flank",
+    "flank_point": "gear.flank",
+    "gear_mesh": "shapes.surface_mesh",
+    "gear_solid": "shapes.solid",
+    "least_sliding": "analysis.sliding",
+    "map_of": "analysis.maps",
+    "mesh_contact": "shapes.mesh_contact",
+    "mesh_cycle": "operation.mesh_cycle",
+    "mesh_separation": "shapes.mesh_contact",
+    "meshing_pair": "contact.placing",
+    "mounted_backlash": "operation.backlash",
+    "mounting_of": "pair.mounting",
+    "operating_ratio": "operation.operating_ratio",
+    "optimise_parabola": "analysis.optimise",
+    "paper_statements": "studies.statements",
+    "path_blocks": "contact.path",
+    "path_ends": "contact.path",
+    "path_of_contact": "contact.path",
+    "path_of_contact_five_equations": "reference.five_equations",
+    "path_sensitivity": "analysis.sensitivity",
+    "read_design": "design.file",
+    "refine": "reference.five_equations",
+    "remarks_on": "findings.layout",
+    "rounding_error": "contact.rounding",
+    "sample_flank": "shapes.sampling",
+    "separation": "operation.separation",
+    "sliding_of": "analysis.sliding",
+    "tangent_backlash": "operation.backlash_by_tangency",
+    "tolerance_study": "analysis.tolerance",
+    "tooth_hexahedra": "shapes.hexahedra",
+    "undercut_of": "gear.undercut",
+    "zero_backlash_layout": "pair.closing",
 }
 
 __all__ = sorted(_HOME)

@@ -1,11 +1,11 @@
 """The command `beveloid-geom`, which is `python -m beveloid_geom` too."""
 
-from .process import run
+from .support.process import run
 
 
 def main() -> None:
     """Run it."""
-    run("beveloid_geom.cli")
+    run("beveloid_geom.cli.main")
 
 
 if __name__ == "__main__":

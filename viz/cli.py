@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import Refusal, load_design, version_option, write_out
-from beveloid_geom.whole_file import whole_file
+from beveloid_geom.cli.options import Refusal, load_design, version_option, write_out
+from beveloid_geom.support.whole_file import whole_file
 
 from .figures import FIGURES, Figure
 
 if TYPE_CHECKING:
-    from beveloid_geom.inputs import Design
+    from beveloid_geom.design.model import Design
 
-    from .recipe import Table
+    from .parts.recipe import Table
 
 DEFAULT_OUT = Path("outputs/figures")
 SMALLEST, LARGEST = 200, 8000
@@ -82,7 +82,7 @@ def write_table(table: Table, path: Path) -> None:
 
 def make_figure(figure: Figure, design: Design, size: tuple[int, int], folder: Path) -> int:
     """Compute, draw and write one figure; the number of its triangles."""
-    from . import theme
+    from .stage import theme
 
     recipe = figure.recipe()
     data = recipe.compute(design)
@@ -137,7 +137,7 @@ def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: st
 
     from tqdm import tqdm
 
-    from .opengl import MissingOpenGLError, require_opengl
+    from .stage.opengl import MissingOpenGLError, require_opengl
 
     try:
         require_opengl()

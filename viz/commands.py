@@ -1,6 +1,6 @@
 """Where the commands of the pictures start."""
 
-from beveloid_geom.process import run
+from beveloid_geom.support.process import run
 
 
 def figures() -> None:
@@ -15,4 +15,4 @@ def animation() -> None:
 
 def report() -> None:
     """Run `render-report`."""
-    run("viz.page.cli")
+    run("viz.report.cli")

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..inputs import FloatArray
-from ..volume import Indices, VolumeMesh
-from . import CONVENTIONS, identifier
+from ..design.model import FloatArray
+from ..export import CONVENTIONS, identifier
+from ..shapes.elements import Indices, VolumeMesh
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG
 

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..inputs import FloatArray
-from ..volume import Indices, VolumeMesh, face_nodes
+from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
+from ..design.model import FloatArray
+from ..shapes.elements import Indices, VolumeMesh, face_nodes
 from .material import POISSON, YOUNG
 
 FACE_CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 
-from ..volume import VolumeMesh
-from . import CONVENTIONS, identifier
+from ..export import CONVENTIONS, identifier
+from ..shapes.elements import VolumeMesh
 from .material import DENSITY, POISSON, YOUNG
 
 ORDER = (*range(12), *range(16, 20), *range(12, 16))

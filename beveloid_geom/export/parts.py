@@ -12,19 +12,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..curvature import relative_curvature
-from ..flank import flank_point, tip_parameter, trace_parameter
-from ..inputs import Design, FloatArray, Member
-from ..operating_rolls import first_contact_operation
-from ..outline import require_tolerance
-from ..pattern import approach_of, least_separation, sampled_rolls
-from ..posing import MeshingPair
-from ..sampling import FlankGrid, grid_faces, sample_flank
-from ..solid import gear_solid, turned
-from ..tooth import gear_mesh
-from ..touch import separation
-from ..volume import VolumeMesh
-from . import FIELD_FORMATS, MEMBERS
+from ..contact.ellipse import relative_curvature
+from ..contact.placing import MeshingPair
+from ..design.model import Design, FloatArray, Member
+from ..export import FIELD_FORMATS, MEMBERS
+from ..gear.flank import flank_point, tip_parameter, trace_parameter
+from ..operation.operating_rolls import first_contact_operation
+from ..operation.pattern import approach_of, least_separation, sampled_rolls
+from ..operation.separation import separation
+from ..shapes.elements import VolumeMesh
+from ..shapes.outline import require_tolerance
+from ..shapes.sampling import FlankGrid, grid_faces, sample_flank
+from ..shapes.solid import gear_solid, turned
+from ..shapes.surface_mesh import gear_mesh
 from .abaqus import FIXED_SETS, LoadCase, nearest_node
 from .load import ContactPlace, contact_load
 from .surfaces import SurfaceMesh, in_fixed, joined

@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..inputs import Member
-from ..whole_file import whole_file
+from ..design.model import Member
+from ..support.whole_file import whole_file
 from .strips import gear_loops
 
 INSTALL = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"

@@ -17,13 +17,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..field_limits import shown_value
-from ..fillet import bottom_point, fillet_point, tool_round
-from ..flank import flank_point, tip_parameter, tip_radius, trace_parameter
-from ..inputs import FloatArray, Member
-from ..rack import reference_radius
-from ..solid import bore_of
-from ..undercut import require_sound
+from ..design.field_limits import shown_value
+from ..design.model import FloatArray, Member
+from ..gear.fillet import bottom_point, fillet_point, tool_round
+from ..gear.flank import flank_point, tip_parameter, tip_radius, trace_parameter
+from ..gear.rack import reference_radius
+from ..gear.undercut import require_sound
+from ..shapes.solid import bore_of
 
 Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 """Points (..., 3), mm, of a surface at its stations s, along the section, and t, both 0 ... 1."""

@@ -15,11 +15,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..assembly import normals_to_fixed, to_fixed
-from ..inputs import FloatArray
-from ..posing import Frame
-from ..sampling import Faces
-from . import FIELD_FORMATS, MEMBERS, SURFACE_FORMATS
+from ..contact.placing import Frame
+from ..design.model import FloatArray
+from ..export import FIELD_FORMATS, MEMBERS, SURFACE_FORMATS
+from ..pair.frames import normals_to_fixed, to_fixed
+from ..shapes.sampling import Faces
 from .vtp import write_polydata
 
 Fields: TypeAlias = Mapping[str, NDArray[Any]]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..volume import Indices, VolumeMesh, face_nodes
-from . import VOLUME_FORMATS, identifier
+from ..export import VOLUME_FORMATS, identifier
+from ..shapes.elements import Indices, VolumeMesh, face_nodes
 from .abaqus import LoadCase, write_deck
 from .nastran import write_bulk
 

@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ..inputs import FloatArray
+from ..design.model import FloatArray
 
 Array = NDArray[Any]
 TYPES = {"f": "Float", "i": "Int", "u": "UInt"}

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..inputs import FLANK_SIGN, Design, Member
+from ..design.model import FLANK_SIGN, Design, Member
 from .pitch_region import hand_of_pair
 
 FloatArray = NDArray[np.float64]

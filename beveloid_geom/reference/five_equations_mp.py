@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import mpmath
 
-from ..inputs import FLANK_SIGN, Design, Errors, Member
+from ..design.model import FLANK_SIGN, Design, Errors, Member
 from .pitch_region import hand_of_pair, pitch_guess, pitch_region
 
 MP = mpmath.MPContext()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..inputs import Design, Member, flank_sign
+from ..design.model import Design, Member, flank_sign
 from .five_equations_math import RESIDUAL_LIMIT, XTOL, Contacts, first_start
 from .pitch_region import hand_of_pair
 

@@ -12,7 +12,7 @@ from math import atan2, cos, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ..inputs import FLANK_SIGN, Design, Member
+from ..design.model import FLANK_SIGN, Design, Member
 
 Vector = NDArray[np.float64]
 Guess = tuple[float, float, float, float, float, float]

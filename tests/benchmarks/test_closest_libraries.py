@@ -19,12 +19,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from beveloid_geom.closest import closest_on_mesh
-from beveloid_geom.inputs import FloatArray
-from beveloid_geom.proximity import flank_mesh
-from beveloid_geom.sampling import Faces
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.shapes.closest_points import closest_on_mesh
+from beveloid_geom.shapes.mesh_contact import flank_mesh
+from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
-from tests.test_proximity import on_triangle
+from tests.shapes.test_mesh_contact import on_triangle
 
 pytestmark = pytest.mark.benchmark
 

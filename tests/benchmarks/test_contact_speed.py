@@ -17,15 +17,15 @@ from functools import partial
 import numpy as np
 import pytest
 
-from beveloid_geom.inputs import Errors
-from beveloid_geom.mounting import mounting_of
-from beveloid_geom.path import contact_ratio, path_of_contact
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
+from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom.design.model import Errors
+from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import solve_math
 from beveloid_geom.reference.five_equations_numpy import solve_numpy
-from beveloid_geom.tolerance import USUAL, drawn_errors, mounted
 from tests.benchmarks.timing import best
+from tests.contact.test_cells import MOUNTINGS
 from tests.oracle.table1 import table1
-from tests.test_cells import MOUNTINGS
 
 pytestmark = pytest.mark.benchmark
 

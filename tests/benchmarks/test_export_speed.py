@@ -25,11 +25,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.export import parts
 from beveloid_geom.export.surfaces import write_surface
 from beveloid_geom.export.volumes import write_volume
-from beveloid_geom.hexahedra import tooth_hexahedra
-from beveloid_geom.posing import meshing_pair
+from beveloid_geom.shapes.hexahedra import tooth_hexahedra
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
@@ -49,7 +49,7 @@ def process(*arguments: str) -> tuple[float, float]:
 
 
 def test_the_pair_against_the_start_of_the_library(tmp_path: Path) -> None:
-    command = "from beveloid_geom.cli import main; main()"
+    command = "from beveloid_geom.cli.main import main; main()"
     given = "mesh", "--part", "pair", "--tolerance", "0.01", "--out", str(tmp_path / "pair.stl")
     whole = [process("-c", command, *given) for _ in range(5)]
     start = [process("-c", "import numpy, trimesh") for _ in range(5)]

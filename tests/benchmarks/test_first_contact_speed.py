@@ -15,15 +15,15 @@ from functools import partial
 import numpy as np
 import pytest
 
-from beveloid_geom.first_contact import first_contact, middle_roll
-from beveloid_geom.flank import tip_parameter
-from beveloid_geom.inputs import FloatArray
-from beveloid_geom.path import path_of_contact
-from beveloid_geom.surface import surface_of
-from beveloid_geom.touch import separation
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.tooth_side import surface_of
+from beveloid_geom.operation.first_contact import first_contact, middle_roll
+from beveloid_geom.operation.separation import separation
 from tests.benchmarks.timing import best
+from tests.operation.test_separation import foot_distance
 from tests.oracle.table1 import table1
-from tests.test_touch import foot_distance
 
 pytestmark = pytest.mark.benchmark
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.hexahedra import Cells, tooth_hexahedra
-from beveloid_geom.inputs import FloatArray
-from beveloid_geom.outline import cut_sheets
-from beveloid_geom.sampling import grid_of
-from beveloid_geom.section import section_of
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.shapes.hexahedra import Cells, tooth_hexahedra
+from beveloid_geom.shapes.outline import cut_sheets
+from beveloid_geom.shapes.sampling import grid_of
+from beveloid_geom.shapes.section import section_of
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

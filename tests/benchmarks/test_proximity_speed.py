@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from beveloid_geom.curvature import contact_ellipse
-from beveloid_geom.flank import flank_patch, flank_point, trace_parameter
-from beveloid_geom.foot import feet
-from beveloid_geom.inputs import FloatArray
-from beveloid_geom.operating_rolls import first_contact_operation
-from beveloid_geom.path import path_of_contact
-from beveloid_geom.pattern import contact_pattern
-from beveloid_geom.proximity import flank_mesh, mesh_contact, mesh_separation
-from beveloid_geom.touch import separation
+from beveloid_geom.contact.ellipse import contact_ellipse
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
+from beveloid_geom.gear.perpendicular import feet
+from beveloid_geom.operation.operating_rolls import first_contact_operation
+from beveloid_geom.operation.pattern import contact_pattern
+from beveloid_geom.operation.separation import separation
+from beveloid_geom.shapes.mesh_contact import flank_mesh, mesh_contact, mesh_separation
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from beveloid_geom.fillet import tool_round
-from beveloid_geom.inputs import FloatArray, Member
-from beveloid_geom.rack import reference_radius
+from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.gear.fillet import tool_round
+from beveloid_geom.gear.rack import reference_radius
 
 
 def distance_from_round(member: Member, flank: str, point: FloatArray, roll: FloatArray) -> FloatArray:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom.inputs import FLANK_SIGN, Design, FloatArray, Member, Quantity
-from beveloid_geom.path import ContactPath
+from beveloid_geom.contact.path import ContactPath
+from beveloid_geom.design.model import FLANK_SIGN, Design, FloatArray, Member, Quantity
 
 Vector = tuple[FloatArray, FloatArray, FloatArray]
 

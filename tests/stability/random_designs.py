@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from beveloid_geom.inputs import Design, Errors, Flank, FloatArray, Member, Pair, Tool, unchecked
+from beveloid_geom.design.model import Design, Errors, Flank, FloatArray, Member, Pair, Tool, unchecked
 
 from .five_residuals import Vector, cases_of, flank_at, rack_at
 

@@ -10,14 +10,14 @@ from unittest.mock import patch
 
 import numpy as np
 
-from beveloid_geom import proximity
-from beveloid_geom.design_file import DesignError, builtin_text, parse_design
-from beveloid_geom.inputs import Design, Errors
-from beveloid_geom.path import path_ends, path_of_contact
-from beveloid_geom.posing import Frame, frames_at
+from beveloid_geom.contact.path import path_ends, path_of_contact
+from beveloid_geom.contact.placing import Frame, frames_at
+from beveloid_geom.design.file import DesignError, builtin_text, parse_design
+from beveloid_geom.design.model import Design, Errors
+from beveloid_geom.shapes import mesh_contact as proximity
+from tests.contact.test_path_search import CROSSING, TURNING
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
-from tests.test_follow import CROSSING, TURNING
 
 from . import test_line_contact as line_contact, test_meshes as meshes
 from .answers import at_shaft_angle, changed, closed, held

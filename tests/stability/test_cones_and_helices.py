@@ -8,18 +8,18 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.certificate import certify
-from beveloid_geom.closing import closing_of, zero_backlash_layout
-from beveloid_geom.design_file import DesignError, builtin_text, parse_design
-from beveloid_geom.five_equations import path_of_contact_five_equations
-from beveloid_geom.inputs import Design, Pair
-from beveloid_geom.layout_remarks import remarks_on
-from beveloid_geom.mounting import mounting_of
-from beveloid_geom.path import ContactPath, contact_ratio, path_of_contact
-from beveloid_geom.proximity import mesh_contact
-from beveloid_geom.sampling import sample_flank
-from beveloid_geom.solid import gear_solid
-from beveloid_geom.solve import Status
+from beveloid_geom.contact.path import ContactPath, contact_ratio, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.file import DesignError, builtin_text, parse_design
+from beveloid_geom.design.model import Design, Pair
+from beveloid_geom.findings.layout import remarks_on
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.sampling import sample_flank
+from beveloid_geom.shapes.solid import gear_solid
 from tests.oracle.table1 import table1
 from tests.validation.test_crossed_helical import closed_form
 

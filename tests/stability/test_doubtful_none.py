@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.inputs import Design, Errors, Member, Pair, Tool
-from beveloid_geom.mounting import mounting_of
-from beveloid_geom.path import path_ends, path_of_contact
-from beveloid_geom.solve import Status
+from beveloid_geom.contact.path import path_ends, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom.pair.mounting import mounting_of
+from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged
-from tests.test_path import five_equation_residual, margins
 
 ACROSS_A_NARROW_FACE = Design(
     pinion=Member(

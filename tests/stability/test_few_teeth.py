@@ -12,25 +12,25 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.certificate import certify
-from beveloid_geom.first_contact import FirstStatus, conjugate_phase, first_contact, middle_roll
-from beveloid_geom.five_equations import path_of_contact_five_equations
-from beveloid_geom.flank import tip_radius, tip_thickness
-from beveloid_geom.inputs import Design, Errors, FloatArray, Member, Pair
-from beveloid_geom.mounting import mounting_of
-from beveloid_geom.operation import mesh_cycle
-from beveloid_geom.outline import cut_sheets, tip_angle
-from beveloid_geom.path import contact_ratio, path_of_contact
-from beveloid_geom.proximity import mesh_contact
-from beveloid_geom.rack import reference_radius
-from beveloid_geom.ratio_in_operation import RatioStatus, operating_ratio, operating_ratios
-from beveloid_geom.report_operation import operation_json, operation_report, operation_table
-from beveloid_geom.sampling import grid_of, sample_flank
-from beveloid_geom.section import section_of, section_size
-from beveloid_geom.solid import gear_solid
-from beveloid_geom.solve import Status
+from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member, Pair
+from beveloid_geom.gear.flank import tip_radius, tip_thickness
+from beveloid_geom.gear.rack import reference_radius
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.operation.first_contact import FirstStatus, conjugate_phase, first_contact, middle_roll
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.operation.operating_ratio import RatioStatus, operating_ratio, operating_ratios
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.report.operation import operation_json, operation_report, operation_table
+from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.outline import cut_sheets, tip_angle
+from beveloid_geom.shapes.sampling import grid_of, sample_flank
+from beveloid_geom.shapes.section import section_of, section_size
+from beveloid_geom.shapes.solid import gear_solid
+from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
-from tests.test_independent_first_contact import Tooth
 
 from .answers import FLANKS, changed, closed
 

@@ -11,18 +11,18 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from beveloid_geom.certificate import Verdict, certify
-from beveloid_geom.curvature import EllipseStatus, contact_ellipse, relative_curvature
-from beveloid_geom.first_contact import FirstStatus, first_contact
-from beveloid_geom.five_equations import path_of_contact_five_equations
-from beveloid_geom.inputs import Design, FloatArray
-from beveloid_geom.operation import mesh_cycle
-from beveloid_geom.path import ContactPath, path_ends, path_of_contact
-from beveloid_geom.proximity import MeshContact, mesh_contact
-from beveloid_geom.solve import Status
+from beveloid_geom.contact.ellipse import EllipseStatus, contact_ellipse, relative_curvature
+from beveloid_geom.contact.path import ContactPath, path_ends, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.operation.certificate import Verdict, certify
+from beveloid_geom.operation.first_contact import FirstStatus, first_contact
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
+from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
-from tests.test_path import five_equation_residual
-from tests.test_proximity import pose_at
+from tests.shapes.test_mesh_contact import pose_at
 
 COEFFICIENTS = (
     0.0,

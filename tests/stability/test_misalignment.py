@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom.certificate import certify
-from beveloid_geom.cli import main
-from beveloid_geom.contact import Limit, pairing_of
-from beveloid_geom.first_contact import FirstStatus, first_contact, middle_roll
-from beveloid_geom.inputs import Design, Errors, FloatArray
-from beveloid_geom.operation import mesh_cycle
-from beveloid_geom.path import contact_ratio, path_ends, path_of_contact
-from beveloid_geom.proximity import mesh_contact
-from beveloid_geom.solve import Status
+from beveloid_geom.cli.main import main
+from beveloid_geom.contact.equation import Limit, pairing_of
+from beveloid_geom.contact.path import contact_ratio, path_ends, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, FloatArray
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.operation.first_contact import FirstStatus, first_contact, middle_roll
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.shapes.mesh_contact import mesh_contact
+from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
-from tests.test_path import five_equation_residual, margins
-from tests.test_proximity import Pose
+from tests.shapes.test_mesh_contact import Pose
 
 FLANKS = ("right", "left")
 OFF = (

@@ -9,21 +9,27 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.design_file import DesignError, builtin_text, override, parse_design
-from beveloid_geom.design_limits import parabola_limit
-from beveloid_geom.first_contact import first_contact
-from beveloid_geom.five_equations import path_of_contact_five_equations
-from beveloid_geom.flank import active_range, flank_point, highest_parameter, root_parameter, tip_thickness
-from beveloid_geom.inputs import FloatArray
-from beveloid_geom.layout_remarks import remarks_on
-from beveloid_geom.path import contact_ratio, path_of_contact
-from beveloid_geom.posing import meshing_pair
-from beveloid_geom.proximity import mesh_contact
-from beveloid_geom.rack import rack_normal, rack_of, section_point
-from beveloid_geom.sampling import sample_flank
-from beveloid_geom.solid import gear_solid
-from beveloid_geom.solve import Status
-from beveloid_geom.undercut import undercut_of
+from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
+from beveloid_geom.design.limits import parabola_limit
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.findings.layout import remarks_on
+from beveloid_geom.gear.flank import (
+    active_range,
+    flank_point,
+    highest_parameter,
+    root_parameter,
+    tip_thickness,
+)
+from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
+from beveloid_geom.gear.undercut import undercut_of
+from beveloid_geom.operation.first_contact import first_contact
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.sampling import sample_flank
+from beveloid_geom.shapes.solid import gear_solid
 from tests.oracle.table1 import table1
 
 from .answers import FLANKS, changed, check, checked_path, solved_path

@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from beveloid_geom.design_file import builtin_design
-from beveloid_geom.statement_readings import statements_by_reading
-from beveloid_geom.statement_verdicts import SMALL, Statement, Verdict
+from beveloid_geom.design.file import builtin_design
+from beveloid_geom.studies.statement_readings import statements_by_reading
+from beveloid_geom.studies.statement_verdicts import SMALL, Statement, Verdict
 
 FLANKS = ("right", "left")
 AS_GIVEN = "as given"

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.closing import closed_layout
-from beveloid_geom.contact import Limit
-from beveloid_geom.flank import (
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Design, FloatArray, Member, Pair, Tool
+from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_patch,
     half_thickness_angle,
@@ -26,9 +27,8 @@ from beveloid_geom.flank import (
     tip_thickness,
     trace_parameter,
 )
-from beveloid_geom.inputs import Design, FloatArray, Member, Pair, Tool
-from beveloid_geom.path import path_of_contact
-from beveloid_geom.rack import reference_radius
+from beveloid_geom.gear.rack import reference_radius
+from beveloid_geom.pair.closing import closed_layout
 
 from .test_spur_and_helical_limits import limit_of
 

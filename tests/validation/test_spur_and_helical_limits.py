@@ -32,9 +32,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.closing import zero_backlash_layout
-from beveloid_geom.contact import Limit
-from beveloid_geom.flank import (
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import path_ends
+from beveloid_geom.design.model import Design, FloatArray, Member, Pair, Tool
+from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_point,
     half_thickness_angle,
@@ -42,8 +43,7 @@ from beveloid_geom.flank import (
     tip_parameter,
     trace_parameter,
 )
-from beveloid_geom.inputs import Design, FloatArray, Member, Pair, Tool
-from beveloid_geom.path import path_ends
+from beveloid_geom.pair.closing import zero_backlash_layout
 
 MODULE, ALPHA = 4.0, radians(20.0)
 TOOL = Tool(MODULE, ALPHA)

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..recipe import Recipe
+    from ..parts.recipe import Recipe
 
 
 @dataclass(frozen=True)
@@ -29,34 +29,42 @@ class Figure:
 
 
 FIGURES = (
-    Figure("fig-01", "The crossed beveloid gear pair", "fig_pair"),
-    Figure("fig-02", "Normal section of the rack cutter", "fig_rack"),
-    Figure("fig-03", "Frames of the generation", "fig_generation"),
-    Figure("fig-04", "Meshing model of the pair", "fig_meshing"),
-    Figure("fig-05", "Assembly errors", "fig_errors"),
-    Figure("fig-06", "Effect of the parabola coefficient's sign on the flank", "fig_modification"),
-    Figure("fig-07", "Paths of contact, both coefficients positive", "fig_paths"),
-    Figure("fig-08", "Paths of contact, both coefficients negative", "fig_paths"),
-    Figure("fig-09", "Paths of contact, pinion positive and gear negative", "fig_paths"),
-    Figure("fig-10", "Paths of contact, pinion negative and gear positive", "fig_paths"),
-    Figure("fig-11", "Contact ratio against the coefficient", "fig_contact_ratio"),
-    Figure("fig-12", "Paths of contact under offset error", "fig_misalignment"),
-    Figure("fig-13", "Paths of contact under shaft-angle error", "fig_misalignment"),
-    Figure("fig-14", "Paths of contact under axial error of the pinion", "fig_misalignment"),
-    Figure("fig-15", "Paths of contact under axial error of the gear", "fig_misalignment"),
-    Figure("separation", "Separation of the flanks at one position", "fig_pattern"),
-    Figure("pattern", "Contact pattern under marking compound", "fig_pattern"),
-    Figure("transmission-error", "Transmission error in operation, and its amplitudes", "fig_operation"),
-    Figure("sliding", "Sliding speed and specific sliding along the path of contact", "fig_sliding"),
-    Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "fig_sensitivity"),
-    Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "fig_cloud"),
-    Figure("map-parabola", "Map of a design over its parabola coefficients", "fig_maps"),
-    Figure("map-mounting", "Map of a design over its mounting distances", "fig_maps"),
-    Figure("map-shift", "Map of a design over its profile shift coefficients", "fig_maps"),
-    Figure("mesh-convergence", "Error of the mesh method against the mesh tolerance", "fig_convergence"),
-    Figure("picture-density", "Where a finer mesh stops being seen", "fig_density"),
-    Figure("speed-accuracy", "Speed against accuracy of every way to find the contact", "fig_speed"),
-    Figure("job-size", "Time and memory against the size of the job", "fig_job_size"),
-    Figure("posed-pair", "The posed pair as exported", "fig_posed"),
-    Figure("meshed-tooth", "A tooth meshed for finite elements", "fig_meshed"),
+    Figure("fig-01", "The crossed beveloid gear pair", "paper.fig_01_pair"),
+    Figure("fig-02", "Normal section of the rack cutter", "paper.fig_02_rack"),
+    Figure("fig-03", "Frames of the generation", "paper.fig_03_generation"),
+    Figure("fig-04", "Meshing model of the pair", "paper.fig_04_meshing"),
+    Figure("fig-05", "Assembly errors", "paper.fig_05_errors"),
+    Figure("fig-06", "Effect of the parabola coefficient's sign on the flank", "paper.fig_06_modification"),
+    Figure("fig-07", "Paths of contact, both coefficients positive", "paper.fig_07_to_10_paths"),
+    Figure("fig-08", "Paths of contact, both coefficients negative", "paper.fig_07_to_10_paths"),
+    Figure("fig-09", "Paths of contact, pinion positive and gear negative", "paper.fig_07_to_10_paths"),
+    Figure("fig-10", "Paths of contact, pinion negative and gear positive", "paper.fig_07_to_10_paths"),
+    Figure("fig-11", "Contact ratio against the coefficient", "paper.fig_11_contact_ratio"),
+    Figure("fig-12", "Paths of contact under offset error", "paper.fig_12_to_15_misalignment"),
+    Figure("fig-13", "Paths of contact under shaft-angle error", "paper.fig_12_to_15_misalignment"),
+    Figure("fig-14", "Paths of contact under axial error of the pinion", "paper.fig_12_to_15_misalignment"),
+    Figure("fig-15", "Paths of contact under axial error of the gear", "paper.fig_12_to_15_misalignment"),
+    Figure("separation", "Separation of the flanks at one position", "results.pattern"),
+    Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
+    Figure(
+        "transmission-error",
+        "Transmission error in operation, and its amplitudes",
+        "results.transmission_error",
+    ),
+    Figure("sliding", "Sliding speed and specific sliding along the path of contact", "results.sliding"),
+    Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "results.sensitivity"),
+    Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "results.tolerance_cloud"),
+    Figure("map-parabola", "Map of a design over its parabola coefficients", "results.maps"),
+    Figure("map-mounting", "Map of a design over its mounting distances", "results.maps"),
+    Figure("map-shift", "Map of a design over its profile shift coefficients", "results.maps"),
+    Figure(
+        "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"
+    ),
+    Figure("picture-density", "Where a finer mesh stops being seen", "methods.picture_density"),
+    Figure(
+        "speed-accuracy", "Speed against accuracy of every way to find the contact", "methods.speed_accuracy"
+    ),
+    Figure("job-size", "Time and memory against the size of the job", "methods.job_size"),
+    Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
+    Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
 )

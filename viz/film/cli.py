@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli_support import (
+from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
     NumberRange,
     Refusal,
@@ -69,7 +69,7 @@ def write_film(
     """Draw and write the frames; how many. Raises Refusal where the file cannot be written."""
     from tqdm import tqdm
 
-    from beveloid_geom.whole_file import whole_file
+    from beveloid_geom.support.whole_file import whole_file
 
     from . import page, writer
 
@@ -155,7 +155,7 @@ def main(
     changed = changed_design(load_design(design), changes)
     begin = time.perf_counter()
 
-    from ..opengl import MissingOpenGLError, require_opengl
+    from ..stage.opengl import MissingOpenGLError, require_opengl
     from .motion import NoFilmError, film_of
 
     try:

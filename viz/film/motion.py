@@ -13,16 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom.curvature import MARKING_SEPARATION
-from beveloid_geom.first_contact import FirstContact, first_contact, mesh_of
-from beveloid_geom.inputs import Design, FloatArray, Member
-from beveloid_geom.posing import frames_at
-from beveloid_geom.report_notes import first_contact_fault, reason_of
-from beveloid_geom.report_operation import OperationReport, operation_report
-from beveloid_geom.surface import cut_at, surface_of
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.placing import frames_at
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.findings.path import first_contact_fault, reason_of
+from beveloid_geom.gear.tooth_side import cut_at, surface_of
+from beveloid_geom.operation.first_contact import FirstContact, first_contact, mesh_of
+from beveloid_geom.report.operation import OperationReport, operation_report
 
-from ..figures import solved
-from ..figures.solved import SolvedPath
+from ..parts import solved
+from ..parts.solved import SolvedPath
 
 FILM = MARKING_SEPARATION
 """mm: thickness of marking compound; teeth nearer than this are shown as about to touch."""

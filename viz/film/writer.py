@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from beveloid_geom.process import undoing
+from beveloid_geom.support.process import undoing
 
 Image = NDArray[np.uint8]
 INSTALL = "MP4 files need an encoder: pip install 'beveloid-geom[film]', or take .gif"

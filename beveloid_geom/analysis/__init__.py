@@ -1,0 +1,1 @@
+"""What follows from contact: sliding, sensitivity, tolerances, maps, an optimum."""

@@ -1,0 +1,213 @@
+"""Parabola coefficients of a pair for a stated aim: the path of contact that errors move least.
+
+The coefficients a1, a2 are sought within bounds, so that the shift of the path on the pinion's flank
+under given assembly errors is least, while the contact ratio (Eq. 16) is at least a given one and the
+path is centred on the face. A coarse grid finds where to start, SciPy's SLSQP goes on from there.
+
+The shift is that of the place at mid-roll, square to the path as designed: what moves along the path
+is no shift of it. (z, l1) are taken for plane coordinates of the flank. Coefficients whose sum is
+positive make the two flanks hollow against each other: their tangency is then not where the teeth
+touch first, so that they are left out. Whether an edge touches first is for `certify` to say.
+
+Source: the aim is that of the paper's section 5 (D1), which judges coefficients by eye.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TypeAlias
+
+import numpy as np
+
+from ..contact.path import path_of_contact
+from ..design.model import Design, Errors, FloatArray, flank_sign, unchecked
+from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..support.read_only import kept
+from .tolerance import ERROR_NAMES, swing_of
+
+Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+POINTS = 17
+"""Positions of a path; the direction in the middle is that between the neighbours of mid-roll."""
+UNIT = 1e-3
+"""1/mm: coefficients near 1 for the optimiser."""
+GRID, STARTS = 13, 4
+"""Coefficients a side of the grid, and how many of its best the optimiser starts from."""
+SLACK = 1e-6
+"""Share of a bound by which a result may miss it."""
+PASSES, PRECISE = 60, 1e-8
+LOST = 1e3
+"""Shift, in that of the start, of coefficients without a path."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What coefficients are to do.
+
+    `errors`: assembly errors whose effect is to be least, each taken alone and both ways, mm and rad;
+    the contact ratio to be reached; how far the place at mid-roll may lie from mid-face, mm; the
+    transmission error of the path, peak to peak, that may not be exceeded, rad; bounds of the
+    coefficients, 1/mm."""
+
+    errors: Errors
+    contact_ratio: float = 1.6
+    off_centre: float = 1.0
+    peak_to_peak: float = np.inf
+    pinion_parabola: tuple[float, float] = (-0.002, 0.002)
+    gear_parabola: tuple[float, float] = (-0.002, 0.002)
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Figures of designs with other coefficients, each of the shape of the coefficients; NaN without a path.
+
+    `shift` (mm): root of the sum of the squared shifts under the errors of an aim, over both signs
+    their mean; `contact_ratio`; `centre` (mm): z at mid-roll on the pinion; `peak_to_peak` (rad) of the
+    transmission error over the path."""
+
+    shift: FloatArray
+    contact_ratio: FloatArray
+    centre: FloatArray
+    peak_to_peak: FloatArray
+
+    def margins(self, aim: Aim) -> FloatArray:
+        """What the conditions are met by (conditions, ...), in shares of their bounds; negative if not."""
+        ratio = self.contact_ratio / aim.contact_ratio - 1.0
+        off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
+        return np.array([ratio, 1.0 - off, 1.0 + off, 1.0 - swing])
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Coefficients found (1/mm), the design with them, and the figures of its path and of the given one."""
+
+    pinion_parabola: float
+    gear_parabola: float
+    design: Design
+    found: Paths
+    given: Paths
+
+
+def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
+    """Figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
+    pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
+    wanted = [name for name in ERROR_NAMES if getattr(aim.errors, name) != 0.0]
+    signs = [(None, 0.0), *product(wanted, (1.0, -1.0))]
+    errors = {
+        name: np.array(
+            [
+                getattr(design.errors, name) + sign * getattr(aim.errors, name) * (name == n)
+                for n, sign in signs
+            ]
+        ).reshape(-1, *[1] * pinion.ndim)
+        for name in ERROR_NAMES
+    }
+    batch = design.with_parabola(pinion, gear).with_errors(unchecked(design.errors, **errors))
+    path = path_of_contact(batch, flank, POINTS)
+    middle = POINTS // 2
+    place = np.stack((path.pinion_z, path.l1), axis=-1)
+    along = place[0, ..., middle + 1, :] - place[0, ..., middle - 1, :]
+    with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
+        along = along / np.hypot(along[..., 0], along[..., 1])[..., None]
+    moved = place[1:, ..., middle, :] - place[0, ..., middle, :]
+    across = moved[..., 0] * along[..., 1] - moved[..., 1] * along[..., 0]
+    shift = np.sqrt(0.5 * (across**2).sum(axis=0))
+    return Paths(
+        shift, path.ends.contact_ratio[0], place[0, ..., middle, 0], swing_of(path.transmission_error[0])
+    )
+
+
+def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum:
+    """Coefficients within the bounds that meet the aim with the least shift of the path.
+
+    Raises ValueError for a batch, an aim without errors or with bounds that leave nothing, where no
+    coefficients were found that meet the conditions, and where none of these can be put together."""
+    _check(design, aim, flank)
+    limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / UNIT
+    starts = _starts(design, flank, aim, limits)
+    x = np.hstack((starts, *(_refined(design, flank, aim, limits, start)[:, None] for start in starts.T)))
+    paths = paths_of(design, flank, aim, UNIT * x[0], UNIT * x[1])
+    met = (_margins(paths, aim, x) >= -SLACK).all(axis=0) & np.isfinite(paths.shift)
+    if not met.any():
+        best = float(np.max(paths.contact_ratio, initial=0.0, where=~np.isnan(paths.contact_ratio)))
+        swing = f" and {aim.peak_to_peak:.3g} rad of error" if np.isfinite(aim.peak_to_peak) else ""
+        raise ValueError(
+            f"no coefficients were found for a contact ratio of {aim.contact_ratio:g} within"
+            f" {aim.off_centre:g} mm of mid-face{swing}, the greatest ratio tried is {best:.3f}:"
+            " ask for less, or widen the bounds"
+        )
+    backlash = tangent_backlash(design.with_parabola(UNIT * x[0], UNIT * x[1])).normal
+    met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
+    if not met.any():
+        raise ValueError(
+            f"all coefficients found for the aim leave no backlash, {np.nanmax(backlash):.4f} mm at the most:"
+            " take a larger offset or less profile shift"
+        )
+    first, second = UNIT * x[:, np.where(met, paths.shift, np.inf).argmin()]
+    changed = design.with_parabola(float(first), float(second))
+    own = (np.asarray(member.tool.parabola) for member in design.members)
+    found = paths_of(design, flank, aim, first, second)
+    return Optimum(float(first), float(second), changed, found, paths_of(design, flank, aim, *own))
+
+
+def _margins(paths: Paths, aim: Aim, x: FloatArray) -> FloatArray:
+    """Margins of all conditions (conditions, ...) at coefficients x (2, ...), in UNIT."""
+    return np.concatenate((paths.margins(aim), -x.sum(axis=0)[None]))
+
+
+def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Vector) -> FloatArray:
+    """Coefficients (2), in UNIT, at which the optimiser ends."""
+    from scipy.optimize import Bounds, NonlinearConstraint, minimize
+
+    @kept(8)  # the shift and the conditions are asked for in turn
+    def paths(first: float, second: float) -> Paths:
+        return paths_of(design, flank, aim, np.asarray(UNIT * first), np.asarray(UNIT * second))
+
+    def shift(x: Vector) -> float:
+        return float(np.nan_to_num(paths(*x.tolist()).shift / scale, nan=LOST))
+
+    def conditions(x: Vector) -> FloatArray:
+        return np.nan_to_num(_margins(paths(*x.tolist()), aim, x), nan=-1.0)
+
+    scale = float(np.nan_to_num(paths(*start.tolist()).shift, nan=1.0)) or 1.0
+    result = minimize(
+        shift,
+        start,
+        method="SLSQP",
+        bounds=Bounds(limits[:, 0], limits[:, 1]),
+        constraints=NonlinearConstraint(conditions, 0.0, np.inf),
+        options={"maxiter": PASSES, "ftol": PRECISE},
+    )
+    return np.asarray(np.clip(result.x, limits[:, 0], limits[:, 1]))
+
+
+def _check(design: Design, aim: Aim, flank: str) -> None:
+    flank_sign(flank)
+    if design.batch_shape:
+        raise ValueError("the optimiser takes a single design: give its cases one by one")
+    errors = [getattr(aim.errors, name) for name in ERROR_NAMES]
+    if not any(errors):
+        raise ValueError(f"errors of the aim must be finite, one of them not 0, got {errors}")
+    for name in ("contact_ratio", "off_centre", "peak_to_peak"):
+        value = getattr(aim, name)
+        if not value > 0.0 or (value == np.inf and name != "peak_to_peak"):
+            raise ValueError(f"{name} of the aim must be positive and finite, got {value}")
+    for name in ("pinion_parabola", "gear_parabola"):
+        low, high = getattr(aim, name)
+        if not -np.inf < low < high < np.inf:
+            raise ValueError(f"{name} of the aim must be two finite bounds that rise, got {low}, {high}")
+    if aim.pinion_parabola[0] + aim.gear_parabola[0] >= 0.0:
+        raise ValueError("the bounds leave no sum of both coefficients below 0: lower one of them")
+
+
+def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatArray:
+    """Coefficients (2, STARTS), in UNIT, of the grid that miss the conditions least, then shift least."""
+    sides = np.linspace(limits[:, 0], limits[:, 1], GRID).T
+    x = np.array([side.ravel() for side in np.meshgrid(*sides)])
+    x = x[:, x.sum(axis=0) <= SLACK]
+    for number, asked in ((4 * STARTS, replace(aim, errors=Errors())), (STARTS, aim)):
+        shown = paths_of(design, flank, asked, UNIT * x[0], UNIT * x[1])
+        missed = np.maximum(np.nan_to_num(-shown.margins(aim), nan=np.inf).max(axis=0), 0.0)
+        x = x[:, np.lexsort((shown.shift, missed))[:number]]
+    return x

@@ -1,0 +1,1 @@
+"""Where two flanks are tangent: the path of contact and its ends."""

@@ -1,0 +1,203 @@
+"""Paths of contact as polynomials through exact solutions.
+
+`track_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
+pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
+rounding the track is resolved: its values anywhere in the window are solutions to rounding.
+Where they do not at any of three degrees, n_x vanishes in the window or an l1 has several contacts, and
+the path is followed by its length (`follow`).
+
+Arrays have one axis of cases in place of the batch shape. The rows of a track are those of
+`ROWS`, then the eight limit margins in the order of `Limit`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..design.model import FloatArray
+from ..support.chebyshev import HIGHEST, NOISE, Basis, basis_of, resolved, resolved_degree
+from .curve_equations import meet_on_curve, onto_curve, units_of
+from .equation import (
+    Limit,
+    Meeting,
+    Pairing,
+    axial_and_radius,
+    contact_normal,
+    contact_point,
+    gap_tolerance,
+    limit_margins,
+    meet,
+    roll_angles,
+    trace_parameters,
+)
+from .roots import Status, solve_gear_parameter
+
+ROWS = {
+    "l1": 0,
+    "l2": 1,
+    "u1": 2,
+    "u2": 3,
+    "pinion_z": 4,
+    "gear_z": 5,
+    "pinion_r": 6,
+    "gear_r": 7,
+    "pinion_roll": 11,
+    "gear_roll": 12,
+    "transmission_error": 13,
+}
+POINT, NORMAL, LENGTHS = slice(8, 11), slice(14, 17), slice(0, 11)
+ROLL, PHASE, HEIGHT = 11, 13, 17
+WIDTH = HEIGHT + len(Limit)
+"""Rows of quantities, and with the margins."""
+
+COARSE, MEDIUM, FINE = basis_of(16), basis_of(40), basis_of(HIGHEST)
+NARROW = basis_of(28)
+"""For most paths that COARSE does not resolve, once l1 is bounded to where they run near the faces."""
+LARGEST = 400
+"""Highest degree of a track."""
+WINDOW_MARGIN = 0.02
+"""Share of the flank depth by which the window of l1 reaches beyond root and tip."""
+SPARE = 0.3
+"""Share of the gear flank's depth by which l2 is sought beyond it, or beyond what holds the path."""
+LOOSEST = 1.6e-11
+"""Rounding, as a share of a flank's depth, up to which a track may be loosened: 2e-10 mm on Table 1."""
+STEEP, NEAR, PASSES = 0.05, 1e-4, 5
+"""|n_x| below which a position is solved again with n_x as an unknown; how far, in units of z, that may
+move it; passes of Newton."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Paths as polynomials of a parameter x in [-1, 1].
+
+    `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x,
+    but NaN where the path is followed by its length and x is no function of l1. `status` (cases):
+    SOLVED, or why there is no track."""
+
+    coefficients: FloatArray
+    middle: FloatArray
+    half: FloatArray
+    status: NDArray[np.int8]
+
+    def cases(self, index: NDArray[np.int_]) -> Track:
+        """The tracks of the cases `index`."""
+        return Track(self.coefficients[:, index], self.middle[index], self.half[index], self.status[index])
+
+
+def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> Track:
+    """Tracks whose parameter is no function of l1."""
+    void = np.full((len(status), 1), np.nan)
+    return Track(coefficients, void, void, status)
+
+
+def exact_rows(
+    pairing: Pairing, l1: FloatArray, within: tuple[FloatArray, FloatArray] | None = None
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN
+    where not solved, and the Status of each position. `within` as in `solve_gear_parameter`."""
+    roots = solve_gear_parameter(pairing, l1, within)
+    l = np.array((l1, roots.l2))
+    met = meet(pairing, l)
+    tolerance = gap_tolerance(pairing)
+    for _ in range(2):
+        if (np.abs(met.gap) <= 2.0 * tolerance).all():
+            break
+        l[1] -= met.gap / roots.slope
+        met = meet(pairing, l)
+    # n_x^2 is a difference of terms near 1: for small n_x its rounding reaches F through B w.
+    rounding = np.finfo(float).eps * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
+    good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
+    rows = _rows_and_settled(pairing, l, met, good)
+    status = np.where((roots.status == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), roots.status)
+    undefined = pairing.undefined
+    if undefined.any():
+        status[undefined] = Status.UNDEFINED
+    if status.any():
+        rows[:, status != Status.SOLVED] = np.nan
+    return rows, status
+
+
+def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArray[np.bool_]) -> FloatArray:
+    """Rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again with
+    n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
+    weak = np.abs(met.normal_x) < STEEP
+    cases = np.flatnonzero(weak.any(axis=-1))
+    if cases.size == 0:
+        return rows_of(pairing, l, met)
+    part, weak = pairing.cases(cases), weak[cases]
+    units, y = units_of(part), np.array((*l, met.normal_x, met.across[0]))[:, cases]
+    start = np.moveaxis(y, 0, -1) / units
+    z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, PASSES)
+    solved &= weak & (np.abs(z - start).max(axis=-1) < NEAR)
+    y[1:] = np.where(solved, np.moveaxis(z * units, -1, 0)[1:], y[1:])
+    good[cases] = np.where(weak, solved, good[cases])
+    rows = rows_of(part, y[:2], meet_on_curve(part, y)[1])
+    if cases.size < len(good):
+        settled, rows = rows, rows_of(pairing, l, met)
+        rows[:, cases] = settled
+    return rows
+
+
+def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
+    """Rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
+    z, radius = axial_and_radius(pairing, met)
+    roll = roll_angles(pairing, met)
+    rows = np.empty((WIDTH, *l.shape[1:]))
+    rows[0:2], rows[2:4], rows[4:6], rows[6:8] = l, trace_parameters(pairing, met, z), z, radius
+    rows[POINT], rows[NORMAL] = contact_point(met), contact_normal(met)
+    rows[ROLL : ROLL + 2] = roll
+    rows[PHASE] = roll[1] + pairing.teeth[0] / pairing.teeth[1] * roll[0]
+    rows[HEIGHT:] = limit_margins(pairing, l, z, radius)
+    return rows
+
+
+def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
+    """Sizes (WIDTH, cases) to which the rounding of the rows relates.
+
+    `loosened` is for tracks whose rounding is more than that of the sizes of their terms: it lets lengths
+    be less exact by this factor, as long as that is below LOOSEST, and rolls by as much at the pitch
+    radius."""
+    size = pairing.scale[:, 0]
+    scale = np.ones((WIDTH, len(size)))
+    if loosened > 1.0:
+        depth = (pairing.highest - pairing.lowest).min(axis=0)[:, 0]
+        size = np.maximum(size, np.minimum(loosened * size, LOOSEST / NOISE * depth))
+        scale[[ROLL, ROLL + 1, PHASE]] = np.maximum(
+            1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
+        )
+        scale[NORMAL] = loosened
+    scale[LENGTHS] = scale[HEIGHT:] = size
+    return scale
+
+
+def fitted(
+    pairing: Pairing, rows: FloatArray, basis: Basis, loosened: float = 1.0
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
+    coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened)
+    degree = resolved_degree(coefficients, scale)
+    if degree is not None:
+        return coefficients[..., : degree + 1], np.ones(rows.shape[1], dtype=bool)
+    return coefficients, resolved(coefficients, scale)
+
+
+def track_over_l1(
+    pairing: Pairing, basis: Basis = COARSE, window: tuple[FloatArray, FloatArray] | None = None
+) -> Track:
+    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path.
+
+    `window`: bounds (2, cases, 1) in l1 and l2, mm, that hold the path, in place of those of the flanks."""
+    low, high = (pairing.lowest, pairing.highest) if window is None else window
+    middle, half = (
+        0.5 * (low[0] + high[0]),
+        (0.5 + (WINDOW_MARGIN if window is None else 0.0)) * (high[0] - low[0]),
+    )
+    spare = SPARE * (pairing.highest[1] - pairing.lowest[1])
+    rows, found = exact_rows(pairing, middle + half * basis.nodes, (low[1] - spare, high[1] + spare))
+    coefficients, good = fitted(pairing, rows, basis)
+    status = found.max(axis=-1)
+    status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED
+    return Track(coefficients, middle, half, status)

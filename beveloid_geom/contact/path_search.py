@@ -1,0 +1,378 @@
+"""Tracks of paths that no single flank parameter describes, followed by their length.
+
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
+(`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
+which another curve of contact may be near the faces, all curves of contact in the window are walked
+(`walk`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
+roll is the path.
+
+The parameter of such a part is no true length: a polynomial through the walked points is its guide,
+and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
+as smooth as the curve, and needs no integral.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from ..design.model import FloatArray
+from ..gear.rack import rack_normal
+from ..pair.frames import common_normal
+from ..support.chebyshev import Basis, basis_of
+from .cells import box_of, window_of
+from .curve_equations import meet_on_curve, onto_curve, units_of
+from .curve_tracing import LONGEST, Walked, Window, curves_of
+from .ends import Ends, find_ends
+from .equation import Pairing, axial_and_radius, limit_margins
+from .path_polynomial import (
+    FINE,
+    LARGEST,
+    MEDIUM,
+    NARROW,
+    NORMAL,
+    STEEP,
+    WIDTH,
+    Track,
+    by_length,
+    fitted,
+    rows_of,
+    track_over_l1,
+)
+from .roots import Status
+
+CASES_PER_BLOCK = 256
+"""Size at which the arrays of a block stay in the cache."""
+GUIDE = 12
+"""Highest degree of a guide."""
+TURN_ROOM = 0.1
+"""rad of turn that take as much room along a guide as the longest step."""
+BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
+LOOSENED = 16.0
+"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
+sharply against rounding, or a member has next to no base circle."""
+PASSES = 8
+OUTSIDE = 0.5
+"""Half face widths beyond toe and heel to which a part reaches."""
+ROUNDS = (NARROW, NARROW, MEDIUM, FINE)
+"""Degrees over l1 that are tried in the cells left, round by round."""
+VANISHING = 1e-13
+"""n_x^2 that may be but rounding."""
+ONE_PLACE = 1e-9
+"""Share of the size of the pair within which two ends are one."""
+SPARE = 0.1
+"""Depths, or face widths, by which a limit must be missed all along for a part to count as off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Cases solved alike: their numbers, constants, tracks and ends."""
+
+    cases: NDArray[np.int_]
+    pairing: Pairing
+    track: Track
+    ends: Ends
+
+    def part(self, index: NDArray[np.int_]) -> Group:
+        """The group of the cases at the places `index`."""
+        return Group(
+            self.cases[index], self.pairing.cases(index), self.track.cases(index), self.ends.cases(index)
+        )
+
+    def of(self, cases: NDArray[np.int_]) -> Group:
+        """The group under the numbers `cases` of its cases in a greater lot."""
+        return replace(self, cases=cases[self.cases])
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A part of a walked curve near the flanks: its case, z (points, 4), and whether it closes on
+    itself without meeting a limit."""
+
+    case: int
+    points: FloatArray
+    endless: bool
+
+
+def paths_on_flanks(pairing: Pairing) -> list[Group]:
+    """The path of every case on its flanks; of several the one that covers most roll.
+
+    Tracks over l1 are made a block of cases at a time; the cases that these do not describe are followed
+    together, since a step of a walk costs little more for many than for one: near the faces, and all over the
+    window where that leaves a doubt."""
+    count = pairing.branch.shape[0]
+    groups, left, (low, high) = [], [], np.empty((2, 2, count, 1))
+    for block in _blocks(np.arange(count)):
+        found, rest, bounds = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        groups += [group.of(block) for group in found]
+        left.append(block[rest])
+        low[:, left[-1]], high[:, left[-1]] = bounds
+    again = []
+    for block in _blocks(np.concatenate(left)):
+        found = _followed(pairing.cases(block), (low[:, block], high[:, block]))
+        kept = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in found]
+        groups += [group.of(block) for group in kept if group.cases.size]
+        again.append(np.delete(block, np.concatenate([group.cases for group in kept])))
+    for block in _blocks(np.concatenate(again)) if again else ():
+        groups += [group.of(block) for group in _followed(pairing.cases(block))]
+    return groups
+
+
+def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
+    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+
+
+def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_], Window]:
+    """Paths by tracks over l1, and the cases that these do not describe, with bounds as `_near_faces`.
+
+    The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
+    zero, or nothing is found on the flanks, both are looked at."""
+    track = track_over_l1(pairing)
+    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
+    n_x = track.coefficients[NORMAL.start]
+    steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
+    lost = (whole.ends.status != Status.SOLVED) | steep
+    if not lost.any():
+        return [whole], np.empty(0, dtype=int), (np.empty((2, 0, 1)), np.empty((2, 0, 1)))
+    kept = [whole.part(np.flatnonzero(~lost))] if not lost.all() else []
+    found, rest, bounds = _near_faces(whole.part(np.flatnonzero(lost)))
+    return kept + found, rest, bounds
+
+
+def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_], Window]:
+    """Paths where cells of l1 and l2 leave but one curve near the faces, of the pairing's sign of n_x, or
+    none (`cells`): by the given track over all l1, or one over the l1 of these cells, which shrink from round
+    to round. And the other cases, with bounds in l1 and l2, mm, of all contacts near their faces."""
+    pairing, known = whole.pairing, _told(whole)
+    groups, nothing = [], pairing.undefined
+    status = np.where(nothing, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
+    done, left = nothing.copy(), np.flatnonzero(~nothing & ~_vanishing(pairing))
+    low, high = (bound.copy() for bound in window_of(pairing))
+    window = low[:, left], high[:, left]
+    for turn, basis in enumerate(ROUNDS):
+        box = box_of(pairing.cases(left), *window)
+        if turn == 0:
+            status[left[box.missing & ~box.curve]] = Status.NO_COMMON_NORMAL
+        kept = known[left] & (box.none | box.one)
+        groups.append(whole.part(left[kept]))
+        nothing[left[box.none & ~kept]] = True
+        done[left[box.none | kept]] = True
+        tried = np.flatnonzero(box.one & ~done[left])
+        names = left[tried]
+        found = _narrow(pairing.cases(names), basis, (box.low[:, tried], box.high[:, tried]))
+        done[names[found.cases]] = True
+        groups.append(found.of(whole.cases[names]))
+        again = np.flatnonzero(~done[left])
+        left, window = left[again], (box.low[:, again], box.high[:, again])
+        if left.size == 0:
+            break
+    none = np.flatnonzero(nothing)
+    groups.append(_without_path(pairing, none, status[none]).of(whole.cases))
+    low[:, left], high[:, left] = window
+    bounds = low[:, ~done], high[:, ~done]
+    return [group for group in groups if group.cases.size], whole.cases[~done], bounds
+
+
+def _told(group: Group) -> NDArray[np.bool_]:
+    """Of which cases a track says whether and where they lie on the flanks."""
+    said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
+    return np.asarray(said & (group.track.status == Status.SOLVED))
+
+
+def _narrow(pairing: Pairing, basis: Basis, window: tuple[FloatArray, FloatArray]) -> Group:
+    """The cases whose path a degree over the l1 of a window resolves."""
+    track = track_over_l1(pairing, basis, window)
+    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
+    return whole.part(np.flatnonzero(_told(whole)))
+
+
+def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
+    """Cases without a path, and why."""
+    part, track = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
+    return Group(cases, part, track, find_ends(part, track))
+
+
+def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
+    """Paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
+
+    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where they leave the
+    window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
+    curves, missing = curves_of(pairing, near)
+    lost = [curve for curve in curves if curve.lost]
+    status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
+    if near is not None:  # no curve where signs do not rule one out: the lines of the grid may pass it by
+        status[:] = Status.NOT_CONVERGED
+    status[pairing.undefined] = Status.UNDEFINED
+    status[_vanishing(pairing)] = Status.NOT_CONVERGED
+    status[[curve.case for curve in curves]] = Status.OFF_FLANK
+    parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
+    status[[part.case for part in parts if part.endless]] = Status.ENDLESS
+    status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
+    parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
+    status[[curve.case for curve in lost]] = Status.NOT_CONVERGED
+    groups = _best_of(pairing, parts, status == Status.NOT_CONVERGED) if parts else []
+    done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
+    rest = np.setdiff1d(np.arange(len(status)), done)
+    return [*groups, _without_path(pairing, rest, status[rest])] if rest.size else groups
+
+
+def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
+    """Whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
+    low, high = window_of(pairing)
+    l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
+    x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
+    return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
+
+
+def _best_of(pairing: Pairing, parts: list[_Part], incomplete: NDArray[np.bool_]) -> list[Group]:
+    """One path for each case that has parts: that which covers most roll. Where a curve of the case was lost
+    (`incomplete`) and no part lies on the flanks, it is not said that none does."""
+    case = np.array([part.case for part in parts])
+    pairing = pairing.cases(case)
+    fits = []
+    for found, track in _fitted(pairing, parts):
+        part = pairing.cases(found)
+        fits.append(Group(found, part, track, find_ends(part, track)))
+    span, pieces = np.full(len(parts), -1.0), np.zeros(len(parts), dtype=int)
+    doubtful, corners = np.zeros(len(parts), dtype=bool), np.full((len(parts), 4), np.nan)
+    for fit in fits:
+        state = fit.ends.status
+        span[fit.cases] = np.where(state == Status.SOLVED, fit.ends.span, -1.0)
+        pieces[fit.cases] = fit.ends.pieces
+        doubtful[fit.cases] = (state != Status.SOLVED) & (state != Status.OFF_FLANK)
+        corners[fit.cases] = np.concatenate(tuple(fit.ends.l), axis=-1)
+    again = _repeated(case, corners, pairing.scale[:, 0])
+    span[again], pieces[again] = -1.0, 0
+    total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
+    unsure |= (np.bincount(case, span > 0.0) == 0) & incomplete[: len(unsure)]
+    order = np.lexsort((-span, case))
+    best = order[np.unique(case[order], return_index=True)[1]]
+    groups = []
+    for fit in fits:
+        chosen = np.flatnonzero(np.isin(fit.cases, best))
+        if chosen.size == 0:
+            continue
+        owner = case[fit.cases[chosen]]
+        part, track = fit.pairing.cases(chosen), fit.track.cases(chosen)
+        track.status[unsure[owner]] = Status.NOT_CONVERGED
+        ends = find_ends(part, track)
+        ends = replace(ends, pieces=np.where(ends.status == Status.SOLVED, total[owner], 0))
+        groups.append(Group(owner, part, track, ends))
+    return groups
+
+
+def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+    """Which parts end where one before them of the same case does: a curve walked twice."""
+    same = case[:, None] == case
+    for value in ends.T:
+        same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
+    return np.asarray(np.tril(same, -1).any(axis=1))
+
+
+def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
+    """Tracks of the parts, one case each: which of them, basis by basis."""
+    units = units_of(pairing)
+    guides = np.stack([_guide(part.points) for part in parts])
+    pending = np.arange(len(parts))
+    for loosened, basis in product((1.0, LOOSENED), BASES):
+        some, lines = pairing.cases(pending), [parts[k].points for k in pending]
+        z, good = _on_guides(some, units[pending], guides[pending], lines, basis.nodes)
+        y = np.moveaxis(z * units[pending], -1, 0)
+        rows = rows_of(some, y[:2], meet_on_curve(some, y)[1])
+        coefficients, resolved = fitted(some, rows, basis, loosened)
+        resolved &= good
+        if resolved.any():
+            solved = np.zeros(int(resolved.sum()), dtype=np.int8)
+            yield pending[resolved], by_length(coefficients[:, resolved], solved)
+        pending = pending[~resolved]
+        if pending.size == 0:
+            return
+    lost = np.full(pending.size, np.int8(Status.NOT_CONVERGED))
+    yield pending, by_length(np.full((WIDTH, pending.size, 2), np.nan), lost)
+
+
+def _guide(points: FloatArray) -> FloatArray:
+    """Coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
+    guide, degree = np.zeros((GUIDE + 1, 4)), min(GUIDE, max(1, len(points) // 2))
+    guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
+    return guide.T
+
+
+def _share(points: FloatArray) -> FloatArray:
+    """How far along points (points, 4), from -1 to 1: by length, and by turns, which need as much room."""
+    sides = np.diff(points, axis=0)
+    length = np.linalg.norm(sides, axis=-1)
+    turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
+    room = length / LONGEST
+    room[1:] += 0.5 * turns / TURN_ROOM
+    room[:-1] += 0.5 * turns / TURN_ROOM
+    way = np.concatenate(([0.0], np.cumsum(room)))
+    return np.asarray(2.0 * way / way[-1] - 1.0)
+
+
+def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
+    """The line through points (points, 4) at `nodes` of its way."""
+    share = _share(points)
+    return np.stack([np.interp(nodes, share, values) for values in points.T], axis=-1)
+
+
+def _on_guides(
+    pairing: Pairing, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
+    which parts all of them lie on the part itself."""
+    values = chebyshev.chebvander(nodes, GUIDE)
+    rates = chebyshev.chebder(np.eye(GUIDE + 1), axis=0).T
+    point = np.einsum("nd,pcd->pnc", values, guides)
+    normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    walked = np.array([_between(line, nodes) for line in lines])
+    off = np.einsum("...i,...i", point - walked, normal)
+    start = walked + off[..., None] * normal
+    z, solved = onto_curve(pairing, start, normal, units, PASSES)
+    near = np.linalg.norm(z - start, axis=-1) < LONGEST
+    return z, (solved & near).all(axis=-1)
+
+
+def _near_flanks(pairing: Pairing, curves: list[Walked]) -> list[_Part]:
+    """The parts of curves that may lie on the flanks, with a little more at both ends."""
+    if not curves:
+        return []
+    case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
+    part = pairing.cases(case)
+    y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
+    y = np.moveaxis(y, -1, 0)
+    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
+    margins = limit_margins(part, y[:2], height, radius)[..., 0]
+    near = np.all(np.abs(height) <= (1.0 + OUTSIDE) * part.half_width, axis=0)[:, 0]
+    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
+    margins /= np.concatenate((depth, depth, face, face))
+    parts, start = [], 0
+    for curve in curves:
+        here = slice(start, start + len(curve.points))
+        parts += _cut(curve, near[here], margins[:, here])
+        start = here.stop
+    return parts
+
+
+def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[_Part]:
+    """The parts of one curve, from which of its points are near, and their margins (8, points)."""
+    points = curve.points
+    if curve.closed:  # begin where it is furthest outside
+        order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))
+        order = np.append(order, order[0])
+        points, near, margins = points[order], near[order], margins[:, order]
+        if margins.min() > 0.0:
+            return [_Part(curve.case, points, True)]
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
+    parts = []
+    for first, last in edges.reshape(-1, 2):
+        run = slice(max(first - 2, 0), last + 2)
+        if (curve.lost or len(points[run]) > 1) and (margins[:, first:last].max(axis=1) > -SPARE).all():
+            parts.append(_Part(curve.case, points[run], False))
+    return parts

@@ -1,0 +1,133 @@
+"""Limits of a design that join several of its keys, and the faults they report.
+
+Limits of single keys belong to the table of `field_limits`. Here, of the finished inputs of a file:
+
+- the generating normal must lean outwards on both flanks, tan(alpha) > sin|beta| tan|gamma|;
+  where its radial component vanishes the generating roll of Eq. 6 is infinite;
+- so must it all along a parabolic flank, whose profile must not fold either;
+- the tool must keep a flank between its tip round and the point where its flanks meet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from .field_limits import (
+    IN_RADIANS,
+    MIN_FLANK_DEPTH,
+    MIN_SHAFT_ANGLE_DEG,
+    Fault,
+    base_pitch_fault,
+    refused,
+)
+from .model import Errors, Member, Pair
+
+SAME_PITCH = 1e-9
+"""Share by which base pitches in a file may differ."""
+NORMAL_MARGIN = math.radians(1.0)  # local pressure angle above a vanishing radial normal
+MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 deg
+
+
+def in_degrees(angle: Any) -> float:
+    """Degrees for a message, free of the rounding of the way to rad and back."""
+    return float(f"{math.degrees(angle):.6g}")
+
+
+def outside(table: str, key: str, limit: str, value: object, cure: str) -> Fault:
+    """A key whose value is outside its limit ('be between ...')."""
+    return Fault(table, key, refused(limit, value, cure))
+
+
+def parabola_limit(member: Member) -> float:
+    """Largest magnitude of the parabola coefficient (1/mm) that `member` can be cut with.
+
+    Over the height h = max(addendum, dedendum) m_n either side of the tool's reference line
+    the local pressure angle alpha - tau, tan(tau) = 2 a l, must stay 1 deg above the angle at
+    which the generating normal of a flank loses its radial component, atan(sin|beta|
+    tan|gamma|), and below 60 deg. With l = tan(tau)/(2 a), x_n = l cos(alpha) +
+    a l^2 sin(alpha) = h gives a = tan(tau) (cos(alpha) + tan(tau) sin(alpha)/2)/(2 h). A change
+    of sign of a, l and x_n together changes nothing: one limit for concave and convex. Not
+    positive where the cone is too steep for any tool of this pressure angle."""
+    tool = member.tool
+    alpha = float(tool.normal_pressure_angle)
+    height = float(tool.normal_module) * max(float(tool.addendum), float(tool.dedendum))
+    lowest = math.atan(abs(math.sin(member.helix_angle) * math.tan(member.cone_angle))) + NORMAL_MARGIN
+    low, high = (
+        bend * (math.cos(alpha) + 0.5 * bend * math.sin(alpha)) / (2.0 * height)
+        for bend in (math.tan(alpha - lowest), math.tan(alpha - MAX_LOCAL_PRESSURE_ANGLE))
+    )
+    return min(low, -high)
+
+
+def member_faults(name: str, member: Member) -> Iterator[Fault]:
+    """What joins several keys of one member, each within its own limits."""
+    tool, alpha = member.tool, float(member.tool.normal_pressure_angle)
+    most = parabola_limit(member)
+    if most <= 0.0:
+        steepest = in_degrees(math.atan(math.tan(alpha - NORMAL_MARGIN) / abs(math.sin(member.helix_angle))))
+        limit = f"be between -{steepest} and {steepest} deg at this helix and pressure angle"
+        cure = "the tool would cut one flank from behind, take a larger pressure angle"
+        yield outside(name, "cone_angle_deg", limit, in_degrees(member.cone_angle), cure)
+    elif abs(float(tool.parabola)) > most:
+        cure = "a stronger one folds the rack profile, usual are 0.0001 to 0.01"
+        yield outside(name, "parabola", f"be between -{most:.4g} and {most:.4g} 1/mm", tool.parabola, cure)
+
+    largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
+    if float(tool.tip_radius) > largest:
+        cure = "the round would eat the flank; it counts in normal modules, not in mm"
+        yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
+    tip = 0.5 * member.teeth / math.cos(member.helix_angle) + member.profile_shift + tool.addendum
+    taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
+    if (radius := float(tool.normal_module * tip - taper)) <= 0.0:
+        limit = "leave a tip radius at the narrow end of the face above 0 mm"
+        yield outside(
+            name, "face_width", limit, float(f"{radius:.6g}"), "take a narrower face or a smaller cone"
+        )
+
+
+def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
+    """What keeps two members from running together."""
+    first, second = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
+    if fault := base_pitch_fault((first, second), SAME_PITCH, "_deg", "gear", "[pinion]"):
+        yield fault
+    if abs(float(pinion.helix_angle + gear.helix_angle)) < 1e-9:
+        cure = "without a sum of helix angles the axes do not cross at a distance"
+        yield outside(
+            "gear", "helix_angle_deg", "not cancel that of [pinion]", in_degrees(gear.helix_angle), cure
+        )
+
+
+def layout_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
+    """Assembly errors that leave no layout."""
+    if abs(float(errors.offset)) > (half := 0.5 * float(pair.offset)):
+        limit = f"be between -{half:g} and {half:g} mm, half the offset"
+        yield outside(
+            "errors", "offset", limit, errors.offset, "it adds to the offset, it does not replace it"
+        )
+    lowest = math.radians(MIN_SHAFT_ANGLE_DEG) - float(pair.shaft_angle)
+    if float(errors.shaft_angle) < lowest - 1e-12:
+        cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"
+        limit = f"be at least {in_degrees(lowest)} deg"
+        yield outside("errors", "shaft_angle_deg", limit, in_degrees(errors.shaft_angle), cure)
+
+
+def radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
+    """Angles within their limits that fit together only if some were given in rad."""
+    keys = ("pinion", "helix_angle_deg"), ("gear", "helix_angle_deg"), ("pair", "shaft_angle_deg")
+    given = float(pinion.helix_angle), float(gear.helix_angle), float(pair.shaft_angle)
+    scale, cones = 180.0 / math.pi, (float(pinion.cone_angle), float(gear.cone_angle))
+    readings = (1, 1, 1), (1, 1, scale), (scale, scale, 1), (scale, 1, 1), (1, scale, 1)
+    for factors in readings:
+        first, second, shaft = (angle * factor for angle, factor in zip(given, factors, strict=True))
+        # Shaft angle that fits the reference cones and tooth traces; working ones are near them.
+        cosine = math.cos(cones[0]) * math.cos(cones[1]) * math.cos(first + second)
+        fitting = math.acos(min(1.0, cosine - math.sin(cones[0]) * math.sin(cones[1])))
+        tolerance = 0.2 if factors == readings[0] else 0.1
+        if max(abs(first), abs(second), shaft) < 1.6 and abs(shaft - fitting) < tolerance * fitting:
+            for (table, key), angle, factor in zip(keys, given, factors, strict=True):
+                if factor > 1.0:
+                    limit = f"be about {math.degrees(angle * factor):.3g} deg to fit the other angles"
+                    yield outside(table, key, limit, in_degrees(angle), IN_RADIANS)
+            return

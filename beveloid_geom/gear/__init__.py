@@ -1,0 +1,1 @@
+"""One gear: rack, generated flank, fillet, the whole side of a tooth."""

@@ -1,0 +1,120 @@
+"""What the tip of the tool cuts: fillet and bottom land.
+
+The tool's tip is rounded. Round and flank meet with the same tangent, at a height that
+depends on the parabola; from there the section normal turns on to square while the round
+cuts the fillet, and the flat tip of the tool cuts the bottom land. Both are envelopes of the
+same sliding rack as the flank, so Eq. 6 holds for each with its own point and normal:
+
+    flank        section normal (sin(alpha - tau), sigma cos(alpha - tau))
+    fillet       c - rho n(theta), n = (sin(theta), sigma cos(theta)), from the flank's to pi/2
+    bottom land  x_n = -dedendum, n = (1, 0): the root cone, dedendum / cos(gamma) below
+
+The paper says nothing of them; tool and dedendum are the usual basic rack.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..design.model import FloatArray, Member, Tool, flank_sign
+from .flank import generated
+from .rack import rack_of, reference_radius, section_point
+
+
+@dataclass(frozen=True)
+class ToolRound:
+    """Rounded tip of the tool beside one flank, in its normal section: where it meets the flank
+    (parameter `joint`, mm, and `angle` of the section normal there, rad), its centre
+    (x_n, y_n) and radius, mm."""
+
+    joint: float
+    angle: float
+    centre: tuple[float, float]
+    radius: float
+
+
+def tool_round(tool: Tool, flank: str) -> ToolRound:
+    """The tip round of a single tool at one flank.
+
+    Raises ValueError where the rounds of both flanks overlap, the flank ends above the round or
+    its profile folds before it meets the round."""
+    alpha, a, module = float(tool.normal_pressure_angle), float(tool.parabola), float(tool.normal_module)
+    depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
+    folds = f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller"
+    if not 4.0 * abs(a) * (depth - radius) * np.sin(alpha) < np.cos(alpha) ** 2:
+        raise ValueError(folds)  # the joint stands less than a radius above the tip
+    l = (radius * (1.0 - np.sin(alpha)) - depth) / np.cos(alpha)
+    for _ in range(30):
+        tau = np.arctan(2.0 * a * l)
+        height = l * np.cos(alpha) + a * l * l * np.sin(alpha) + radius * np.sin(alpha - tau)
+        turn = 2.0 * a / (1.0 + (2.0 * a * l) ** 2)
+        slope = np.cos(alpha) + 2.0 * a * l * np.sin(alpha) - radius * np.cos(alpha - tau) * turn
+        step = (radius - depth - height) / slope
+        l += step
+        if abs(step) < 1e-13 * module:
+            break
+    else:
+        raise ValueError(folds)
+    angle = alpha - np.arctan(2.0 * a * l)
+    if not 0.0 < angle < 0.5 * np.pi:
+        raise ValueError(folds)
+    sigma = flank_sign(flank)
+    x, y = section_point(tool, flank, np.asarray(l)) + radius * np.array(
+        [np.sin(angle), sigma * np.cos(angle)]
+    )
+    if abs(y) > 0.5 * np.pi * module:
+        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's rounds overlap"
+        raise ValueError(f"{text} by {2.0 * abs(y) - np.pi * module:.3g} mm")
+    return ToolRound(float(l), float(angle), (float(x), float(y)), radius)
+
+
+def _cut(
+    member: Member, flank: str, section: tuple[FloatArray, ...], z: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What points (x_n, y_n) of the tool's normal section with unit normals (n_x, n_y) cut in the
+    planes `z`."""
+    x, y, nx, ny = section
+    rack, alpha = rack_of(member, flank), float(member.tool.normal_pressure_angle)
+    along = np.cos(alpha) * rack.direction + np.sin(alpha) * rack.normal
+    across = rack.sigma * (np.cos(alpha) * rack.normal - np.sin(alpha) * rack.direction)
+    origin = rack.apex - rack.sigma * 0.25 * np.pi * member.tool.normal_module * across
+    normal = _spanned(nx, along) + _spanned(ny, across)
+    start = _spanned(np.ones_like(x), origin) + _spanned(x, along) + _spanned(y, across)
+    u = (z - start[2]) / rack.trace[2]
+    return generated(rack, start + _spanned(u, rack.trace), normal)
+
+
+def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
+    """Components (3, ...) of a vector (3,) times each of the lengths (...)."""
+    return np.multiply.outer(vector, lengths)
+
+
+def fillet_point(member: Member, flank: str, angle: ArrayLike, z: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Points (mm) and unit normals (..., 3), own frame, of the fillet below a flank of a single
+    member, at section normal angles (rad, the joint's to pi/2) in the planes `z` (mm from mid-face)."""
+    angle, z = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(z, dtype=float))
+    rounding, sigma = tool_round(member.tool, flank), flank_sign(flank)
+    sin, cos = np.sin(angle), sigma * np.cos(angle)
+    (x, y), radius = rounding.centre, rounding.radius
+    return _cut(member, flank, (x - radius * sin, y - radius * cos, sin, cos), z)
+
+
+def bottom_point(
+    member: Member, flank: str, across: ArrayLike, z: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Points (mm) and unit normals (..., 3), own frame, of the bottom land beside a flank of a
+    single member; `across` is y_n of the tool, mm, in the planes `z` (mm from mid-face)."""
+    across, z = np.broadcast_arrays(np.asarray(across, dtype=float), np.asarray(z, dtype=float))
+    depth = float(member.tool.dedendum * np.asarray(member.tool.normal_module))
+    one = np.ones_like(across)
+    return _cut(member, flank, (-depth * one, across, one, 0.0 * one), z)
+
+
+def root_radius(member: Member, z: ArrayLike) -> FloatArray:
+    """Radius of the root cone in the plane `z` (mm from mid-face), mm."""
+    height = member.profile_shift - member.tool.dedendum / np.cos(member.cone_angle)
+    radius = reference_radius(member) + height * np.asarray(member.tool.normal_module)
+    return np.asarray(radius + np.asarray(z) * np.tan(member.cone_angle))

@@ -1,0 +1,1 @@
+"""What touches first: all teeth, edges and fillets included."""

@@ -1,0 +1,378 @@
+"""First contact of the flanks as the gear turns towards the pinion, edges and fillets included.
+
+At a given roll of the pinion the least approach f(s1, z1) (`approach`) over all points within the
+limits of both members, on any of the neighbouring teeth, is the first contact. It lies
+
+    on no limit      at a tangency of flanks or fillets
+    on one limit     with an edge on the other member's surface
+    on two           with a corner, or an edge on an edge.
+
+A coarse scan of the surfaces tells which teeth can matter, a finer one gives starts, and each of
+these is followed to its local least. Of all the least counts; if a scanned point lies lower
+still, the position is marked NOT_CONVERGED.
+
+It is the contact of the solid teeth as long as tips keep clear of bottom lands (MEETS_BOTTOM is
+what they do not). Tip lands and end faces turn in themselves, so that they touch at their edges
+first. Flanks are taken up to their tip cone, also those of pointed teeth. The opposite flank is
+left out: with less than no backlash it touches before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..contact.equation import Limit, pairing_of
+from ..contact.path_polynomial import PHASE, exact_rows
+from ..design.field_limits import float64_of
+from ..design.model import Design, Errors, FloatArray
+from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
+from ..pair.mounting import mounting_of
+from ..support.few_lines import few_lines
+from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_approach
+from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
+from .separation import Pose, pose_of
+
+GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
+"""Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
+each turn of a tooth round its axis, if that is more."""
+FAR = 0.5
+"""Tip radii by which a pitch point may miss the tip cylinder and still tell where the teeth mesh."""
+SPARE = 0.25
+"""Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
+REACH = 2
+"""Tooth pairs looked at on either side, beside those among which a face with a helix spreads."""
+TOGETHER = 1.6e-14
+"""rad of the gear's roll within which tooth pairs count as touching together."""
+IN_STEP = 0.8
+"""Share of the overlap looked for that may be found: what is cut off there is the next turn's clearance."""
+LOWER = 1e-8
+"""Share of the tooth depth by which a scanned point must lie lower to put a result in doubt."""
+POSITIONS = 256
+"""Positions taken at a time."""
+
+
+class FirstStatus(IntEnum):
+    """What is known of the first contact at one position."""
+
+    SOLVED = 0
+    NO_CONTACT = 1
+    """No tooth has points within the limits of both members."""
+    NOT_CONVERGED = 2
+    MEETS_BOTTOM = 3
+    """A tip reaches down to the other member's bottom land."""
+    UNDERCUT = 4
+    """A fillet reaches into its flank: the surfaces used here are not those of the tooth."""
+    OUT_OF_STEP = 5
+    """Few teeth, so far from where the unmodified pair without errors would touch that an overlap and
+    the clearance of the next turn cannot be told apart."""
+    UNDEFINED = 6
+    """The inputs leave nothing to search: a member that its tool cannot cut, no layout, NaN."""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstContact:
+    """First contact at given pinion rolls, arrays (*batch, positions), or with a last axis.
+
+    `pinion_roll`, `gear_roll` (rad) of tooth pair 0; `pair`: the tooth pair that touches, of several
+    that touch together the one that came into mesh last, but tangencies before edges; `l1`, `l2`
+    (mm) profile coordinates, the flank parameters above the joints, on the fillets below
+    (`surface`); `z1`, `z2` (mm from mid-face); `point` (..., 3) in S_f, mm; `limit` (..., 2): codes
+    of `Limit` of the edges that touch, -1 for none: no edge is a tangency; `on_fillet` (..., 2):
+    whether the contact lies on the fillet of pinion and gear; `transmission_error` (rad): gear
+    roll plus N1/N2 pinion roll, less that of the unmodified pair without errors; `status`: codes
+    of `FirstStatus`. NaN where not solved; `pair` is 0 there."""
+
+    __repr__ = few_lines
+
+    pinion_roll: FloatArray
+    gear_roll: FloatArray
+    pair: NDArray[np.int_]
+    l1: FloatArray
+    z1: FloatArray
+    l2: FloatArray
+    z2: FloatArray
+    point: FloatArray
+    limit: NDArray[np.int8]
+    on_fillet: NDArray[np.bool_]
+    transmission_error: FloatArray
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Both surfaces; by position (n,) the pose, the pinion's roll, the gear's conjugate `phase`
+    (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
+    gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`. After
+    the gear's turn by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on.
+    `defined` (n,): whether all but the phase is known."""
+
+    own: Surface
+    other: Surface
+    pose: Pose
+    roll: FloatArray
+    phase: FloatArray
+    nearest: NDArray[np.int_]
+    pitch: tuple[float, float]
+    lever: float
+    module: float
+    reach: int
+    period: float
+    again: int
+    defined: NDArray[np.bool_]
+
+    @property
+    def turns(self) -> float:
+        """Turns of a tooth of the pinion round its axis along the face."""
+        return abs(float(self.own.trace[1])) * self.own.half_width / (np.pi * self.own.pitch_radius)
+
+    @property
+    def near(self) -> NDArray[np.int_]:
+        """Tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
+        teeth = round(2.0 * np.pi / self.pitch[0])
+        every = np.arange(-self.reach, self.reach + 1)
+        return every if every.size <= teeth else np.arange(teeth) - teeth // 2
+
+    def task(self, position: NDArray[np.int_], pair: NDArray[np.int_]) -> Task:
+        """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
+        roll = self.roll[position] + pair * self.pitch[0]
+        start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
+        pose = Pose(*(value[..., position] for value in vars(self.pose).values()))
+        return Task(self.own, self.other, self.lever, pose, roll, start, self.period)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """First contacts (n,): f, place and meeting (2, n), mm; limits (2, n), tooth pair, status."""
+
+    f: FloatArray
+    place: FloatArray
+    meeting: FloatArray
+    limit: NDArray[np.int8]
+    pair: NDArray[np.int_]
+    status: NDArray[np.int8]
+
+
+def conjugate_phase(design: Design, flank: str) -> FloatArray:
+    """Gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in
+    all its contacts. NaN without a common normal."""
+    plain = Design(design.pinion, design.gear, design.pair, Errors()).with_parabola(0.0, 0.0)
+    pairing = pairing_of(plain, flank)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rows, _ = exact_rows(pairing, np.zeros((pairing.branch.shape[0], 1)))
+    return rows[PHASE, :, 0].reshape(plain.batch_shape)
+
+
+def middle_roll(design: Design, flank: str) -> FloatArray:
+    """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape. Where
+    that is far from the teeth, as between nearly parallel axes, it passes where the gear is nearest."""
+    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
+    x, y = (mounting.pitch_point[..., k] for k in (0, 1))
+    far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < FAR * surface.tip))
+    across = np.nan_to_num(pose.position[0] * pose.sin * pose.cos)  # of the gear's axis, beside the offset
+    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
+    z = _pitch_height(design, surface)
+    return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z), z)))
+
+
+def _pitch_height(design: Design, surface: Surface) -> FloatArray:
+    """z (mm) of the pitch point on the pinion, or of the end of its face beyond which it lies."""
+    mounting = mounting_of(design)
+    z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])
+    return np.asarray(np.clip(z, -surface.half_width, surface.half_width))
+
+
+def spread(design: Design, flank: str) -> float:
+    """Greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
+    cylinder departs on its face from the pitch point: so far from it teeth can touch by overlap."""
+    surface = surface_of(design.pinion, flank)
+    length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
+    turn = length * np.abs(surface.trace[1]) / surface.pitch_radius
+    return float(turn * float(design.pinion.teeth) / (2.0 * np.pi))
+
+
+def first_contact(
+    design: Design, flank: str, pinion_roll: ArrayLike, pairs: ArrayLike | None = None
+) -> FirstContact:
+    """First contact at the pinion rolls (positions) or (*batch, positions), rad.
+
+    `pairs`: numbers of the tooth pairs looked at; if left out all that can touch. A tooth that winds
+    round its axis belongs to one pair on every turn. Both members must be single; pair and errors of
+    the design may be arrays.
+
+    Raises ValueError for members of arrays and for rolls that are not finite or of another shape."""
+    shape = design.batch_shape
+    roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
+    if not np.isfinite(roll).all():
+        raise ValueError("pinion_roll must hold finite numbers")
+    if roll.shape[:-1] not in ((), shape):
+        raise ValueError(
+            f"pinion_roll must have the shape (positions) or {(*shape, 'positions')}, got {roll.shape}"
+        )
+    roll = np.broadcast_to(roll, (*shape, roll.shape[-1]))
+    mesh, phase = mesh_of(design, flank, roll)
+    parts = []
+    with np.errstate(invalid="ignore", divide="ignore"):
+        coarse, fine = (
+            (*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS
+        )
+        grids = [grid_of(mesh.own, design.pinion, flank, points) for points in (coarse, fine)]
+        if np.isnan(phase).any():
+            mesh = _in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids[1])
+        block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
+        for start in range(0, max(1, roll.size), block):
+            positions = np.arange(start, min(start + block, roll.size))
+            parts.append(_solved(mesh, positions, pairs, *grids))
+    found = _Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
+    return _result(mesh, phase, found, roll.shape)
+
+
+def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatArray]:
+    """The mesh at all positions, and its phase by position."""
+    own, other = (surface_of(member, flank) for member in design.members)
+    phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
+    pose = pose_of(design)
+    by_position = [
+        np.broadcast_to(value[..., None], roll.shape).reshape(-1)
+        for value in (pose.offset, pose.sin, pose.cos, *pose.position)
+    ]
+    tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
+    lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
+    middle = np.broadcast_to(middle_roll(design, flank)[..., None], roll.shape).reshape(-1)
+    pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
+    mesh = Mesh(
+        own=own,
+        other=other,
+        pose=Pose(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
+        roll=roll.reshape(-1),
+        phase=np.nan_to_num(phase),
+        nearest=np.rint((middle - roll.reshape(-1)) / pitch[0]).astype(int),
+        pitch=pitch,
+        lever=lever,
+        module=float(tool.normal_module),
+        reach=REACH + int(np.ceil(spread(design, flank))),
+        period=min(teeth) * pitch[1],
+        again=teeth[0] if teeth[0] < teeth[1] else 0,
+        defined=np.isfinite(sum(by_position) + own.highest + other.highest),
+    )
+    return mesh, phase
+
+
+def _in_step(mesh: Mesh, unknown: NDArray[np.bool_], fine: Grid) -> Mesh:
+    """The mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first position
+    of a case whose nearest tooth can touch, that of the touch."""
+    position = np.flatnonzero(unknown)
+    task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
+    f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()
+    f[position] = scan_of(task, fine).within
+    touches = np.isfinite(f).reshape(unknown.shape)
+    first = np.take_along_axis(f.reshape(unknown.shape), touches.argmax(axis=1)[:, None], axis=1)
+    added = np.where(unknown & np.isfinite(first), mesh.other.sigma * first / mesh.lever, 0.0)
+    return replace(mesh, phase=phase + added.reshape(-1))
+
+
+def _solved(
+    mesh: Mesh, positions: NDArray[np.int_], pairs: ArrayLike | None, coarse: Grid, fine: Grid
+) -> _Found:
+    """First contacts at a block of positions."""
+    near = mesh.near if pairs is None else np.atleast_1d(pairs)
+    position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
+    if pairs is None:
+        pair = pair + mesh.nearest[position]
+    rough = scan_of(mesh.task(position, pair), coarse, pairs is None)
+    best, bottom = np.full(mesh.roll.size, np.inf), np.zeros(mesh.roll.size, dtype=bool)
+    np.minimum.at(best, position, rough.within)
+    kept = np.flatnonzero(rough.f.min(axis=1) <= best[position] + SPARE * mesh.module)
+    position, pair = position[kept], pair[kept]
+    task = mesh.task(position, pair)
+    scan = scan_of(task, fine, pairs is None)
+    np.minimum.at(best, position, scan.within)
+    bottom[position[scan.bottom]] = True
+    known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
+    starts = starts_of(task, scan, fine, known, mesh.module)
+    task, position = task.pick(starts.row).later(starts.periods), position[starts.row]
+    pair = pair[starts.row] - mesh.again * starts.periods
+    least = least_approach(task, starts.place, starts.box)
+    close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
+    places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
+    close = close[np.unique(places, axis=1, return_index=True)[1]]
+    more = beside_fillets(task.pick(close), least.place[:, close], fine)
+    again = close[more.row]
+    least = least.and_also(least_approach(task.pick(again), more.place, more.box))
+    position, pair = np.append(position, position[again]), np.append(pair, pair[again])
+    return _chosen(mesh, positions, least, position, pair, best, bottom)
+
+
+def _chosen(
+    mesh: Mesh,
+    positions: NDArray[np.int_],
+    least: Least,
+    position: NDArray[np.int_],
+    pair: NDArray[np.int_],
+    scanned: FloatArray,
+    bottom: NDArray[np.bool_],
+) -> _Found:
+    """The least of the local results of each position, and what is to be thought of it."""
+    depth, n = mesh.own.tip - mesh.own.root, mesh.roll.size
+    on = least.outside <= FEASIBLE * depth
+    f = np.where(on & least.converged, least.f, np.inf)
+    lowest, lost = np.full(n, np.inf), np.full(n, np.inf)
+    np.minimum.at(lowest, position, f)
+    np.minimum.at(lost, position, np.where(on & ~least.converged, least.f, np.inf))
+    # Of tooth pairs that touch together rounding must not choose, but tangencies come before edges,
+    # then the pair that came into mesh last.
+    behind = ~(f <= lowest[position] + TOGETHER * mesh.lever)
+    order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, position))
+    found, first = np.unique(position[order], return_index=True)
+    index = np.full(n, -1)  # the last column, which stands for nothing found
+    index[found] = order[first]
+    index = index[positions]
+    f = np.append(f, np.inf)[index]
+    limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
+    doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
+    rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
+    most = IN_STEP * OVERLAP * mesh.period * mesh.lever
+    cases = (
+        (~mesh.defined[positions], FirstStatus.UNDEFINED),
+        (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
+        (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
+        (np.minimum(f, scanned[positions]) < -most, FirstStatus.OUT_OF_STEP),
+        (doubt, FirstStatus.NOT_CONVERGED),
+        (np.isinf(f), FirstStatus.NO_CONTACT),
+    )
+    status = np.select([case for case, _ in cases], [code for _, code in cases], FirstStatus.SOLVED)
+    bad, nothing = status != FirstStatus.SOLVED, np.full((2, 1), np.nan)
+    return _Found(
+        f=np.where(bad, np.nan, f),
+        place=np.where(bad, np.nan, np.append(least.place, nothing, axis=1)[:, index]),
+        meeting=np.where(bad, np.nan, np.append(least.meeting, nothing, axis=1)[:, index]),
+        limit=np.where(bad, np.int8(-1), limit),
+        pair=np.where(bad, 0, np.append(pair, 0)[index]),
+        status=status.astype(np.int8),
+    )
+
+
+def _result(mesh: Mesh, phase: FloatArray, found: _Found, shape: tuple[int, ...]) -> FirstContact:
+    (l1, z1), (l2, z2) = found.place, found.meeting
+    with np.errstate(invalid="ignore"):
+        cut = cut_at(mesh.own, l1, z1)
+        turned = cut.phi + mesh.roll + found.pair * mesh.pitch[0]
+    cos, sin = np.cos(turned), np.sin(turned)
+    point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + mesh.pose.position[0])
+    ahead = mesh.other.sigma * found.f / mesh.lever
+    rows = {"l1": l1, "z1": z1, "l2": l2, "z2": z2, "pair": found.pair, "status": found.status}
+    rows |= {
+        "pinion_roll": mesh.roll,
+        "gear_roll": mesh.phase - mesh.pitch[1] / mesh.pitch[0] * mesh.roll + ahead,
+        "transmission_error": ahead + mesh.phase - phase,
+    }
+    fillets = np.stack((l1 < mesh.own.joint, l2 < mesh.other.joint), axis=-1)
+    return FirstContact(
+        point=np.stack(point, axis=-1).reshape(*shape, 3),
+        limit=found.limit.T.reshape(*shape, 2),
+        on_fillet=fillets.reshape(*shape, 2),
+        **{name: value.reshape(shape) for name, value in rows.items()},
+    )

@@ -1,0 +1,316 @@
+"""How near a tooth of the gear is to the pinion's, point by point, and where it is nearest.
+
+At a given roll of the pinion every point (s1, z1) of its flank and fillet is met by the gear's at
+a roll T(s1, z1) of the gear (`touch`). The approach is f = sigma (T - T0) g, in mm along the normal,
+with a roll T0 to count from and the gear's lever g = m_n N2 cos(alpha) / 2. Its gradient is
+explicit: if the pinion's point moves by dP and n is the gear's unit normal where they meet,
+
+    dT = n.dP / (r_P2 n_y2),
+
+so that f is stationary where the normals are opposed. The limits of both members are eight
+functions c(s1, z1) >= 0 in the order of `contact.Limit`, those of the gear through the meeting
+point; a root limit is the end of the fillet here. Second derivatives are complex steps.
+
+`least_approach` goes from a start to a local least f within the limits by quadratic programs. In
+two unknowns such a program inside a trust box is solved outright, by trying its interior, edges
+and corners, whatever the sign of the curvatures; its corner or edge names the limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contact.equation import COMPLEX_STEP, Limit
+from ..design.model import FloatArray
+from ..gear.rack import Numbers
+from ..gear.tooth_side import Cut, Surface, cut_at
+from .separation import Pose, met_by, seen_by_other
+
+BOX_SIDES = 4
+LINES = len(Limit) + BOX_SIDES
+CORNERS = np.array([(i, j) for i in range(LINES) for j in range(i)]).T
+PASSES, LAST_STEP = 60, 1e-8
+"""Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
+PENALTY = 150.0
+"""Over the tooth depth: what the square of being outside a limit costs, beside the multiplier times it.
+A cost in proportion would stop every step along a curved edge."""
+FEASIBLE, NOISE = 1e-10, 1e-12
+"""Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
+OVERLAP = 0.25
+"""Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
+BLOCK = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Pinion rolls and poses, (n,): `roll` of the pinion, `start` (T0) of the gear, rad. After a turn of
+    the gear by `period` (rad) the same two teeth can meet again."""
+
+    own: Surface
+    other: Surface
+    lever: float
+    pose: Pose
+    roll: FloatArray
+    start: FloatArray
+    period: float = 2.0 * np.pi
+
+    @property
+    def depth(self) -> float:
+        """Depth of the pinion's teeth, mm: what small lengths are shares of."""
+        return self.own.tip - self.own.root
+
+    def pick(self, index: NDArray[np.int_] | slice) -> Task:
+        """The tasks `index`."""
+        pose = Pose(*(value[..., index] for value in vars(self.pose).values()))
+        return replace(self, pose=pose, roll=self.roll[index], start=self.start[index])
+
+    @property
+    def earliest(self) -> float:
+        """Angle (rad), negative for overlap, from which on points are looked at over one period."""
+        return -OVERLAP * self.period
+
+    def counted(self, angle: FloatArray) -> FloatArray:
+        """Angles (rad) from half a turn either way to one turn, with that period in its middle."""
+        least = -np.pi - self.earliest
+        return np.where(angle < least, angle + 2.0 * np.pi, angle)
+
+    def later(self, periods: NDArray[np.int_]) -> Task:
+        """The tasks counted from a roll of the gear so many `periods` (n,) on."""
+        return replace(self, start=self.start + self.period * periods)
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """f (n) with its `slope` (2, n) and `bend` (2, 2, n), the limits' `margin` (8, n) with `rate`
+    (8, 2, n) and `curve` (8, 2, 2, n) by (s1, z1), and `meeting` (2, n): s2 and z2; mm."""
+
+    f: FloatArray
+    slope: FloatArray
+    bend: FloatArray
+    margin: FloatArray
+    rate: FloatArray
+    curve: FloatArray
+    meeting: FloatArray
+
+    def merit(self, weight: FloatArray, depth: float) -> FloatArray:
+        """f less the margins times their multipliers (8, n), with a cost of being outside; infinite
+        where the gear has no such point."""
+        outside = np.minimum(self.margin, 0.0)
+        merit = self.f + (PENALTY / depth * outside * outside - weight * self.margin).sum(axis=0)
+        return np.where(np.isnan(merit), np.inf, merit)
+
+    def pick(self, index: NDArray[np.int_]) -> Local:
+        """Those with the numbers `index`."""
+        return Local(*(value[..., index] for value in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Least:
+    """Local least values: `place` (2, n): s1 and z1; `f` (n); `meeting` (2, n); mm. `limit` (2, n):
+    codes of the limits it lies on, -1 for none; `outside` (n), mm; `converged` (n)."""
+
+    place: FloatArray
+    f: FloatArray
+    meeting: FloatArray
+    limit: NDArray[np.int8]
+    outside: FloatArray
+    converged: NDArray[np.bool_]
+
+    def and_also(self, *others: Least) -> Least:
+        """These and others, in order."""
+        values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
+        return Least(*(np.concatenate(parts, axis=-1) for parts in values))
+
+
+def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
+    """Slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at
+    their real parts."""
+    own, other, pose = task.own, task.other, task.pose
+    cut = cut_at(own, s, z)
+    cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
+
+    def turned(x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
+        return cos * x - sin * y, sin * x + cos * y
+
+    x, y, z2 = seen_by_other(pose, 0, *turned(cut.x, cut.y), z)
+    a, b = turned(cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x)
+    c, d = turned(cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x)
+    moves = np.stack(
+        (
+            np.stack((-a, -c)),
+            np.stack((-pose.cos * b, pose.sin - pose.cos * d)),
+            np.stack((pose.sin * b, pose.cos + pose.sin * d)),
+        )
+    )
+    square = x * x + y * y
+    near = cut_at(other, other_s.astype(complex) + 0.0 * z2, z2)
+    met = cut_at(other, other_s - (near.square - square) / near.square_s, z2)
+    u, v = (x * met.x + y * met.y) / square, (y * met.x - x * met.y) / square
+    normal = (u * met.nx - v * met.ny, v * met.nx + u * met.ny, met.nz)
+    scale = other.sigma * task.lever / (other.pitch_radius * met.ny)
+    slope = scale * (normal[0] * moves[0] + normal[1] * moves[1] + normal[2] * moves[2])
+    r, r2 = np.sqrt(cut.square), np.sqrt(square)
+    margins = (
+        s - own.bottom,
+        r2 - other.root - other.root_taper * z2,
+        own.tip + own.taper * z - r,
+        other.tip + other.taper * z2 - r2,
+        own.half_width + z,
+        other.half_width + z2,
+        own.half_width - z,
+        other.half_width - z2,
+    )
+    margin = np.stack(np.broadcast_arrays(*margins))  # in the order of Limit
+    return slope, margin, _rates(own, other, cut, (x * moves[0] + y * moves[1]) / r2, moves[2])
+
+
+def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers) -> Numbers:
+    """Derivatives (8, 2, ...) of the margins by s1 and z1, from those (2, ...) of r2 and z2."""
+    r = np.sqrt(cut.square)
+    rate = np.zeros((len(Limit), *by_r.shape), dtype=complex)
+    rate[Limit.PINION_ROOT, 0] = rate[Limit.PINION_TOE, 1] = 1.0
+    rate[Limit.PINION_HEEL, 1] = -1.0
+    rate[Limit.PINION_TIP] = np.stack((-0.5 * cut.square_s / r, own.taper - 0.5 * cut.square_z / r))
+    rate[Limit.GEAR_ROOT] = by_r - other.root_taper * by_z
+    rate[Limit.GEAR_TIP] = other.taper * by_z - by_r
+    rate[Limit.GEAR_TOE], rate[Limit.GEAR_HEEL] = by_z, -by_z
+    return rate
+
+
+def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
+    """The approach and its derivatives at places (s1, z1), each (n,), mm."""
+    cut = cut_at(task.own, s, z)
+    cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
+    x, y, z2 = seen_by_other(task.pose, 0, cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z)
+    angle, _, other_s, _, _ = met_by(task.other, x, y, z2, task.start)
+    step = COMPLEX_STEP * 1j * np.array(((1.0, 0.0), (0.0, 1.0)))[..., None]
+    slope, margin, rate = _first_order(task, s + step[0], z + step[1], other_s)
+    bend, curve = slope.imag / COMPLEX_STEP, rate.imag / COMPLEX_STEP
+    return Local(
+        f=task.counted(angle) * task.lever,
+        slope=slope.real[:, 0],
+        bend=0.5 * (bend + bend.swapaxes(0, 1)),
+        margin=margin.real[:, 0],
+        rate=rate.real[:, :, 0],
+        curve=curve,
+        meeting=np.stack((other_s, z2)),
+    )
+
+
+def _quadratic_step(
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+) -> tuple[FloatArray, NDArray[np.int_], FloatArray]:
+    """Least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
+    d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
+    (a, b), (_, c) = bend
+    g, h = slope
+    det = a * c - b * b
+    step = np.stack((b * h - c * g, b * g - a * h)) / det
+    active = np.full(step.shape, -1)
+    free = (det > 0.0) & (a > 0.0) & ((rate * step).sum(axis=1) + margin >= 0.0).all(axis=0)
+    bound = np.flatnonzero(~free)
+    multiplier = np.zeros(margin.shape)
+    if bound.size:
+        slope, bend, rate = slope[:, bound], bend[..., bound], rate[..., bound]
+        step[:, bound], active[:, bound] = _bounded_step(slope, bend, rate, margin[:, bound], depth)
+        pull = slope + (bend * step[:, bound]).sum(axis=1)
+        multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])
+    return step, active, multiplier
+
+
+def _bounded_step(
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+) -> tuple[FloatArray, NDArray[np.int_]]:
+    """The same where the least lies on a limit, by trying all edges and corners."""
+    (a, b), (_, c) = bend
+    g, h = slope
+    foot = -(margin / (rate * rate).sum(axis=1))[:, None] * rate
+    along = np.stack((-rate[:, 1], rate[:, 0]), axis=1)
+    onto = np.stack((a * along[:, 0] + b * along[:, 1], b * along[:, 0] + c * along[:, 1]), axis=1)
+    steep, stiff = (along * slope + onto * foot).sum(axis=1), (along * onto).sum(axis=1)
+    edge = foot - np.where(stiff > 0.0, steep / stiff, np.nan)[:, None] * along
+    i, j = CORNERS
+    cross = rate[i, 0] * rate[j, 1] - rate[i, 1] * rate[j, 0]
+    x = (margin[j] * rate[i, 1] - margin[i] * rate[j, 1]) / cross
+    y = (margin[i] * rate[j, 0] - margin[j] * rate[i, 0]) / cross
+    x, y = np.concatenate((edge[:, 0], x)), np.concatenate((edge[:, 1], y))
+    low = x * rate[0, 0] + y * rate[0, 1] + margin[0]
+    for (p, q), m in zip(rate[1:], margin[1:], strict=True):
+        low = np.minimum(low, x * p + y * q + m)
+    value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
+    # Where the limits leave nothing inside the box, the corner least outside is next best.
+    value = np.where(low >= -FEASIBLE * depth, value, 1e6 * (depth - low))
+    best = np.where(np.isfinite(value), value, np.inf).argmin(axis=0)
+    each = np.arange(best.size)
+    single = np.stack((np.arange(LINES), np.full(LINES, -1)))
+    return np.stack((x[best, each], y[best, each])), np.concatenate((single, CORNERS), axis=1)[:, best]
+
+
+def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -> FloatArray:
+    """Multipliers (LINES, n) that balance the slope `pull` (2, n) at the end of a step."""
+    each = np.arange(active.shape[1])
+    first, second = (rate[code, :, each].T for code in active)
+    cross = first[0] * second[1] - first[1] * second[0]
+    two, one = active[1] >= 0, (active[0] >= 0) & (active[1] < 0)
+    values = np.zeros((LINES, active.shape[1]))
+    single = (pull * first).sum(axis=0) / np.maximum((first * first).sum(axis=0), 1e-300)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        both = (
+            (pull[0] * second[1] - pull[1] * second[0]) / cross,
+            (first[0] * pull[1] - first[1] * pull[0]) / cross,
+        )
+    values[active[0][one], each[one]] = single[one]
+    for code, part in zip(active, both, strict=True):
+        values[code[two], each[two]] = np.nan_to_num(part[two], posinf=0.0, neginf=0.0)
+    return values
+
+
+def least_approach(task: Task, place: FloatArray, box: FloatArray) -> Least:
+    """The local least approach that each start `place` (2, n) leads to; `box` (2, n): how far
+    the first step may go, and all steps along the profile of a fillet; mm."""
+    parts = []
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for start in range(0, max(1, place.shape[1]), BLOCK):
+            block = slice(start, start + BLOCK)
+            parts.append(_least(task.pick(block), place[:, block], box[:, block]))
+    return parts[0].and_also(*parts[1:])
+
+
+def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
+    n, depth = place.shape[1], task.depth
+    place, here = place.copy(), local_at(task, *place)
+    limit = np.full((2, n), -1, dtype=np.int8)
+    weight, reach, converged = np.zeros((len(Limit), n)), np.ones(n), np.zeros(n, dtype=bool)
+    going = np.flatnonzero(np.isfinite(here.f))
+    for _ in range(PASSES):
+        # Longer steps along the profile only where it is convex, off the fillets.
+        profile = np.where(here.bend[0, 0] > 0.0, reach, np.minimum(reach, 1.0))
+        at, size = here.pick(going), np.stack((profile, reach))[:, going] * box[:, going]
+        side = np.stack((size[0], size[1], size[0], size[1]))
+        walls = np.broadcast_to(np.array(((1, 0), (0, 1), (-1, 0), (0, -1.0)))[..., None], (4, 2, going.size))
+        bend = at.bend - (weight[:, None, None, going] * at.curve).sum(axis=0)
+        step, active, multiplier = _quadratic_step(
+            at.slope, bend, np.concatenate((at.rate, walls)), np.concatenate((at.margin, side)), depth
+        )
+        boxed = (active >= len(Limit)).any(axis=0)
+        small = (np.abs(step) <= LAST_STEP * depth).all(axis=0) & ~boxed
+        there = local_at(task.pick(going), *(place[:, going] + step))
+        pull = np.maximum(multiplier[: len(Limit)], 0.0)
+        better = there.merit(pull, depth) <= at.merit(pull, depth) + NOISE * depth
+        moved = going[better]
+        place[:, moved] += step[:, better]
+        for name, value in vars(here).items():
+            value[..., moved] = getattr(there, name)[..., better]
+        weight[:, moved] = pull[:, better]
+        limit[:, going] = active
+        reach[going] *= np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
+        converged[going] = small & better
+        going = going[~(small & better) & (reach[going] > 1e-12)]
+        if not going.size:
+            break
+    limit = np.sort(np.where(limit >= len(Limit), -1, limit), axis=0)[::-1]
+    outside = np.maximum(-here.margin.min(axis=0), 0.0)
+    return Least(place, here.f, here.meeting, limit, outside, converged)

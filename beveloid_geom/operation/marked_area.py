@@ -1,0 +1,303 @@
+"""Area of the region of a chart in which a function is negative, to a stated bound.
+
+The function is known on an even grid. Where it changes sign between neighbours a vertex of the
+region's border lies, and the vertices are joined cell by cell to closed polygons. A vertex is
+interpolated between the nearest values on its line; how far lines through the values on either side
+would move it is its doubt. A chord leaves out at most the triangle that the directions of its
+neighbours make with it (an arc without inflection lies in there). Both summed over the border are the
+error of the area. Where most of it is, the function is evaluated again: beside doubtful vertices, and
+on the normals in the middle of chords, for a vertex between; until the error is within the bound.
+
+Kinks need no care of their own: on their two sides different lines fit, which is doubt. A strip
+between two lines of the grid is looked for where values on both sides fall towards it; there a line
+is put between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..design.model import FloatArray
+
+ROUNDS = 12
+"""How often the border is improved, at most."""
+WORSE = 4.0
+"""A border whose error has grown by this is given up: it is not one line at the scale reached."""
+MAX_VERTICES = 20_000
+HALVINGS = 8
+"""How often lines are put between those of the grid for narrow strips, at most."""
+STEEPER = 2.0
+"""Slope assumed towards a strip between lines of the grid, over the slope beside it."""
+BESIDE = np.array([-1.0, -0.3, 0.0, 0.3, 1.0])
+"""Where a vertex is looked for again, over its doubt."""
+ACROSS = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
+"""Where a vertex is looked for on the normal of a chord, over its length."""
+STEEPEST, UNKNOWN = 1.4, 0.5
+"""Angles between chord and border, rad: greatest that is counted, and that of a chord between two edges of
+the chart."""
+
+Function: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Values (n,) at places (n, 2) of the chart; inf where there are none."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Border:
+    """Closed polygons with the region to the left. Vertex k lies at `base` + `t` `way` (n, 2), in the
+    region below `t` and not above; between `low` and `high`, where the function is `below` and `above`.
+    It may be wrong by `doubt` along `t`; `following` (n,) is the next vertex."""
+
+    base: FloatArray
+    way: FloatArray
+    t: FloatArray
+    low: FloatArray
+    high: FloatArray
+    below: FloatArray
+    above: FloatArray
+    doubt: FloatArray
+    following: NDArray[np.int_]
+
+
+def marked_area(
+    function: Function, table: FloatArray, points: FloatArray, bound: float
+) -> tuple[float, float, float]:
+    """Area (mm^2) where the function is negative on a surface, its relative error, and the whole area.
+
+    `table` (n, m): the function on an even grid of the unit square, to which its arguments belong;
+    `points` (n, m, 3), mm, of the surface there. The error is within the relative `bound` unless
+    `ROUNDS` do not suffice or make it worse; it is that of the best of them."""
+    size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
+    amount = _amount(points)
+    whole = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
+
+    def placed(places: FloatArray) -> FloatArray:
+        share = places / size
+        inside = ((share >= 0.0) & (share <= 1.0)).all(axis=1)
+        values = np.full(len(places), np.inf)
+        values[inside] = function(share[inside])
+        return values
+
+    border = _marched(placed, *_resolved(placed, table, size, bound))
+    density, best = whole / size.prod(), (np.inf, 0.0)
+    for count in range(ROUNDS + 1):
+        places = _vertices(border, size)
+        area = _area_inside(places / size, border.following, amount)
+        spread, cut = density * _spread(border, places), density * _cut_off(border, places, size)
+        error, allowed = float(spread.sum() + cut.sum()), bound * max(area, 0.0)
+        best = min(best, (error, area))
+        diverges = error > WORSE * best[0]
+        if error <= allowed or diverges or count == ROUNDS or len(places) > MAX_VERTICES:
+            break
+        moved, split = _worst(spread, allowed / 4.0), _worst(cut, allowed / 4.0)
+        border = _improved(placed, border, places, moved, split[_settled(border, places)[split]])
+    error, area = best
+    return area, error / area if error > 0.0 else 0.0, whole
+
+
+def _length(points: FloatArray) -> float:
+    """Mean length (mm) of the lines of a grid along its first axis."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0).mean())
+
+
+def _amount(points: FloatArray) -> FloatArray:
+    """Area (mm^2) up to each point along the first axis, over the share of the second: the area of a
+    region of the unit square is its integral along the border over the second share."""
+    steps = [1.0 / (n - 1) for n in points.shape[:2]]
+    along = [np.gradient(points, step, axis=axis, edge_order=2) for axis, step in enumerate(steps)]
+    density = np.linalg.norm(np.cross(along[0], along[1]), axis=-1)
+    strips = 0.5 * steps[0] * (density[1:] + density[:-1])
+    return np.concatenate((np.zeros((1, points.shape[1])), np.cumsum(strips, axis=0)))
+
+
+def _area_inside(share: FloatArray, following: NDArray[np.int_], amount: FloatArray) -> float:
+    last = np.array(amount.shape) - 1
+    place = share * last
+    corner = np.minimum(place.astype(int), last - 1)
+    (i, j), (x, y) = corner.T, (place - corner).T
+    low, high = ((1.0 - x) * amount[i, k] + x * amount[i + 1, k] for k in (j, j + 1))
+    value = (1.0 - y) * low + y * high
+    return float(0.5 * (value + value[following]) @ (share[following, 1] - share[:, 1]))
+
+
+def _resolved(
+    function: Function, table: FloatArray, size: FloatArray, bound: float
+) -> tuple[FloatArray, list[FloatArray]]:
+    """The table and its lines (n,), (m,), mm, with more of them where strips would be missed between."""
+    lines = [np.linspace(0.0, length, count) for length, count in zip(size, table.shape, strict=True)]
+    for _ in range(HALVINGS):
+        before = table.shape
+        for axis in (0, 1):
+            rows, line = np.moveaxis(table, axis, 0), lines[axis]
+            hidden = np.maximum(_hidden(rows, line), _hidden(-rows, line))
+            wide, high = np.gradient(lines[1 - axis]), np.gradient(line)
+            if hidden.sum(axis=0) @ wide <= 0.25 * bound * (high @ (rows <= 0.0) @ wide):
+                continue
+            after = np.flatnonzero(hidden.any(axis=1))
+            lines[axis] = np.insert(line, after + 1, 0.5 * (line[after] + line[after + 1]))
+            added = 0.5 * (rows[after] + rows[after + 1])
+            needed = (hidden[after] > 0.0) | ((rows[after] <= 0.0) != (rows[after + 1] <= 0.0))
+            row, column = np.nonzero(needed)
+            places = lines[axis][(after + 1 + np.arange(after.size))[row]], lines[1 - axis][column]
+            added[row, column] = function(np.stack(places if axis == 0 else places[::-1], axis=-1))
+            table = np.moveaxis(np.insert(rows, after + 1, added, axis=0), 0, axis)
+        if table.shape == before:
+            break
+    return table, lines
+
+
+def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
+    """Widths (n - 1, m), mm, over which positive values (n, m) may be negative between lines (n,), mm,
+    without being so at them: where they go on falling from both sides, STEEPER than they do beside."""
+    step = np.diff(line)[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        fall = -np.diff(rows, axis=0) / step
+        none = np.full((1, rows.shape[1]), np.nan)
+        before, after = np.concatenate((none, fall[:-1])), -np.concatenate((fall[1:], none))
+        before, after = (
+            STEEPER * np.maximum(np.where(np.isfinite(own), own, other), 0.0)
+            for own, other in ((before, after), (after, before))
+        )
+        width = step - rows[:-1] / before - rows[1:] / after
+    return np.where((rows[:-1] > 0.0) & (rows[1:] > 0.0) & (width > 0.0), width, 0.0)
+
+
+def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> _Border:
+    """The border of the negative values of a table, cell by cell. Beyond the chart's edges, in a rim of
+    no width, nothing belongs to the region, so that its border is closed."""
+    f = np.pad(table, 2, constant_values=np.inf)
+    node = np.arange(f.size).reshape(f.shape)
+    corners = np.stack((node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]), axis=-1).reshape(-1, 4)
+    inside = f.ravel()[corners] <= 0.0
+    mixed = inside.any(axis=1) & ~inside.all(axis=1)
+    corners, inside = corners[mixed], inside[mixed]
+    beside = np.roll(inside, -1, axis=1)
+    leaves, enters = inside & ~beside, ~inside & beside
+    cell, side = np.nonzero(leaves)
+    others = (side[:, None] + (1, 2, 3)) % 4
+    first = enters[cell[:, None], others].argmax(axis=1)
+    rows, columns = (np.pad(line, 2, mode="edge") for line in lines)
+    place = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    # Of two opposite corners either is cut off alone, or they are joined over the cell's middle.
+    apart = leaves.sum(axis=1) == 2
+    if apart.any():
+        apart[apart] = function(place[corners[apart]].mean(axis=1)) > 0.0
+    back = others[np.arange(len(cell)), np.where(apart[cell], 2, first)]
+    start = corners[cell, side] * f.size + corners[cell, (side + 1) % 4]
+    end = corners[cell, (back + 1) % 4] * f.size + corners[cell, back]
+    order = np.argsort(start)
+    own, other = np.divmod(start[order], f.size)
+    base, way = place[own], place[other] - place[own]
+    line = np.stack([own + k * (other - own) for k in (-1, 0, 1, 2)], axis=-1)
+    fixed = (way == 0.0).all(axis=1)
+    length = np.where(fixed, 1.0, (way**2).sum(axis=1))
+    t = ((place[line] - base[:, None]) * way[:, None]).sum(axis=-1) / length[:, None]
+    found = np.where(fixed, 0.0, _crossing(t, f.ravel()[line], np.full(len(own), 0.5)))
+    t, low, high, below, above, doubt = found
+    following = np.searchsorted(start[order], end[order])
+    return _Border(base, way, t, low, high, below, above, doubt, following)
+
+
+def _crossing(t: FloatArray, f: FloatArray, near: FloatArray) -> FloatArray:
+    """`t`, `low`, `high`, `below`, `above` and `doubt` (6, n) of `_Border` from values `f` (n, k) at
+    rising `t` (n, k): where the region is left nearest to `near` (n,); the end of `t` where all are of it,
+    the start where none are, to go on from there."""
+    n, k = t.shape
+    leaves = (f[:, :-1] <= 0.0) & (f[:, 1:] > 0.0)
+    away = np.where(leaves, np.abs(0.5 * (t[:, :-1] + t[:, 1:]) - near[:, None]), np.inf)
+    pick, row = away.argmin(axis=1), np.arange(n)
+    low, high, below, above = t[row, pick], t[row, pick + 1], f[row, pick], f[row, pick + 1]
+    span = high - low
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        place = np.where(np.isfinite(above), low + span * below / (below - above), 0.5 * (low + high))
+        slope = np.diff(f, axis=1) / np.diff(t, axis=1)
+        slope = np.where(np.isfinite(slope), slope, np.nan)
+        left = np.where(pick > 0, slope[row, pick - 1], np.nan)
+        right = np.where(pick < k - 2, slope[row, np.minimum(pick + 1, k - 2)], np.nan)
+        left = np.where(left > 0.0, low - below / left, np.where(left <= 0.0, high, np.nan))
+        right = np.where(right > 0.0, high - above / right, np.where(right <= 0.0, low, np.nan))
+        apart = np.abs(np.clip([left, right], low, high) - place)
+    known = np.isfinite(apart)
+    doubt = np.where(known.any(axis=0), np.where(known, apart, 0.0).max(axis=0), 0.25 * span)
+    doubt = np.where(np.isfinite(above), doubt, 0.5 * span)
+    end = np.where((f <= 0.0).all(axis=1), t[:, -1], t[:, 0])
+    nowhere = (end, end, end, *np.zeros((3, n)))
+    return np.where(leaves.any(axis=1), (place, low, high, below, above, doubt), nowhere)
+
+
+def _vertices(border: _Border, size: FloatArray) -> FloatArray:
+    return np.clip(border.base + border.t[:, None] * border.way, 0.0, size)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _spread(border: _Border, places: FloatArray) -> FloatArray:
+    """Area (n,) by which the doubt of each vertex can move the border."""
+    before = places[np.argsort(border.following)]
+    return 0.5 * border.doubt * np.abs(_cross(border.way, places[border.following] - before))
+
+
+def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArray:
+    """Area (n,) that the chord after each vertex can leave out: that of the triangle on it with the
+    mean of the turns at its ends. At the chart's edges a turn says nothing; along them a chord is exact."""
+    chord = places[border.following] - places
+    last = chord[np.argsort(border.following)]
+    turn = np.abs(np.arctan2(_cross(last, chord), (last * chord).sum(axis=1)))
+    edge = (places <= 0.0) | (places >= size)
+    turn = np.where(edge.any(axis=1), np.nan, turn)
+    ends = np.stack((turn, turn[border.following]))
+    known = np.isfinite(ends)
+    mean = np.where(known, ends, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    angle = np.where(known.any(axis=0), mean, UNKNOWN)
+    along = (edge & edge[border.following] & (chord == 0.0)).any(axis=1)
+    triangle = 0.25 * (chord**2).sum(axis=1) * np.tan(np.minimum(angle, STEEPEST))
+    return np.where(along, 0.0, triangle)
+
+
+def _worst(errors: FloatArray, allowed: float) -> NDArray[np.int_]:
+    """The greatest errors, without which the sum of the others is allowed."""
+    order = np.argsort(errors)
+    return order[np.cumsum(errors[order]) > allowed]
+
+
+def _settled(border: _Border, places: FloatArray) -> NDArray[np.bool_]:
+    """Whether the ends of the chord after each vertex are in doubt over less than a quarter of it."""
+    doubt = border.doubt * np.hypot(*border.way.T)
+    return np.asarray(
+        4.0 * (doubt + doubt[border.following]) < np.hypot(*(places[border.following] - places).T)
+    )
+
+
+def _improved(
+    function: Function,
+    border: _Border,
+    places: FloatArray,
+    moved: NDArray[np.int_],
+    split: NDArray[np.int_],
+) -> _Border:
+    """The border with vertices `moved` looked for again, and one more in the middle of chords `split`."""
+    following, added = border.following.copy(), len(places) + np.arange(len(split))
+    end = following[split]
+    following = np.append(following, end)
+    following[split] = added
+    chord = places[end] - places[split]
+    base = np.concatenate((border.base, 0.5 * (places[split] + places[end])))
+    way = np.concatenate((border.way, chord[:, ::-1] * (1.0, -1.0)))
+    rows = np.stack([getattr(border, field.name) for field in fields(border)[2:8]])
+    rows = np.hstack((rows, np.zeros((6, len(split)))))
+    t, low, high, below, above, doubt = rows[:, moved, None]
+    again = np.clip(t + doubt * BESIDE, low, high)
+    across = np.broadcast_to(ACROSS, (len(split), ACROSS.size))
+    rays = ((moved, again), (added, across))
+    asked = [(base[k, None] + t[..., None] * way[k, None]).reshape(-1, 2) for k, t in rays]
+    values = function(np.concatenate(asked))
+    f = np.concatenate((below, values[: again.size].reshape(again.shape), above), axis=1)
+    rows[:, moved] = _crossing(np.concatenate((low, again, high), axis=1), f, t[:, 0])
+    rows[:, added] = _crossing(across, values[again.size :].reshape(across.shape), np.zeros(len(split)))
+    t, low, high, below, above, doubt = rows
+    return _Border(base, way, t, low, high, below, above, doubt, following)

@@ -1,0 +1,368 @@
+"""Contact pattern: where the flanks come closer than the marking compound is thick.
+
+While a tooth pair rolls through the mesh, every point of a flank has its least separation from the
+mating flank. The pattern is the region in which it stays below a given thickness; for a pair without
+transmission error the least separation is the ease-off of the one flank against the surface that
+the other one generates.
+
+The separation is the exact distance to the mating flank (`foot.feet`), counted while the foot
+lies on that flank. Along the roll it is sampled, bracketed, and searched for its least value. Where
+the foot leaves the mating flank before, the least value is that at the edge, found by quartering.
+
+The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
+(`first_contact`). The least separation is then positive but for rounding and the interpolation
+between rolls, up to 1e-4 mm where edges carry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..contact.ellipse import MARKING_SEPARATION
+from ..contact.placing import frames_at
+from ..contact.roots import Status
+from ..design.model import Design, FloatArray, Member
+from ..gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
+from ..gear.perpendicular import feet
+from ..pair.frames import to_fixed
+from ..support.few_lines import few_lines
+from .marked_area import marked_area
+from .operating_rolls import Operation, first_contact_operation, given_operation
+
+POSES_PER_PITCH = 10
+"""Poses at which the separation is sampled before it is refined."""
+QUARTERINGS, FINER = 10, 4
+"""Steps to the edge of the mating flank; how much finer steps are made where a change is looked for."""
+GOLDEN, GOLDEN_STEPS = 0.5 * (np.sqrt(5.0) - 1.0), 12
+"""Golden section of the last step between samples: to 2e-5 rad, for kinks of the operation; where there
+are none the vertex of a parabola is the standstill to rounding."""
+BLOCK = 8192
+"""Points taken at a time, so that the arrays stay in the cache."""
+CELLS = ((24, 32), (250, 250))
+"""Least and greatest numbers of cells along depth and face. The least resolves the strip along a
+flank's root that the mating tip does not reach."""
+AREA_ERROR = 0.01
+"""Relative error that an area may have unless told otherwise."""
+LEAST_AREA_ERROR = 1e-3
+"""What the interpolation of the rolls leaves of an area."""
+MAX_POINTS = 1_000_000
+ROUNDING = 1e-12
+"""Relative: what counts as whole."""
+NEAR = 4.0
+"""Multiples of the separation up to which the least separation is resolved to a tolerance."""
+
+
+class PatternStatus(IntEnum):
+    """How the separation of one point comes to its least value."""
+
+    STANDSTILL = 0
+    """It stands still there."""
+    MATE_EDGE = 1
+    """The foot reaches an edge of the mating flank there."""
+    END_OF_ROLL = 2
+    """It still falls at the first or the last pose."""
+    NO_MATE = 3
+    """The point has no foot on the mating flank at any pose; NaN."""
+
+
+@dataclass(frozen=True, eq=False)
+class MemberPattern:
+    """The pattern on one member's flank. Arrays (nl, nz) over depth and face, root and toe first:
+    `l`, `z`, mm; `points` (nl, nz, 3), own frame, mm; `least`, the least separation, mm, negative
+    for overlap; `pinion_roll` at which it occurs, rad; `marked`, whether it is within the
+    separation of the pattern; `status`: codes of `PatternStatus`. `area` of the marked region, mm^2,
+    and its share of the active flank; `area_error`, a bound on the relative error of both, whatever
+    the grid."""
+
+    __repr__ = few_lines
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    least: FloatArray
+    pinion_roll: FloatArray
+    marked: NDArray[np.bool_]
+    status: NDArray[np.int8]
+    area: float
+    area_share: float
+    area_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPattern:
+    """Contact pattern of one flank pair for a `separation`, mm, over pinion rolls from the first
+    to the second of `roll_range`, rad."""
+
+    __repr__ = few_lines
+
+    flank: str
+    separation: float
+    roll_range: tuple[float, float]
+    pinion: MemberPattern
+    gear: MemberPattern
+
+
+Approach: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+"""Separation (mm) of points (..., 3), own frame, at pinion rolls that broadcast with them; infinite
+while the foot is not on the mating flank."""
+
+
+def contact_pattern(
+    design: Design,
+    flank: str = "right",
+    separation: float = MARKING_SEPARATION,
+    *,
+    resolution: float | None = None,
+    tolerance: float | None = None,
+    area_error: float = AREA_ERROR,
+    pinion_roll: ArrayLike | None = None,
+    gear_roll: ArrayLike | None = None,
+) -> ContactPattern:
+    """Contact pattern of a single design for a `separation` in mm, over the mesh of one tooth pair.
+
+    The grids have points about every `resolution` (mm), or so many that the least separation
+    interpolated between them is right to about `tolerance` (mm; a twentieth of the separation unless
+    told otherwise). Both are for the grids alone. The areas are found apart from them, each until it is
+    right to the share `area_error` of itself; the `area_error` of a member is the bound that was kept,
+    greater than that asked for only where `marked_area` had to stop before. `pinion_roll` and
+    `gear_roll` (n,), rad: poses of the pair, in the order of the roll, between which its transmission
+    error is interpolated; without them see the module's text.
+
+    Raises ValueError for a batch of designs, lengths or an error of areas that are not positive or too
+    fine, poses of one member only, or where the first contact is not known."""
+    _check(design, separation, resolution, tolerance, area_error)
+    operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
+    patterns = []
+    rolls = sampled_rolls(design, operation)
+    for number, member in enumerate(design.members):
+        side = _Side(member, flank, approach_of(design, flank, number, operation), rolls)
+        if resolution is not None:
+            grid = _found_on(side, _cells_of_size(member, resolution))
+            coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
+            found = _found_on(side, CELLS[0]) if coarse else grid
+        else:
+            grid = found = _within(
+                side, separation / 20.0 if tolerance is None else tolerance, NEAR * separation
+            )
+        patterns.append(_member_pattern(side, grid, found, separation, area_error))
+    span = float(operation.roll[0]), float(operation.roll[-1])
+    return ContactPattern(flank, separation, span, *patterns)
+
+
+def _check(
+    design: Design, separation: float, resolution: float | None, tolerance: float | None, area_error: float
+) -> None:
+    if design.batch_shape:
+        raise ValueError(f"a pattern is that of one design, got a batch of the shape {design.batch_shape}")
+    if resolution is not None and tolerance is not None:
+        raise ValueError("give resolution or tolerance, not both")
+    lengths = {"separation": separation, "resolution": resolution, "tolerance": tolerance}
+    for name, length in lengths.items():
+        if length is not None and not 0.0 < length < np.inf:
+            raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
+    if not LEAST_AREA_ERROR <= area_error < 1.0:
+        raise ValueError(f"area_error must be from {LEAST_AREA_ERROR:g} to under 1, got {area_error:g}")
+
+
+def approach_of(design: Design, flank: str, member: int, operation: Operation) -> Approach:
+    """Separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
+    other = 1 - member
+
+    def approach(points: FloatArray, roll: FloatArray) -> FloatArray:
+        frames = frames_at(design, roll, operation.gear_roll(design, roll))
+        frame, (rotation, origin) = frames[member], frames[other]
+        seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
+        found = feet(design.members[other], flank, seen)
+        return np.where(found.status == Status.SOLVED, found.distance, np.inf)
+
+    return approach
+
+
+def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
+    """Pinion rolls (n,), rad, at which the separation is sampled over the cycle."""
+    span = operation.roll[-1] - operation.roll[0]
+    count = _whole(POSES_PER_PITCH * span * float(design.pinion.teeth) / (2.0 * np.pi)) + 1
+    return np.linspace(operation.roll[0], operation.roll[-1], max(count, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """A member's flank and its separation from the mating one over the cycle's `rolls` (n,), rad."""
+
+    member: Member
+    flank: str
+    approach: Approach
+    rolls: FloatArray
+
+    def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the toe."""
+        member, root = self.member, root_parameter(self.member)
+        z = float(member.face_width) * (face - 0.5)
+        tip = tip_parameter(member, self.flank, z)
+        if not np.isfinite(tip).all():
+            raise ValueError(
+                f"the {self.flank} flank does not reach its tip cone: reduce the addendum or the shift"
+            )
+        l = root + depth * (tip - root)
+        z = np.broadcast_to(z, l.shape)
+        return l, z, flank_point(member, self.flank, l, trace_parameter(member, self.flank, l, z))
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound."""
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    least: FloatArray
+    pinion_roll: FloatArray
+    status: NDArray[np.int8]
+
+
+def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
+    """Least separations on a grid evenly spaced in depth and face."""
+    depth, face = (np.linspace(0.0, 1.0, count + 1) for count in cells)
+    l, z, points = side.at(depth[:, None], face)
+    least, roll, status = least_separation(side.approach, points.reshape(-1, 3), side.rolls)
+    shape = l.shape
+    return _Grid(l, z, points, least.reshape(shape), roll.reshape(shape), status.reshape(shape))
+
+
+def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
+    depth = 2.0 * float(member.tool.addendum * np.asarray(member.tool.normal_module))
+    cells = _whole(depth / resolution), _whole(float(member.face_width) / resolution)
+    if (cells[0] + 1) * (cells[1] + 1) > MAX_POINTS:
+        raise ValueError(
+            f"resolution {resolution:g} mm is too fine: it takes more than {MAX_POINTS:,} points"
+        )
+    return cells
+
+
+def _whole(number: float) -> int:
+    """The number rounded up; rounding of a whole one must not make it one more."""
+    return int(np.ceil(number - ROUNDING * number))
+
+
+def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
+    """A grid on which an interpolated least separation is off by about `tolerance`, half of it from
+    either direction, judged by second differences where it is a standstill, at most `highest`."""
+    grid, counts = _found_on(side, CELLS[0]), []
+    table = np.where((grid.status == PatternStatus.STANDSTILL) & (grid.least <= highest), grid.least, np.nan)
+    for axis in (0, 1):
+        values = np.moveaxis(table, axis, 0)
+        bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+        bend = bend[np.isfinite(bend)]
+        count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
+        counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
+    cells = counts[0], counts[1]
+    return grid if cells == CELLS[0] else _found_on(side, cells)
+
+
+def _member_pattern(
+    side: _Side, grid: _Grid, found: _Grid, separation: float, area_error: float
+) -> MemberPattern:
+    """The pattern on a `grid`, its area from the grid `found`: by the root of the least separation, which
+    grows about evenly both beside the path of contact and beyond the reach of the mating edge."""
+
+    def excess(least: FloatArray) -> FloatArray:
+        return np.where(np.isnan(least), np.inf, np.sqrt(np.maximum(least, 0.0)) - np.sqrt(separation))
+
+    def excess_at(share: FloatArray) -> FloatArray:
+        *_, points = side.at(*share.T)
+        return excess(least_separation(side.approach, points, side.rolls)[0])
+
+    area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
+    return MemberPattern(
+        **vars(grid),
+        marked=grid.least <= separation,
+        area=area,
+        area_share=area / whole,
+        area_error=error,
+    )
+
+
+def least_separation(
+    approach: Approach, points: FloatArray, rolls: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
+    """Least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
+    points (n, 3) over the range of evenly spaced `rolls`."""
+    block = max(1, BLOCK // len(points))
+    starts = range(0, len(rolls), block)
+    table = np.concatenate([approach(points, rolls[k : k + block, None]) for k in starts])
+    best = table.argmin(axis=0)
+    least, at = table.min(axis=0), rolls[best]
+    status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
+    met = np.flatnonzero(np.isfinite(least))
+    points, table, best = points[met], table[:, met], best[met]
+    low, high = _brackets(approach, points, table, best, rolls)
+    least[met], at[met] = _refined(approach, points, (low, at[met], high), least[met])
+    small = 1e-3 * (rolls[1] - rolls[0])
+    for limit, end, way in ((low, 0, -1), (high, len(rolls) - 1, 1)):
+        close = np.abs(at[met] - limit) <= small
+        beside = np.clip(best + way, 0, len(rolls) - 1)
+        leaves = np.isinf(table[beside, np.arange(len(met))])
+        status[met[close & leaves]] = PatternStatus.MATE_EDGE
+        status[met[close & (best == end)]] = PatternStatus.END_OF_ROLL
+    least[np.isinf(least)], at[status == PatternStatus.NO_MATE] = np.nan, np.nan
+    return least, at, status
+
+
+def _brackets(
+    approach: Approach, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rolls (n,) next to the best sample on either side, or where the foot leaves the mating flank before."""
+    beside = np.clip(best + np.array([[-1], [1]]), 0, len(rolls) - 1)
+    outer = rolls[beside]
+    way, lost = np.nonzero(np.isinf(table[beside, np.arange(len(best))]))
+    valid, step = rolls[best[lost]], outer[way, lost] - rolls[best[lost]]
+    for _ in range(QUARTERINGS if lost.size else 0):
+        step = 0.25 * step
+        held = np.isfinite(approach(points[lost], valid + step * np.arange(1.0, 4.0)[:, None]))
+        valid = valid + step * np.logical_and.accumulate(held).sum(axis=0)
+    outer[way, lost] = valid
+    return outer[0], outer[1]
+
+
+def _refined(
+    approach: Approach,
+    points: FloatArray,
+    bracket: tuple[FloatArray, FloatArray, FloatArray],
+    value: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Least separation and its roll inside a bracket (low, best sample, high): sampled once more, as
+    the operation may have kinks, then by golden section."""
+    low, centre, high = bracket
+    x = np.concatenate((centre[None], low + (high - low) * np.linspace(0.0, 1.0, 2 * FINER + 1)[:, None]))
+    y = np.concatenate((value[None], approach(points, x[1:])))
+    value, centre = _least_of(y, x)
+    step = (high - low) / (2 * FINER)
+    left, right = np.maximum(centre - step, low), np.minimum(centre + step, high)
+    inner = np.stack((right - GOLDEN * (right - left), left + GOLDEN * (right - left)))
+    gaps = approach(points, inner)
+    for _ in range(GOLDEN_STEPS):
+        falls = gaps[0] > gaps[1]
+        left, right = np.where(falls, inner[0], left), np.where(falls, right, inner[1])
+        added = np.where(falls, left + GOLDEN * (right - left), right - GOLDEN * (right - left))
+        gap = approach(points, added)
+        inner = np.where(falls, (inner[1], added), (added, inner[0]))
+        gaps = np.where(falls, (gaps[1], gap), (gap, gaps[0]))
+    value, centre = _least_of(np.vstack((value, gaps)), np.vstack((centre, inner)))
+    step = right - left
+    before, after = (approach(points, np.clip(centre + way * step, low, high)) for way in (-1.0, 1.0))
+    with np.errstate(invalid="ignore", divide="ignore"):  # flat, or beyond an edge of the mating flank
+        away = 0.5 * step * (before - after) / (before - 2.0 * value + after)
+    vertex = np.clip(centre + np.where(np.abs(away) <= step, away, 0.0), low, high)
+    return _least_of(np.stack((value, approach(points, vertex))), np.stack((centre, vertex)))
+
+
+def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least of the values (k, n) along the first axis, and its place."""
+    pick = values.argmin(axis=0)[None]
+    return np.take_along_axis(values, pick, axis=0)[0], np.take_along_axis(places, pick, axis=0)[0]

@@ -1,0 +1,1 @@
+"""How two gears stand to each other: frames, mounting, layouts that close."""

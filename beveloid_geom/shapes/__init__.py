@@ -1,0 +1,1 @@
+"""Triangles and hexahedra of teeth and gears, and contact found by meshes."""

@@ -1,0 +1,94 @@
+"""Whole teeth to look at: surfaces with exact normals, and sections.
+
+The surfaces are those of the solid (`solid.tooth_surface`), but each part has points of its own
+there, so that edges stay sharp and normals are those of the true surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..design.model import FloatArray, Member
+from ..support.few_lines import few_lines
+from .outline import cut_sheets
+from .sampling import Faces, cells_for, form_of, grid_of, stations
+from .section import SIDES
+from .solid import NAMES, tooth_surface, turned
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of a gear: `points` (mm) and unit `normals` (n, 3), `faces` (m, 3) winding
+    outwards, `part` (m,): which of `names` each face belongs to. Parts do not share points, so
+    that edges stay sharp."""
+
+    __repr__ = few_lines
+
+    points: FloatArray
+    normals: FloatArray
+    faces: Faces
+    part: NDArray[np.int64]
+    names: tuple[str, ...]
+
+    def of(self, *names: str) -> Mesh:
+        """Only the faces of the named parts."""
+        return self.where(self.is_of(*names))
+
+    def is_of(self, *names: str) -> NDArray[np.bool_]:
+        """Which faces (m,) belong to the named parts."""
+        return np.isin(self.part, [self.names.index(name) for name in names])
+
+    def where(self, wanted: NDArray[np.bool_]) -> Mesh:
+        """Only the faces `wanted` (m,), with the points they use."""
+        used, faces = np.unique(self.faces[wanted], return_inverse=True)
+        return Mesh(
+            self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[wanted], self.names
+        )
+
+
+def gear_mesh(
+    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+) -> Mesh:
+    """The whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), own frame. All teeth are the
+    whole gear.
+
+    Raises ValueError as `tooth_surface` does."""
+    numbers = np.arange(int(member.teeth)) if teeth is None else np.asarray(teeth)
+    surface = tooth_surface(member, tolerance, bore_radius, len(numbers))
+    whole = len(numbers) == int(member.teeth)
+    angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)
+    points, normals, faces, part, start = [], [], [], [], 0
+    for piece in surface.pieces:
+        at = angles
+        if piece.name in SIDES:
+            at = angles[:0] if whole else angles[:1] if piece.name == SIDES[0] else angles[-1:]
+        points.append(turned(piece.points, at).reshape(-1, 3))
+        normals.append(turned(piece.normals, at).reshape(-1, 3))
+        first = start + len(piece.points) * np.arange(len(at))
+        faces.append((first[:, None, None] + piece.faces).reshape(-1, 3))
+        part.append(np.full(len(faces[-1]), NAMES.index(piece.name)))
+        start += len(points[-1])
+    return Mesh(
+        np.concatenate(points), np.concatenate(normals), np.concatenate(faces), np.concatenate(part), NAMES
+    )
+
+
+def transverse_section(member: Member, z: float, tolerance: float) -> FloatArray:
+    """Outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
+    clock. Its points are exact, `tolerance` (mm) sets how many. Raises ValueError as
+    `outline.cut_sheets` does."""
+    at, pieces = np.array([z]), []
+    for name, sheet in cut_sheets(member).items():
+        form = form_of(sheet, tolerance)
+        s, _ = stations(form, cells_for(form, tolerance)[0], 1, sheet.half_width)
+        points = grid_of(sheet, s, at).points[:, 0, :2]
+        pieces.append(points[:0:-1] if name.startswith("right") else points[:-1])
+    tooth = np.concatenate(pieces) @ (1.0, 1.0j)
+    turns = np.exp(2.0j * np.pi / float(member.teeth) * np.arange(int(member.teeth)))
+    outline = np.multiply.outer(turns, tooth).ravel()
+    outline = np.append(outline, outline[0])
+    return np.stack((outline.real, outline.imag), axis=-1)

@@ -1,0 +1,1 @@
+"""Claims, measured: the paper's statements, one method against another."""

@@ -1,0 +1,274 @@
+"""Ways to find the contacts of a flank pair at given positions, each with a setting of its own.
+
+They are what `comparison` compares: every function takes `Positions` and a setting and returns the
+points and rolls it finds there, as well or as badly as the setting allows. What cannot be found is
+NaN, or an ArithmeticError or ValueError that says why. The truth of `Positions` serves to say where
+to look (pinion rolls, or l1), never what is found there; only a search by meshes starts from it, as
+said at `mesh_answer`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from ..contact.equation import (
+    Pairing,
+    contact_point,
+    gap_and_slope,
+    meet,
+    pairing_of,
+    roll_angles,
+    terms_of_one,
+)
+from ..contact.path import ContactPath, path_of_contact
+from ..contact.roots import Status
+from ..design.model import Design, FloatArray
+from ..gear.flank import flank_patch, trace_parameter
+from ..gear.rack import Numbers, Rack
+from ..pair.frames import Layout
+from ..pair.mounting import mounting_of
+from ..shapes.mesh_contact import MeshContact, mesh_contact
+
+if TYPE_CHECKING:
+    from ..reference.five_equations_math import Contacts
+
+COUNT = 5
+"""Positions compared: the middles of as many even parts of the path, in pinion roll."""
+START_TURN = 1e-4
+"""rad by which the gear stands off when a search by meshes starts."""
+TURNS, TURNED, TURNED_EXACTLY = 8, 1e-2, 1e-11
+"""Turns of the gear within which the least separation must vanish: to a share of the sampling
+tolerance, polished to as many mm."""
+IMAGINARY = 1e-8
+"""Complex step in single precision: its square is below rounding, and its powers are not denormal."""
+
+Answer: TypeAlias = tuple[FloatArray, FloatArray]
+"""Points (n, 3) in S_f, mm, and rolls (2, n), pinion first, rad, at the positions compared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Positions:
+    """Positions of a flank pair and the truth there, rounded to double: `pinion_roll`, `gear_roll`
+    (n,), rad; `l1` (n,), mm; `point` (n, 3) in S_f, mm."""
+
+    design: Design
+    flank: str
+    pinion_roll: FloatArray
+    gear_roll: FloatArray
+    l1: FloatArray
+    point: FloatArray
+
+
+def one_design(design: Design, what: str) -> None:
+    """Raises TypeError for what is no design, ValueError for a batch of designs."""
+    if not isinstance(design, Design):
+        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
+    if design.batch_shape:
+        raise ValueError(f"{what} on one design, got a batch of the shape {design.batch_shape}")
+
+
+def whole_numbers(name: str, values: Iterable[object], least: int) -> None:
+    """Raises TypeError for what is no row of whole numbers, ValueError for one under `least`."""
+    for value in _row_of(name, values):
+        if isinstance(value, bool) or not isinstance(value, int | np.integer):
+            raise TypeError(f"{name} must be whole numbers, got {value!r}")
+        if value < least:
+            raise ValueError(f"{name} must be at least {least}, got {value}")
+
+
+def positive_numbers(name: str, values: Iterable[object]) -> None:
+    """Raises TypeError for what is no row of numbers, ValueError for one that is not finite and positive."""
+    for value in _row_of(name, values):
+        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+            raise TypeError(f"{name} must be numbers, got {value!r}")
+        if not 0.0 < float(value) < np.inf:
+            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
+
+
+def _row_of(name: str, values: Iterable[object]) -> list[object]:
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
+    return list(values)
+
+
+def true_positions(design: Design, flank: str) -> Positions:
+    """The positions compared, by the five equations at 60 digits.
+
+    The path of contact says at which rolls, and where to start. Raises TypeError for what is no
+    design, ValueError for a batch of designs, where the flanks have no contact, and where the equations
+    are singular."""
+    from ..reference.five_equations_mp import solve_mp
+
+    one_design(design, "methods are compared")
+    path = path_of_contact(design, flank, 2 * COUNT + 1)
+    if not path.l1.size or (path.status != Status.SOLVED).any():
+        status = Status(int(path.status.max() if path.l1.size else path.ends.status))
+        raise ValueError(f"the {flank} flanks have no contact to compare methods at ({status.name})")
+    distance = mounting_of(design).distance
+    columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
+    guesses = np.stack(columns, axis=-1)[1::2]
+    try:
+        found = [
+            solve_mp(design, flank, guess.tolist(), ("phi1", float(guess[4])), (distance[0], distance[1]))
+            for guess in guesses
+        ]
+    except ArithmeticError as error:
+        raise ValueError(f"the {flank} flanks have no truth to compare methods with: {error}") from error
+    numbers = np.array([[float(x) for x in (c.phi2, c.l1, *c.point)] for c in found])
+    return Positions(design, flank, guesses[:, 4], numbers[:, 0], numbers[:, 1], numbers[:, 2:])
+
+
+def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
+    """By proximity of flanks sampled to `tolerance` (mm), the gear turned until they touch.
+
+    The gear starts START_TURN off its true roll and is turned by the least separation over the
+    moment of its normal, until that separation vanishes. Raises ArithmeticError where it does not,
+    or where the flanks are nearest on an edge."""
+    found = [
+        _turned(positions, tolerance, polish, pinion_roll, gear_roll)
+        for pinion_roll, gear_roll in zip(
+            positions.pinion_roll.tolist(), (positions.gear_roll + START_TURN).tolist(), strict=True
+        )
+    ]
+    rolls = np.array([roll for _, roll in found])
+    return np.array([contact.point for contact, _ in found]), np.stack((positions.pinion_roll, rolls))
+
+
+def _turned(
+    positions: Positions, tolerance: float, polish: bool, pinion_roll: float, gear_roll: float
+) -> tuple[MeshContact, float]:
+    """The contact of meshes at a pinion roll, and the gear roll to which it is turned."""
+    design, flank = positions.design, positions.flank
+    limit = TURNED_EXACTLY if polish else TURNED * tolerance
+    for _ in range(TURNS):
+        rolls = {"pinion_roll": pinion_roll, "gear_roll": gear_roll}
+        found = mesh_contact(design, flank, tolerance, **rolls, polish=polish)
+        if found.status != Status.SOLVED:
+            raise ArithmeticError(f"the meshes give {found.status.name} at pinion roll {pinion_roll:.4f} rad")
+        u = trace_parameter(design.gear, flank, found.l[1], found.z[1])
+        own = flank_patch(design.gear, flank, found.l[1], u)
+        gear_roll += found.separation / float(own.point[0] * own.normal[1] - own.point[1] * own.normal[0])
+        if abs(found.separation) <= limit:
+            return found, gear_roll
+    raise ArithmeticError(f"the least separation does not vanish within {TURNS} turns of the gear")
+
+
+def along(size: int) -> tuple[int, slice]:
+    """The size 10 k + 1 of a path nearest to `size`, and where such a path holds the positions compared."""
+    step = max(1, round((size - 1) / (2 * COUNT)))
+    return 2 * COUNT * step + 1, slice(step, None, 2 * step)
+
+
+def five_answer(
+    positions: Positions,
+    solve: Callable[..., Contacts],
+    xtol: float,
+    rolls: FloatArray,
+    picked: slice,
+    cold: bool,
+) -> Answer:
+    """By the five equations as `solve` of `reference` has them, at pinion `rolls` (rad) of which
+    `picked` are compared. From the pitch point, each of them if `cold`, else the first."""
+    from ..reference.pitch_region import pitch_guess
+
+    distance = mounting_of(positions.design).distance
+    known = solve(
+        positions.design,
+        positions.flank,
+        rolls,
+        pitch_guess(positions.design, positions.flank),
+        (float(distance[0]), float(distance[1])),
+        xtol=xtol,
+        cold=cold,
+        residual_limit=float("inf"),
+    )
+    point = np.where(known.converged[:, None], known.point, np.nan)
+    return point[picked], np.stack((known.phi1, known.phi2))[:, picked]
+
+
+def path_answer(positions: Positions, size: int) -> Answer:
+    """By `path_of_contact` of `size` 10 k + 1 positions, ends included."""
+    _, picked = along(size)
+    return _of_path(path_of_contact(positions.design, positions.flank, size), picked)
+
+
+def _of_path(path: ContactPath, picked: slice) -> Answer:
+    return path.point[picked], np.stack((path.pinion_roll, path.gear_roll))[:, picked]
+
+
+def batches(positions: Positions, size: int, dtype: type[np.floating[Any]] = np.float64) -> list[FloatArray]:
+    """The l1 compared, in calls of `size`; a larger call is filled up with l1 in between, behind them."""
+    l1 = positions.l1
+    if size >= COUNT:
+        return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT)).astype(dtype)]
+    return [part.astype(dtype) for part in np.array_split(l1, -(-COUNT // size))]
+
+
+def _joined(found: list[Answer]) -> Answer:
+    points, rolls = zip(*found, strict=True)
+    return np.concatenate(points)[:COUNT], np.concatenate(rolls, axis=-1)[:, :COUNT]
+
+
+def given_answer(positions: Positions, calls: list[FloatArray]) -> Answer:
+    """By `path_of_contact` at given l1, a call for each batch. Raises ArithmeticError with the status
+    of positions that it does not find."""
+    paths = [path_of_contact(positions.design, positions.flank, l1=l1) for l1 in calls]
+    point, roll = _joined([_of_path(path, slice(None)) for path in paths])
+    lost = np.isnan(point).any(axis=-1)
+    if lost.any():
+        codes = np.concatenate([path.status for path in paths])[:COUNT][lost]
+        names = ", ".join(Status(code).name for code in np.unique(codes).tolist())
+        raise ArithmeticError(f"{lost.sum()} of {COUNT} positions not found by their l1 ({names})")
+    return point, roll
+
+
+def newton_answer(pairing: Pairing, calls: list[FloatArray], iterations: int) -> Answer:
+    """By `newton_contacts`, a call for each batch. Raises ValueError if it was not done in the
+    precision of the batch."""
+    found = _joined([newton_contacts(pairing, l1, iterations) for l1 in calls])
+    if found[0].dtype != calls[0].dtype:
+        raise ValueError(f"the one equation was evaluated in {found[0].dtype}, not in {calls[0].dtype}")
+    return found
+
+
+def newton_contacts(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer:
+    """Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, without any safeguard.
+
+    `l1` (n,), mm, is of the precision in which all is done, as the pairing, of a single design, must
+    be. Points (n, 3), mm, and rolls (2, n), rad, are those where it arrives, whether F is 0 there or
+    not."""
+    start = 0.5 * (pairing.lowest[1] + pairing.highest[1])
+    l = np.stack((l1[None], np.broadcast_to(start, (1, l1.size))))
+    for _ in range(iterations):
+        gap, slope = _gap_and_slope(pairing, l)
+        l[1] -= gap / slope
+    met = meet(pairing, l)
+    return contact_point(met)[:, 0].T, roll_angles(pairing, met)[:, 0]
+
+
+def _gap_and_slope(pairing: Pairing, l: Numbers) -> tuple[Numbers, Numbers]:
+    if l.dtype == np.float64:
+        return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
+    shifted = l.astype(np.complex64)
+    shifted[1] += IMAGINARY * 1j
+    gap = meet(pairing, shifted).gap
+    return gap.real, gap.imag / np.float32(IMAGINARY)
+
+
+def prepared(design: Design, flank: str, dtype: type[np.floating[Any]] = np.float64) -> Pairing:
+    """The constants of the one equation in a precision."""
+    pairing = pairing_of(design, flank)
+    if dtype is np.float64:
+        return pairing
+    rack = replace(pairing.rack, **_rounded(pairing.rack, dtype))
+    layout = replace(pairing.layout, **_rounded(pairing.layout, dtype))
+    return replace(pairing, **_rounded(pairing, dtype), rack=rack, layout=layout)
+
+
+def _rounded(part: Pairing | Rack | Layout, dtype: type[np.floating[Any]]) -> dict[str, Any]:
+    numbers = {name: value for name, value in vars(part).items() if isinstance(value, np.ndarray)}
+    return {name: value.astype(dtype) for name, value in numbers.items()}

@@ -1,0 +1,272 @@
+"""Maps of a design: cells against single designs, symmetries, the paper's numbers, and their figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan, radians
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom.analysis.maps import (
+    FIGURES,
+    OVER,
+    DesignMap,
+    Over,
+    design_at,
+    map_of,
+    own_values,
+    usual_bounds,
+)
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.limits import parabola_limit
+from beveloid_geom.design.model import Design, Errors
+from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.map import quadrant_bests
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored
+from viz.figures import FIGURES as PAGES
+from viz.figures.results import maps as fig_maps
+from viz.stage import theme
+
+OFFSET = Errors(offset=0.05)
+MODIFIED = (0.001, -0.001)
+BOUNDS = {"parabola": (-0.0006, 0.0004), "mounting": (-45.0, 30.0), "shift": (-0.2, 0.4)}
+
+
+def small_map(design: Design, over: Over, flank: str = "right", **more: Any) -> DesignMap:
+    more = {"pinion": BOUNDS[over], "gear": BOUNDS[over], "steps": 4, "errors": OFFSET, **more}
+    return map_of(design, over, flank, **more)
+
+
+def expected(cell: Design, flank: str) -> dict[str, float]:
+    """Figures of one cell by paths of single designs; the shift by hand."""
+    path = path_of_contact(cell, flank, 17)
+    backlash = float(mounting_of(cell).normal_backlash)
+    play = float(tangent_backlash(cell).normal)
+    if path.l1.size == 0:
+        return dict.fromkeys(FIGURES, nan) | {"normal_backlash": backlash, "mounted_backlash": play}
+    along = np.array([path.pinion_z[9] - path.pinion_z[7], path.l1[9] - path.l1[7]])
+    squares = []
+    for sign in (1.0, -1.0):
+        other = path_of_contact(cell.with_errors(Errors(offset=sign * 0.05)), flank, 17)
+        if other.l1.size == 0:
+            squares.append(nan)
+            continue
+        move = np.array([other.pinion_z[8] - path.pinion_z[8], other.l1[8] - path.l1[8]])
+        squares.append(((move[0] * along[1] - move[1] * along[0]) / np.hypot(*along)) ** 2)
+    z, r = path.pinion_z, path.pinion_r
+    return {
+        "contact_ratio": float(path.ends.contact_ratio),
+        "angle": float(np.arctan((r[-1] - r[0]) / (z[-1] - z[0]))),
+        "shift": float(np.sqrt(np.mean(squares))),
+        "peak_to_peak": float(np.ptp(path_of_contact(cell, flank, 2001).transmission_error)),
+        "centre": float(z[8]),
+        "normal_backlash": backlash,
+        "mounted_backlash": play,
+        "flank_share": nan,
+    }
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("over", OVER)
+def test_cells_are_those_of_single_designs(over: Over, flank: str) -> None:
+    design = table1() if over == "parabola" else table1(MODIFIED)
+    found = small_map(design, over, flank)
+    assert found.status.shape == (4, 4)
+    for i, j in np.ndindex(4, 4):
+        cell = design_at(design, over, float(found.pinion[i]), float(found.gear[j]))
+        wanted = expected(cell, flank)
+        assert found.status[i, j] == path_of_contact(cell, flank, 3).ends.status
+        for name in FIGURES:
+            value = getattr(found, name)[i, j]
+            rough = {"peak_to_peak": 1e-7}.get(name, 1e-9)  # by a parabola through three of 17 positions
+            np.testing.assert_allclose(value, wanted[name], rtol=1e-9, atol=rough, err_msg=name)
+    lost = found.status == Status.OFF_FLANK
+    assert lost.any() or over != "mounting"
+    assert (np.isnan(found.contact_ratio) == lost).all()
+
+
+def test_jammed_cells_are_not_sound() -> None:
+    """With an offset error the layout has backlash and the pair none."""
+    found = map_of(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
+    assert (found.mounted_backlash < found.normal_backlash).all()
+    assert (found.jammed & ~found.interferes).any()
+    assert not (found.sound & found.jammed).any()
+
+
+def test_the_papers_numbers() -> None:
+    found = map_of(table1(), "parabola", steps=3, errors=OFFSET)
+    np.testing.assert_allclose(found.pinion, [-0.001, 0.0, 0.001], atol=1e-18)
+    assert found.contact_ratio[1, 1] == pytest.approx(1.651001, abs=5e-7)
+    assert found.contact_ratio[2, 0] == pytest.approx(1.816308, abs=5e-7)
+    assert found.peak_to_peak[1, 1] < 1e-13
+    assert float(found.normal_backlash[0, 0]) == pytest.approx(0.0416, abs=5e-5)
+    assert own_values(table1(), "parabola") == (0.0, 0.0)
+    assert list(found.hollow.sum(axis=1)) == [0, 1, 2]
+    assert {name: int(cells.sum()) for name, cells in found.quadrants().items()} == dict.fromkeys(
+        ("C1", "C2", "C3", "C4"), 1
+    )
+    assert found.quadrants()["C3"][2, 0]
+
+
+@pytest.mark.parametrize("over", OVER)
+def test_a_mirrored_pair_has_the_map_of_its_other_flank(over: Over) -> None:
+    design = table1(MODIFIED)
+    one, other = small_map(design, over, "right"), small_map(mirrored(design), over, "left")
+    for name in FIGURES:
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=1e-8, atol=1e-9)
+    np.testing.assert_array_equal(other.status, one.status)
+
+
+@pytest.mark.parametrize("over", OVER)
+def test_exchanged_members_transpose_the_map(over: Over) -> None:
+    """The error is then that of the other member's roll; by as much differs the roll that a ratio counts.
+    Shift, angle and middle are those on the other member."""
+    design = table1() if over != "parabola" else table1(MODIFIED)
+    one, other = small_map(design, over), small_map(exchanged(design), over)
+    np.testing.assert_array_equal(other.status, one.status.T)
+    np.testing.assert_allclose(other.normal_backlash, one.normal_backlash.T, atol=1e-9)
+    swing = one.peak_to_peak.T
+    np.testing.assert_allclose(other.peak_to_peak, 45.0 / 29.0 * swing, rtol=1e-3, atol=1e-12)
+    differ = np.abs(other.contact_ratio - one.contact_ratio.T)[one.solved.T]
+    assert (differ < 45.0 / (2.0 * np.pi) * swing[one.solved.T] + 1e-9).all()
+
+
+def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
+    """Without parabolas the path is the same line; the more the shift, the less the backlash."""
+    found = small_map(table1(), "shift", flank="left")
+    assert np.ptp(found.shift) < 1e-9
+    assert (np.diff(found.normal_backlash, axis=0) < 0.0).all()
+    np.testing.assert_array_equal(found.interferes, found.normal_backlash < 0.0)
+    np.testing.assert_array_equal(found.sound, found.solved & ~found.interferes)
+    cell = design_at(table1(), "shift", 0.3, 0.4)
+    assert (cell.pinion.profile_shift, cell.gear.profile_shift) == (0.3, 0.4)
+    np.testing.assert_allclose(mounting_of(cell).distance, mounting_of(table1()).distance, atol=1e-9)
+
+
+def test_mounting_moves_the_flanks_under_the_path() -> None:
+    found = small_map(table1(), "mounting", pinion=(-5.0, 5.0), gear=(-5.0, 5.0), steps=3)
+    slope = (found.centre[2, 1] - found.centre[0, 1]) / 10.0
+    assert -1.0 <= slope < -0.9  # the place in space is kept, but for the change of the ends
+    cell = design_at(table1(), "mounting", 5.0, 0.0)
+    assert cell.pair.pinion_mounting == pytest.approx(float(mounting_of(table1()).distance[0]) + 5.0)
+
+
+def test_flanks_carry_what_operation_says() -> None:
+    done: list[int] = []
+    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, first_contacts=True, progress=done.append)
+    assert done == [1] * 9
+    for i, j in ((1, 1), (2, 0)):
+        cycle = mesh_cycle(table1((float(found.pinion[i]), float(found.gear[j]))), "right")
+        assert found.flank_share[i, j] == pytest.approx(1.0 - float(cycle.edge_share), abs=0.09)
+
+
+def test_bests_of_quadrants_are_sound_cells_that_reach_the_ratio() -> None:
+    found = map_of(table1(), "parabola", steps=9, errors=OFFSET)
+    for ratio in (1.6, 0.5):
+        bests = quadrant_bests(found, ratio)
+        assert np.isnan(bests["C1"][1])
+        for name, cells in found.quadrants().items():
+            good = cells & ~found.hollow & (found.contact_ratio >= ratio)
+            assert bests[name][0] == good.sum()
+            assert bests[name][1] == found.shift[good].min(initial=np.inf) or name == "C1"
+
+
+def test_blocks_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[int] = []
+    whole = small_map(table1(), "mounting")
+    monkeypatch.setattr("beveloid_geom.analysis.maps.CELLS", 5)
+    parts = small_map(table1(), "mounting", progress=done.append)
+    assert done == [5, 5, 5, 1]
+    for name in FIGURES:
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("over", "changes", "words"),
+    [
+        ("colour", {}, "over must be one of parabola, mounting, shift"),
+        ("parabola", {"steps": 1}, "steps must be 2 to 201, a whole number, got 1"),
+        ("parabola", {"steps": 2.5}, "steps must be 2 to 201, a whole number, got 2.5"),
+        ("mounting", {"pinion": (-1.7e308, 1.7e308)}, "bounds of the pinion must be two finite values"),
+        ("parabola", {"pinion": (0.0, 0.0)}, "bounds of the pinion must be two finite values that rise"),
+        ("mounting", {"gear": (0.0, nan)}, "bounds of the gear must be two finite values that rise"),
+        ("parabola", {"gear": (-0.1, 0.0)}, r"\[gear\] parabola must be between"),
+        ("shift", {"gear": (0.0, 4.0)}, "profile shift of the gear must be between -3 and 3"),
+        ("shift", {"errors": Errors()}, "one of them not 0"),
+        ("shift", {"errors": Errors(offset=300.0)}, "less than the pair's own 229"),
+    ],
+)
+def test_wrong_maps_are_refused(over: Any, changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        map_of(table1(), over, **changes)
+
+
+def test_a_batch_is_refused() -> None:
+    with pytest.raises(ValueError, match="single design"):
+        map_of(table1((np.zeros(2), 0.0)), "parabola")  # type: ignore[arg-type]
+
+
+def test_usual_bounds_hold_the_design() -> None:
+    low, high = usual_bounds(table1((0.004, 0.0)), "parabola")[0]
+    assert low == -0.004
+    assert high == 0.004
+    steep = replace(table1().pinion, helix_angle=radians(35.0), cone_angle=radians(30.0))
+    assert usual_bounds(replace(table1(), pinion=steep), "parabola")[0][1] == parabola_limit(steep) < 0.001
+    np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
+
+
+ODD = {
+    "as given": table1(),
+    "hollow": table1((0.0005, 0.0005)),
+    "off the faces": table1(errors=Errors(offset=20.0)),
+    "no common normal": replace(table1(), pair=replace(table1().pair, shaft_angle=radians(10.0))),
+    "mounting given": replace(table1(), pair=replace(table1().pair, pinion_mounting=230.0)),
+}
+
+
+@pytest.mark.parametrize("over", OVER)
+@pytest.mark.parametrize("name", ODD)
+def test_odd_designs_have_a_page_that_says_so(name: str, over: Over, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fig_maps, "STEPS", 3)
+    monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
+    recipe = next(page for page in PAGES if page.name == f"map-{over}").recipe()
+    data = recipe.compute(ODD[name])
+    with theme.style():
+        page = recipe.draw(data, (400, 300)).page
+        page.draw_without_rendering()
+    words = " ".join(text.get_text() for axes in page.axes for text in axes.texts)
+    if not data.found.solved.any():
+        assert "no cell has a path" in " ".join(words.split())
+    else:
+        assert name not in ("no common normal",)
+    header, rows = recipe.rows(data)
+    cells = [dict(zip(header, row, strict=True)) for row in rows]
+    assert len(cells) == 9 + 4 * (over == "parabola")
+    assert cells[0]["status"] == Status(int(data.found.status[0, 0])).name.lower()
+
+
+def test_marks_are_where_they_belong(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The recommended quadrant is framed: pinion's coefficient positive, gear's negative."""
+    monkeypatch.setattr(fig_maps, "STEPS", 5)
+    monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
+    data = fig_maps.compute("parabola", table1())
+    with theme.style():
+        page = fig_maps.draw(data, (800, 600)).page
+    note = " ".join(" ".join(text.get_text() for text in page.texts).split())
+    assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in note
+    assert "(f) is the share of 12 rolls" in note
+    assert "the least shift is " in note
+    (legend,) = page.legends
+    assert [text.get_text() for text in legend.get_texts()][-1] == "hollow against each other"
+    for axes in page.axes[::2][:6]:
+        frames = [line for line in axes.lines if line.get_color() == theme.RED]
+        (frame,) = frames
+        x, y = np.asarray(frame.get_xdata(), dtype=float), np.asarray(frame.get_ydata(), dtype=float)
+        assert (x.min(), x.max()) == (0.0, 0.001)
+        assert (y.min(), y.max()) == (-0.001, 0.0)

@@ -1,0 +1,191 @@
+"""Coefficients for an aim: its measure against closed forms, its optimum against a search by brute force."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from beveloid_geom.analysis.optimise import Aim, Optimum, optimise_parabola, paths_of
+from beveloid_geom.cli.optimise import optimise
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Errors
+from tests.oracle.table1 import table1
+
+OFFSET = Aim(Errors(offset=0.05))
+C3 = replace(OFFSET, contact_ratio=1.75, pinion_parabola=(0.0, 0.002), gear_parabola=(-0.002, 0.0))
+"""The quadrant that the paper recommends."""
+FLAT = replace(
+    OFFSET,
+    contact_ratio=1.7,
+    peak_to_peak=math.radians(4.0 / 3600.0),
+    pinion_parabola=(-0.0005, 0.0002),
+    gear_parabola=(-0.0002, 0.0005),
+)
+
+
+@pytest.fixture(scope="module", params=[C3, FLAT], ids=["quadrant", "small error"])
+def solved(request: Any) -> tuple[Aim, Optimum]:
+    return request.param, optimise_parabola(table1(), request.param)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_shift_of_unmodified_flanks_in_closed_form(flank: str) -> None:
+    """Their path is straight in (z, l1) and is carried parallel to itself along z by an offset error; an
+    axial error of the pinion leaves the line in space, that of the gear does not touch it."""
+    aim = Aim(Errors(offset=0.05, gear_axial=0.2))
+    found = paths_of(table1(), flank, aim, np.zeros(3), np.zeros(3))
+    path = path_of_contact(table1(), flank, 3)
+    moved = path_of_contact(table1(errors=Errors(offset=0.05)), flank, l1=path.l1[1:2]).pinion_z[0]
+    slope = (path.pinion_z[2] - path.pinion_z[0]) / (path.l1[2] - path.l1[0])
+    expected = abs(moved - path.pinion_z[1]) / math.hypot(1.0, slope)
+    np.testing.assert_allclose(found.shift, expected, rtol=1e-8)
+    np.testing.assert_allclose(found.centre, path.pinion_z[1], atol=1e-9)
+    np.testing.assert_allclose(found.contact_ratio, path.ends.contact_ratio, rtol=1e-9)
+    assert found.peak_to_peak.max() < 1e-12
+
+
+def test_errors_add_to_those_of_the_design_and_count_both_ways() -> None:
+    design = table1((0.0005, -0.0007), Errors(offset=0.03))
+    both = paths_of(design, "right", Aim(Errors(offset=0.1, gear_axial=0.5)), *np.array([0.0005, -0.0007]))
+    parts = []
+    path = path_of_contact(design, "right", 201)
+    along = np.array([path.pinion_z[101] - path.pinion_z[99], path.l1[101] - path.l1[99]])
+    for errors in (Errors(0.13), Errors(-0.07), Errors(0.03, gear_axial=0.5), Errors(0.03, gear_axial=-0.5)):
+        other = path_of_contact(design.with_errors(errors), "right", 3)
+        move = np.array([other.pinion_z[1] - path.pinion_z[100], other.l1[1] - path.l1[100]])
+        parts.append((move[0] * along[1] - move[1] * along[0]) / math.hypot(*along))
+    np.testing.assert_allclose(both.shift, math.sqrt(0.5 * np.square(parts).sum()), rtol=2e-4)
+    swing = np.ptp(path.transmission_error)
+    np.testing.assert_allclose(both.peak_to_peak, swing, rtol=1e-4)
+
+
+def test_the_optimum_meets_its_aim(solved: tuple[Aim, Optimum]) -> None:
+    aim, found = solved
+    path = path_of_contact(found.design, "right", 201)
+    assert found.design.pinion.tool.parabola == found.pinion_parabola
+    assert found.design.gear.tool.parabola == found.gear_parabola
+    assert path.ends.contact_ratio > aim.contact_ratio * (1.0 - 2e-6)
+    assert abs(path.pinion_z[100]) < aim.off_centre * (1.0 + 2e-6)
+    assert np.ptp(path.transmission_error) < aim.peak_to_peak * (1.0 + 1e-4)
+    assert aim.pinion_parabola[0] <= found.pinion_parabola <= aim.pinion_parabola[1]
+    assert aim.gear_parabola[0] <= found.gear_parabola <= aim.gear_parabola[1]
+    assert found.pinion_parabola + found.gear_parabola <= 1e-9
+    np.testing.assert_allclose(found.given.contact_ratio, 1.651001, atol=5e-7)
+    np.testing.assert_allclose(found.found.contact_ratio, path.ends.contact_ratio, rtol=1e-9)
+    assert found.found.shift < found.given.shift
+
+
+def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
+    aim, found = solved
+    sides = (np.linspace(*bounds, 15) for bounds in (aim.pinion_parabola, aim.gear_parabola))
+    far = np.array([side.ravel() for side in np.meshgrid(*sides)])
+    near = np.array([found.pinion_parabola, found.gear_parabola])[:, None]
+    around = near + 2e-5 * np.random.default_rng(0).uniform(-1.0, 1.0, (2, 150))
+    x = np.hstack((far[:, far.sum(axis=0) <= 0.0], around))
+    inside = (x[0] >= aim.pinion_parabola[0]) & (x[0] <= aim.pinion_parabola[1])
+    inside &= (x[1] >= aim.gear_parabola[0]) & (x[1] <= aim.gear_parabola[1]) & (x.sum(axis=0) <= 0.0)
+    others = paths_of(table1(), "right", aim, x[0, inside], x[1, inside])
+    met = (others.margins(aim) >= 0.0).all(axis=0)
+    assert np.count_nonzero(met) > 10
+    assert others.shift[met].min() > found.found.shift * (1.0 - 1e-5)
+
+
+def test_what_cannot_be_met_is_said() -> None:
+    aim = replace(C3, contact_ratio=2.5, pinion_parabola=(0.0, 0.0005), gear_parabola=(-0.0005, 0.0))
+    with pytest.raises(
+        ValueError, match=r"no coefficients were found for a contact ratio of 2\.5 within 1 mm"
+    ):
+        optimise_parabola(table1(), aim)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"errors": Errors()}, "one of them not 0"),
+        ({"contact_ratio": 0.0}, "contact_ratio of the aim must be positive"),
+        ({"off_centre": math.inf}, "off_centre of the aim must be positive and finite, got inf"),
+        ({"peak_to_peak": -1.0}, "peak_to_peak of the aim must be positive"),
+        ({"pinion_parabola": (0.001, 0.001)}, "pinion_parabola of the aim must be two finite bounds"),
+        ({"gear_parabola": (0.0, math.nan)}, "gear_parabola of the aim must be two finite bounds"),
+        ({"pinion_parabola": (0.002, 0.003)}, "leave no sum of both coefficients below 0"),
+    ],
+)
+def test_wrong_aims_are_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        optimise_parabola(table1(), replace(OFFSET, **changes))
+
+
+def test_a_batch_is_refused() -> None:
+    with pytest.raises(ValueError, match="single design"):
+        optimise_parabola(table1(errors=Errors(offset=np.zeros(2))), OFFSET)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(optimise, arguments)
+
+
+NARROW = ("--pinion-bounds", "0", "0.0005", "--gear-bounds", "-0.0005", "0")
+ASKED = ("--offset", "0.05", "--shaft-angle-deg", "0.005", "--contact-ratio", "1.7", *NARROW)
+
+
+def test_the_command_gives_the_optimum() -> None:
+    result = run(*ASKED, "--json", "--transmission-error", "20")
+    assert (result.exit_code, result.stderr) == (0, "")
+    data = json.loads(result.stdout)
+    aim = Aim(
+        Errors(offset=0.05, shaft_angle=math.radians(0.005)),
+        contact_ratio=1.7,
+        peak_to_peak=math.radians(20.0 / 3600.0),
+        pinion_parabola=(0.0, 0.0005),
+        gear_parabola=(-0.0005, 0.0),
+    )
+    found = optimise_parabola(table1(), aim)
+    assert data["aim"]["errors"] == vars(aim.errors)
+    assert data["aim"]["peak_to_peak"] == aim.peak_to_peak
+    assert data["parabola"]["pinion"] == pytest.approx(found.pinion_parabola, rel=1e-6)
+    assert data["parabola"]["gear"] == pytest.approx(found.gear_parabola, rel=1e-6)
+    assert data["found"]["shift"] == pytest.approx(float(found.found.shift), rel=1e-6)
+    assert data["given"]["contact_ratio"] == pytest.approx(1.651001, abs=5e-7)
+    assert 0 < data["certified"]["first_contact"] <= data["certified"]["positions"]
+
+
+def test_table_says_it_in_words() -> None:
+    text = run(*ASKED).stdout
+    words = " ".join(text.split())
+    assert "contact ratio at least 1.7, middle within 1 mm of mid-face; pinion 0 to 0.0005" in words
+    assert "errors of the aim offset +0.05 mm, shaft angle +0.005 deg coefficients" in words
+    assert "as given" in text
+    assert max(len(line) for line in text.splitlines()) <= 100
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--offset", "nan"],
+        ["--offset", "wide"],
+        ["--offset", "1", "--flank", "both"],
+        ["--offset", "1", "--off-centre", "0"],
+        ["--offset", "1", "--pinion-bounds", "1", "0"],
+        ["--offset", "1", "--contact-ratio", "4", *NARROW],
+        ["missing.toml", "--offset", "1"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_command_line(arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.count("Error: ") == 1
+
+
+def test_errors_that_are_missing_are_named() -> None:
+    assert run().stderr == (
+        "Error: no errors that shift the path: "
+        "give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial\n"
+    )

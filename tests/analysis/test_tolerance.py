@@ -1,0 +1,403 @@
+"""Tolerance studies: seeds, executors, single solves, closed forms, and the command."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from distributed import Client, LocalCluster
+
+from beveloid_geom.analysis.tolerance import (
+    PLACES,
+    UNIT,
+    Mountings,
+    Tolerances,
+    ToleranceStudy,
+    drawn_errors,
+    mounted,
+    tolerance_study,
+)
+from beveloid_geom.cli.tolerance import tolerance
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.file import builtin_text
+from beveloid_geom.design.model import Errors
+from beveloid_geom.gear.flank import root_parameter
+from beveloid_geom.operation.backlash import mounted_backlash
+from beveloid_geom.operation.backlash_by_tangency import Tangency
+from beveloid_geom.report.tolerance import jam_counts, tolerance_json, tolerance_table
+from tests.oracle.table1 import table1
+
+GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)
+MODIFIED = table1((0.001, -0.001))
+CASES = UNIT + 100
+SEED = 7
+
+
+def same(first: Mountings, second: Mountings) -> bool:
+    """Whether two sets of mountings are the same bit for bit."""
+    pairs = ((getattr(first, field.name), getattr(second, field.name)) for field in fields(Mountings))
+    return all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in pairs)
+
+
+@pytest.fixture(scope="module")
+def study() -> ToleranceStudy:
+    return tolerance_study(MODIFIED, GIVEN, "right", CASES, seed=SEED)
+
+
+def repeated(executor: Executor | None, units_per_task: int, cases: int = CASES) -> Mountings:
+    return tolerance_study(
+        MODIFIED, GIVEN, "right", cases, seed=SEED, executor=executor, units_per_task=units_per_task
+    ).mountings
+
+
+@pytest.mark.parametrize("units_per_task", [1, 2, 50])
+def test_the_size_of_tasks_changes_nothing(study: ToleranceStudy, units_per_task: int) -> None:
+    assert same(repeated(None, units_per_task), study.mountings)
+
+
+def children() -> set[int | None]:
+    """Processes started by this one that are alive."""
+    return {child.pid for child in multiprocessing.active_children()}
+
+
+@contextmanager
+def dask_executor(directory: Path) -> Iterator[Executor]:
+    """Dask's own executor over two worker processes of a local cluster, all gone afterwards."""
+    with (
+        LocalCluster(  # type: ignore[no-untyped-call]
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",  # any free port; with None it is always 8787
+            memory_limit=None,
+            local_directory=str(directory),
+        ) as cluster,
+        Client(cluster) as client,  # type: ignore[no-untyped-call]
+    ):
+        workers = set(client.run(os.getpid).values())
+        assert len(workers & children()) == 2
+        with client.get_executor() as executor:
+            yield executor
+    assert not workers & children()
+
+
+@contextmanager
+def executor_of(kind: str, directory: Path) -> Iterator[Executor]:
+    """An executor with two workers."""
+    if kind == "threads":
+        with ThreadPoolExecutor(2) as executor:
+            yield executor
+    elif kind == "processes":
+        with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+            yield executor
+    else:
+        with dask_executor(directory) as executor:
+            yield executor
+
+
+@pytest.mark.parametrize("kind", ["threads", "processes", "dask"])
+def test_executors_change_nothing(study: ToleranceStudy, kind: str, tmp_path: Path) -> None:
+    with executor_of(kind, tmp_path) as executor:
+        assert same(repeated(executor, 1), study.mountings)
+
+
+def test_seeds_differ_and_longer_studies_begin_alike(study: ToleranceStudy) -> None:
+    errors = study.mountings.errors
+    assert not np.isin(errors, drawn_errors(GIVEN, SEED + 1, 0, UNIT)).any()
+    assert np.unique(errors, axis=0).shape == errors.shape
+    np.testing.assert_array_equal(repeated(None, 1, 30).errors, errors[:30])
+
+
+def test_streams_are_those_spawned_from_the_seed(study: ToleranceStudy) -> None:
+    child = np.random.default_rng(np.random.SeedSequence(SEED).spawn(2)[1])
+    expected = child.standard_normal((CASES - UNIT, 4)) * (GIVEN.values() / 3.0)
+    np.testing.assert_array_equal(study.mountings.errors[UNIT:], expected)
+
+
+@pytest.mark.parametrize(("flank", "offset"), [("right", 1.2), ("left", 5.0)])
+def test_mountings_agree_with_single_solves(flank: str, offset: float) -> None:
+    """With errors so large that limits change and paths are lost, added to those of the design."""
+    design = MODIFIED.with_errors(Errors(offset=0.02, pinion_axial=-0.1))
+    wide = Tolerances(offset, math.radians(0.01), 2.0, 2.0, "uniform")
+    study = tolerance_study(design, wide, flank, 60, seed=3)
+    found = study.mountings
+    assert set(found.status) == {Status.SOLVED, Status.OFF_FLANK}
+    for k, drawn in enumerate(found.errors):
+        own = np.array([0.02, 0.0, -0.1, 0.0]) + drawn
+        path = path_of_contact(design.with_errors(Errors(*own.tolist())), flank, 401)
+        assert (path.ends.status, path.ends.pieces) == (found.status[k], found.pieces[k])
+        np.testing.assert_array_equal(path.ends.limit, found.limit[k])
+        np.testing.assert_allclose(found.contact_ratio[k], path.ends.contact_ratio, rtol=1e-9)
+        for name in ("pinion_z", "pinion_r", "gear_z", "gear_r"):
+            expected = getattr(path, name)[[0, 200, 400]] if path.l1.size else np.full(3, np.nan)
+            np.testing.assert_allclose(getattr(found, name)[k], expected, atol=1e-8, rtol=0.0)
+        swing = np.ptp(path.transmission_error) if path.l1.size else np.nan
+        np.testing.assert_allclose(found.peak_to_peak[k], swing, rtol=1e-4)
+    assert study.limits_changed() == np.count_nonzero(
+        (found.status == Status.SOLVED) & (found.limit != study.nominal.limit).any(axis=1)
+    )
+
+
+def test_without_tolerances_every_mounting_is_the_design() -> None:
+    for distribution in ("normal", "uniform"):
+        study = tolerance_study(MODIFIED, Tolerances(distribution=distribution), cases=5)
+        path = path_of_contact(MODIFIED, "right", 17)
+        assert not study.mountings.errors.any()
+        assert study.limits_changed() == 0
+        for name, value in study.mountings.quantities().items():
+            np.testing.assert_allclose(value, study.nominal.quantities()[name][0], rtol=1e-9)
+        np.testing.assert_allclose(study.nominal.contact_ratio, 1.816308, atol=5e-7)
+        np.testing.assert_allclose(study.nominal.gear_z[0], path.gear_z[[0, 8, 16]], rtol=1e-12)
+
+
+def test_quantiles_are_over_the_mountings_with_a_path() -> None:
+    study = tolerance_study(table1(), Tolerances(offset=2.0, distribution="uniform"), cases=500)
+    found, solved = study.mountings, study.mountings.solved
+    assert 0 < np.count_nonzero(solved) < 500
+    quantiles = study.quantiles((0.0, 0.5, 1.0))
+    assert tuple(quantiles) == tuple(found.quantities())
+    for place, name in enumerate(PLACES):
+        values = np.sort(found.gear_z[solved, place])
+        expected = values[0], np.median(values), values[-1]
+        np.testing.assert_allclose(quantiles[f"gear_z_{name}"], expected, rtol=1e-14)
+    assert study.status_counts()[Status.OFF_FLANK] == np.count_nonzero(found.contact_ratio == 0.0)
+    assert sum(study.status_counts().values()) == 500
+    assert sum(study.limit_counts().values()) == np.count_nonzero(solved)
+    assert next(iter(study.limit_counts())) == (Limit.GEAR_TIP, Limit.PINION_TIP)
+    far = tolerance_study(table1(errors=Errors(offset=4.0)), Tolerances(offset=0.1), cases=3)
+    assert np.isnan(far.quantiles()["contact_ratio"]).all()
+    assert far.status_counts()[Status.OFF_FLANK] == 3
+
+
+def uniform_share_beyond(low: float, high: float, tolerance: float) -> float:
+    """Share of errors, even within the tolerance, below `low` or above `high`."""
+    return 1.0 - (high - low) / (2.0 * tolerance)
+
+
+def normal_share_beyond(low: float, high: float, sigma: float) -> float:
+    """Share of normal errors below `low` or above `high`."""
+    return 1.0 - 0.5 * (math.erf(high / sigma / math.sqrt(2.0)) - math.erf(low / sigma / math.sqrt(2.0)))
+
+
+def axial_limits() -> tuple[float, float]:
+    """Axial errors of Table 1's pinion between which its path is on the flanks, mm.
+
+    The line of contact of unmodified flanks stands still in space and to the gear; the pinion moves
+    along it, so that its z falls by the error. The gear's limits keep their places on the line. The
+    last point is lost at the pinion's toe where the gear's tip is, at its heel where the gear's root is."""
+    line = path_of_contact(table1(), "right", 2)
+    slope = (line.pinion_z[1] - line.pinion_z[0]) / (line.l2[1] - line.l2[0])
+    root = float(np.squeeze(root_parameter(table1().gear)))
+    at_tip, at_root = float(line.pinion_z[0]), float(line.pinion_z[0] + slope * (root - line.l2[0]))
+    half_width = 0.5 * float(table1().pinion.face_width)
+    return at_root - half_width, at_tip + half_width
+
+
+@pytest.mark.parametrize("distribution", ["uniform", "normal"])
+def test_share_off_the_flank_in_closed_form(distribution: Any) -> None:
+    low, high = axial_limits()
+    given = Tolerances(pinion_axial=60.0, distribution=distribution, sigmas=2.0)
+    study = tolerance_study(table1(), given, cases=4096, seed=1)
+    error = study.mountings.errors[:, 2]
+    off = study.mountings.status == Status.OFF_FLANK
+    np.testing.assert_array_equal(off, (error < low) | (error > high))
+    np.testing.assert_array_equal(study.mountings.solved, ~off)
+    shares = {
+        "uniform": uniform_share_beyond(low, high, 60.0),
+        "normal": normal_share_beyond(low, high, 30.0),
+    }
+    share = shares[distribution]
+    assert abs(off.mean() - share) < 4.0 * math.sqrt(share * (1.0 - share) / off.size)
+
+
+def test_an_offset_error_shifts_the_unmodified_path_in_proportion() -> None:
+    """Seen at the pinion's l1, every place of the line of contact moves in proportion to the error."""
+    study = tolerance_study(table1(), Tolerances(offset=0.3, distribution="uniform"), cases=200, seed=2)
+    errors = study.mountings.errors[:, 0]
+    design = table1().with_errors(Errors(offset=errors))
+    middle = path_of_contact(design, "right", l1=[0.0]).pinion_z[:, 0]
+    shift = np.polynomial.Polynomial.fit(errors, middle, 1)
+    np.testing.assert_allclose(middle, shift(errors), atol=1e-9)
+    assert np.ptp(middle) > 10.0
+    # The path enters at one radius limit after another, not at one l1: nearly in proportion.
+    assert np.corrcoef(errors, study.mountings.pinion_z[:, 1])[0, 1] > 0.9999
+
+
+@pytest.mark.parametrize(("distribution", "deviation"), [("normal", 0.5), ("uniform", 1.0 / math.sqrt(3.0))])
+def test_mean_and_variance_of_the_errors(distribution: Any, deviation: float) -> None:
+    given = replace(GIVEN, distribution=distribution, sigmas=2.0)
+    shares = np.concatenate([drawn_errors(given, 5, unit, UNIT) for unit in range(100)]) / given.values()
+    count = len(shares)
+    assert np.abs(shares.mean(axis=0)).max() < 4.5 * deviation / math.sqrt(count)
+    fourth = 3.0 if distribution == "normal" else 9.0 / 5.0  # over the variance squared
+    spread = deviation**2 * math.sqrt((fourth - 1.0) / count)
+    assert np.abs(shares.var(axis=0) - deviation**2).max() < 4.5 * spread
+    correlation = np.corrcoef(shares.T) - np.eye(4)
+    assert np.abs(correlation).max() < 4.5 / math.sqrt(count)
+    assert (np.abs(shares).max() <= 1.0) == (distribution == "uniform")
+
+
+def test_progress_counts_every_mounting() -> None:
+    done: list[int] = []
+    tolerance_study(table1(), GIVEN, cases=UNIT + 1, units_per_task=1, progress=done.append)
+    assert done == [UNIT, 1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"offset": -0.1}, "tolerance of offset must be finite and at least 0 mm, got -0.1"),
+        ({"gear_axial": math.nan}, "tolerance of gear_axial must be finite and at least 0 mm, got nan"),
+        ({"pinion_axial": math.inf}, "tolerance of pinion_axial must be finite"),
+        ({"shaft_angle": 1.0}, "tolerance of shaft_angle must be less than the pair's own 0.261799 rad"),
+        ({"sigmas": 0.0}, "sigmas must be positive"),
+        ({"distribution": "even"}, "distribution must be 'normal' or 'uniform', got 'even'"),
+    ],
+)
+def test_wrong_tolerances_are_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        tolerance_study(table1(), replace(GIVEN, **changes), cases=1)
+
+
+def test_wrong_studies_are_refused() -> None:
+    batch = table1(errors=Errors(offset=np.zeros(2)))
+    with pytest.raises(ValueError, match="single design"):
+        tolerance_study(batch, GIVEN, cases=1)
+    with pytest.raises(ValueError, match="flank must be"):
+        tolerance_study(table1(), GIVEN, "both", cases=1)
+    with pytest.raises(ValueError, match="at least 1, got 0 and 4"):
+        tolerance_study(table1(), GIVEN, cases=0)
+    with pytest.raises(ValueError, match="seed must be at least 0, got -1"):
+        tolerance_study(table1(), GIVEN, cases=1, seed=-1)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(tolerance, arguments)
+
+
+ASKED = (
+    *("--offset", "8", "--shaft-angle-deg", "0.01", "--pinion-axial", "0.1", "--gear-axial", "0.2"),
+    *("--distribution", "uniform", "--cases", "40", "--seed", "4", "--flank", "left"),
+)
+STUDIED = Tolerances(8.0, math.radians(0.01), 0.1, 0.2, "uniform")
+
+
+def test_the_command_gives_the_study() -> None:
+    result = run(*ASKED, "--json", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
+    assert (result.exit_code, result.stderr) == (0, "")
+    data = json.loads(result.stdout)
+    study = tolerance_study(MODIFIED, STUDIED, "left", 40, seed=4)
+    assert data["tolerances"] == vars(STUDIED)
+    assert (data["cases"], data["seed"], data["flank"]) == (40, 4, "left")
+    assert data["status"]["off_flank"] == study.status_counts()[Status.OFF_FLANK] > 0
+    assert sum(data["status"].values()) == 40
+    assert data["limits_changed"] == study.limits_changed() > 0
+    assert sum(entry["count"] for entry in data["limits"]) == data["status"]["solved"]
+    assert data["nominal"]["enter"] == "gear_tip"
+    for name, values in study.quantiles(data["quantiles"]["share"]).items():
+        np.testing.assert_allclose(data["quantiles"][name], values, rtol=1e-9)
+
+
+def test_csv_has_a_row_for_each_mounting() -> None:
+    rows = list(csv.DictReader(io.StringIO(run(*ASKED, "--csv").stdout)))
+    found = tolerance_study(table1(), STUDIED, "left", 40, seed=4).mountings
+    assert len(rows) == 40
+    errors = [float(row["shaft_angle_error_rad"]) for row in rows]
+    np.testing.assert_array_equal(errors, found.errors[:, 1])
+    assert [row["status"] for row in rows] == [Status(code).name.lower() for code in found.status]
+    lost = next(row for row in rows if row["status"] == "off_flank")
+    assert (lost["enter"], lost["gear_z_leave_mm"], lost["contact_ratio"]) == ("", "", "0.0")
+    kept = next(k for k, row in enumerate(rows) if row["status"] == "solved")
+    np.testing.assert_allclose(float(rows[kept]["pinion_r_middle_mm"]), found.pinion_r[kept, 1], rtol=1e-9)
+    assert rows[kept]["enter"] == Limit(found.limit[kept, 0]).name.lower()
+
+
+def test_table_says_it_in_words() -> None:
+    study = tolerance_study(table1(), STUDIED, "left", 40, seed=4)
+    text = run(*ASKED, "--jobs", "2").stdout
+    words = " ".join(text.split())
+    off = 100.0 * study.status_counts()[Status.OFF_FLANK] / 40
+    assert f"off flank {off:.3f} %" in words
+    assert "gear axial 0.2 mm; uniform" in words
+    median = study.quantiles((0.5,))["pinion_z_middle"][0]
+    (line,) = (line for line in text.splitlines() if line.startswith("pinion z middle"))
+    assert float(line.split()[7]) == pytest.approx(median, abs=5.1e-4)
+    assert max(len(line) for line in text.splitlines()) <= 100
+
+
+def test_no_path_at_all_is_said(tmp_path: Path) -> None:
+    source = tmp_path / "far.toml"
+    source.write_text(builtin_text().replace("[errors]\noffset = 0.0", "[errors]\noffset = 4.0"))
+    result = run(str(source), "--offset", "0.1", "--cases", "5")
+    assert result.exit_code == 1
+    assert result.stderr == "No contact: no mounting has a path on the right flanks\n"
+    assert "offset +4 mm" in result.stdout
+    assert "off flank 100 %" in result.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--offset", "-1"],
+        ["--offset", "nan"],
+        ["--offset", "229"],
+        ["--offset", "wide"],
+        ["--offset", "1", "--json", "--csv"],
+        ["--offset", "1", "--sigmas", "0"],
+        ["--offset", "1", "--cases", "0"],
+        ["--offset", "1", "--jobs", "0"],
+        ["--offset", "1", "--seed", "-1"],
+        ["--offset", "1", "--flank", "both"],
+        ["--shaft-angle-deg", "6"],
+        ["missing.toml", "--offset", "1"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_command_line(arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.count("Error: ") == 1
+
+
+def test_jammed_mountings_are_counted() -> None:
+    """At 0.3 mm of offset, 3 sigma, Table 1 jams below -0.0588 mm: a tail of the normal distribution."""
+    study = tolerance_study(table1(), Tolerances(offset=0.3), cases=20_000)
+    share = 0.5 * math.erfc(0.0588 / 0.1 / math.sqrt(2.0))
+    assert np.mean(study.mountings.jammed) == pytest.approx(share, abs=4.0 * math.sqrt(share / 20_000))
+    assert (study.mountings.tangency == Tangency.TOUCHES).all()
+    offset, backlash = study.mountings.errors[:, 0], study.mountings.normal_backlash
+    np.testing.assert_array_equal(study.mountings.jammed, backlash < -2e-5 * 6.0)
+    assert (backlash[np.argsort(offset)][1:] > backlash[np.argsort(offset)][:-1]).all()
+    assert float(study.nominal.normal_backlash[0]) == pytest.approx(0.0416, abs=5e-5)
+
+
+def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
+    """And of these some surely: the others have a path that leaves the faces."""
+    given = Tolerances(0.5, math.radians(0.1), 1.0, 1.0)
+    study = tolerance_study(table1(), given, cases=8 * UNIT)
+    counts = jam_counts(study)
+    assert counts["jammed"] / study.cases == pytest.approx(0.402, abs=0.02)
+    assert 0.5 * counts["jammed"] < counts["jammed_for_sure"] < counts["jammed"]
+    assert counts["backlash_unknown"] == 0
+    some = np.flatnonzero(study.mountings.jammed & (study.mountings.tangency == Tangency.TOUCHES))[:4]
+    assert mounted_backlash(mounted(table1(), study.mountings.errors[some])).jammed.all()
+    data = json.loads(tolerance_json("x", table1(), study))
+    assert {name: data[name] for name in counts} == counts
+    assert len(data["quantiles"]["normal_backlash"]) == len(data["quantiles"]["share"])
+    assert "of the mountings cannot be assembled" in " ".join(tolerance_table("x", table1(), study).split())

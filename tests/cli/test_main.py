@@ -1,0 +1,581 @@
+"""The command `beveloid-geom`: what it prints, its exit statuses, and what it says of bad input."""
+
+import csv
+import io
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from beveloid_geom.cli.main import main
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.file import builtin_design, builtin_text, parse_design
+from beveloid_geom.design.model import Errors
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report import path as report
+
+PATH_FIELDS = {
+    *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
+    *("pinion_z", "pinion_r", "gear_z", "gear_r", "transmission_error", "status"),
+}
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def strict_json(text: str) -> Any:
+    """JSON as the standard has it: no NaN, no Infinity."""
+
+    def refuse(name: str) -> None:
+        raise AssertionError(f"{name} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def tca(*arguments: str | Path) -> Any:
+    result = run("tca", "--json", *arguments)
+    assert result.exit_code == 0, result.stderr
+    assert result.stderr == ""
+    return strict_json(result.stdout)
+
+
+@pytest.fixture
+def design_file(tmp_path: Path) -> Callable[..., Path]:
+    """Writes the built-in design with one piece of text replaced."""
+
+    def write(old: str = "", new: str = "") -> Path:
+        text = builtin_text()
+        assert old in text
+        path = tmp_path / "pair.toml"
+        path.write_text(text.replace(old, new, 1) if old else text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def installed(*arguments: str) -> list[str]:
+    command = shutil.which("beveloid-geom", path=str(Path(sys.executable).parent))
+    assert command is not None, "beveloid-geom is not installed beside the interpreter"
+    return [command, *arguments]
+
+
+def call(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(installed(*arguments), capture_output=True, text=True, check=False, timeout=60)
+
+
+# The installed command.
+
+
+def test_installed_command_prints_a_table() -> None:
+    done = call("tca", "--points", "5")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in lines[1]
+    assert lines[6].startswith(
+        "  as mounted         backlash 0.041589 mm with errors and parabolas, least at"
+    )
+    assert len(lines) == 11 + 3 + 5
+    assert sum(line.startswith("  note ") for line in lines) == 1
+
+
+def test_installed_command_refuses_an_unknown_file() -> None:
+    done = call("check", "missing.toml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("Error: missing.toml: cannot be read")
+    assert done.stderr.count("\n") == 1
+
+
+def test_installed_command_says_why_there_is_no_contact() -> None:
+    done = call("tca", "--offset-error", "6")
+    assert done.returncode == 1
+    assert done.stderr.startswith("No contact: the path of contact does not meet the right flanks")
+
+
+def test_installed_command_leaves_quietly_when_nobody_reads() -> None:
+    process = subprocess.Popen(
+        installed("tca", "--points", "20000", "--no-certify", "--csv"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith(b"l1_mm,")
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    process.wait(timeout=60)
+
+
+def test_installed_command_names_a_full_disk() -> None:
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run(installed("tca"), stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "Error: cannot write to standard output: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "slow"),
+    [
+        (["tca", "--help"], {"numpy", "scipy", "pydantic", "matplotlib", "pyvista", "vtkmodules", "viz"}),
+        (["design"], {"scipy", "matplotlib", "pyvista", "vtkmodules", "viz"}),
+        (["tca", "--points", "3"], {"scipy", "matplotlib", "pyvista", "vtkmodules", "viz"}),
+        (["check", "ni-2017"], {"matplotlib", "pyvista", "vtkmodules", "viz"}),
+    ],
+)
+def test_commands_import_no_more_than_they_need(arguments: list[str], slow: set[str]) -> None:
+    script = (
+        "import sys\n"
+        "from beveloid_geom.cli.main import main\n"
+        "main(sys.argv[1:], standalone_mode=False)\n"
+        "print(*sys.modules, file=sys.stderr)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=True
+    )
+    imported = set(done.stderr.split())
+    assert "beveloid_geom.cli.main" in imported
+    assert not imported & slow
+
+
+# tca
+
+
+def test_json_holds_the_result_of_the_library() -> None:
+    data, path = tca("--points", "7"), path_of_contact(builtin_design(), "right", 7)
+    assert data["flank"] == "right"
+    assert data["method"] == "one-equation"
+    assert data["contact_ratio"] == float(path.ends.contact_ratio)
+    assert data["ends"]["enter"] == {"member": "gear", "limit": "tip"}
+    assert data["ends"]["leave"] == {"member": "pinion", "limit": "tip"}
+    assert set(data["path"]) == PATH_FIELDS
+    assert data["path"].pop("status") == ["solved"] * 7
+    for name, values in data["path"].items():
+        np.testing.assert_array_equal(values, getattr(path, name))
+    assert np.shape(data["path"]["normal"]) == (7, 3)
+
+
+def test_json_holds_the_layout() -> None:
+    data, mounting = tca("--points", "2"), mounting_of(builtin_design())
+    assert set(data["mounting"]) == {"dw1", "dw2", "rw1", "rw2", "pitch_point"}
+    assert data["mounting"]["dw2"] == pytest.approx(210.211869, abs=5e-7)
+    assert data["mounting"]["rw1"] == pytest.approx(96.890503, abs=5e-7)
+    assert data["mounting"]["pitch_point"] == mounting.pitch_point.tolist()
+    assert data["normal_backlash"] == pytest.approx(0.0416, abs=5e-5)
+    assert data["layout"]["offset"] == 229.0
+    assert data["layout"]["shaft_angle"] == math.radians(15.0)
+
+
+def test_options_change_the_design() -> None:
+    given = "--offset-error=-0.01 --shaft-angle-error 0.002 --pinion-axial-error 0.3 --gear-axial-error -0.4"
+    data = tca(*given.split(), "--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--flank", "left")
+    errors = data["layout"]["errors"]
+    assert errors["shaft_angle"] == pytest.approx(math.radians(0.002))
+    assert [errors[name] for name in ("offset", "pinion_axial", "gear_axial")] == [-0.01, 0.3, -0.4]
+    design = builtin_design().with_errors(Errors(-0.01, math.radians(0.002), 0.3, -0.4))
+    path = path_of_contact(design.with_parabola(0.001, -0.001), "left")
+    assert data["flank"] == "left"
+    np.testing.assert_allclose(data["path"]["pinion_z"], path.pinion_z, rtol=0, atol=1e-9)
+
+
+def test_design_file_and_built_in_name_agree(design_file: Callable[..., Path]) -> None:
+    from_file, built_in = tca(design_file()), tca("ni-2017")
+    assert from_file.pop("design") != built_in.pop("design")
+    assert from_file == built_in == {k: v for k, v in tca().items() if k != "design"}
+
+
+def test_five_equations_agree() -> None:
+    options = "--points", "9", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001"
+    one, five = tca(*options), tca(*options, "--method", "five-equation")
+    assert five["method"] == "five-equation"
+    assert five["ends"] == one["ends"]
+    assert five["contact_ratio"] == pytest.approx(one["contact_ratio"], abs=1e-9)
+    for name in PATH_FIELDS - {"status"}:
+        np.testing.assert_allclose(five["path"][name], one["path"][name], rtol=0, atol=1e-7)
+
+
+def test_csv_has_units_and_a_row_for_each_position() -> None:
+    result = run("tca", "--csv", "--points", "6")
+    assert result.exit_code == 0
+    rows = list(csv.DictReader(io.StringIO(result.stdout)))
+    path = path_of_contact(builtin_design(), "right", 6)
+    assert len(rows) == 6
+    assert [float(row["l1_mm"]) for row in rows] == path.l1.tolist()
+    assert [float(row["transmission_error_rad"]) for row in rows] == path.transmission_error.tolist()
+    vectors = [[float(row[f"point_{axis}_mm"]) for axis in "xyz"] for row in rows]
+    assert vectors == path.point.tolist()
+    assert {row["status"] for row in rows} == {"solved"}
+    assert "normal_z" in rows[0]
+
+
+def test_table_says_it_in_words_and_degrees() -> None:
+    result = run("tca", "--points", "3", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
+    text = result.stdout
+    assert result.exit_code == 0
+    assert "E = 229 mm, shaft angle = 15 deg" in text.splitlines()[1]
+    assert "contact ratio      1.816308" in text
+    assert "enters at the gear's tip, leaves at the pinion's tip" in text
+    assert "pinion 0.001 1/mm, gear -0.001 1/mm" in text
+    path = path_of_contact(builtin_design().with_parabola(0.001, -0.001), "right", 3)
+    rows = [[float(word) for word in line.split()] for line in text.splitlines()[-3:]]
+    rolls, arcsec = np.degrees(path.pinion_roll), np.degrees(path.transmission_error) * 3600
+    np.testing.assert_allclose([row[0] for row in rows], rolls, rtol=0, atol=6e-7)
+    np.testing.assert_allclose([row[5] for row in rows], path.gear_r, rtol=0, atol=6e-5)
+    np.testing.assert_allclose([row[8] for row in rows], arcsec, rtol=0, atol=6e-5)
+
+
+def test_table_fits_100_columns() -> None:
+    result = run("tca", "--offset-error=-0.123", "--parabola-pinion", "0.001", "--parabola-gear", "0.0005")
+    assert max(len(line) for line in result.stdout.splitlines()) <= 100
+
+
+@pytest.mark.parametrize(
+    ("flank", "parabolas", "said"),
+    [
+        ("right", (0.0, 0.0), []),
+        ("left", (0.0, 0.0), []),
+        ("right", (0.0002, 0.0002), ["an edge touches earlier (pinion tip, gear tip)"]),
+        ("right", (0.0007, 0.0007), ["the flanks cut into each other"]),
+        ("left", (-0.0001, -0.0001), ["the flanks of a neighbouring tooth pair"]),
+        (
+            "right",
+            (0.001, -0.001),
+            ["the flanks of a neighbouring tooth pair", "edge touches earlier (gear tip)"],
+        ),
+    ],
+)
+def test_notes_where_something_touches_earlier(
+    flank: str, parabolas: tuple[float, float], said: list[str]
+) -> None:
+    options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
+    data = tca("--flank", flank, *options, "--offset-error", "0.06")  # with backlash for all of them
+    notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
+    assert all(any(words in note for note in notes) for words in said)
+    assert any("not an operating one" in note for note in notes) is bool(said)
+    assert all(verdict == "first_contact" for verdict in verdicts) is not bool(said)
+    separation = np.array(data["certificate"]["separation"])
+    np.testing.assert_array_equal(separation >= -1e-6, np.array(verdicts) == "first_contact")
+
+
+def test_a_tool_without_a_fitting_round_leaves_the_path() -> None:
+    """The path is known, what the fillets do is not."""
+    data = tca("--parabola-pinion", "0.01")
+    assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
+    assert "certificate" not in data
+    assert any("not known: pinion: tip_radius 0.38 is too large" in note for note in data["notes"])
+
+
+def test_negative_backlash_is_a_verdict(design_file: Callable[..., Path]) -> None:
+    result = run("tca", "--json", design_file("offset = 229.0", "offset = 228.7"))
+    data = strict_json(result.stdout)
+    assert result.exit_code == 1
+    assert "backlash is -" in data["errors"][0]
+    assert "interfere" in data["errors"][0]
+    assert data["jammed"] is True
+    assert data["mounted_backlash"]["normal"] == pytest.approx(data["normal_backlash"], abs=1e-12)
+
+
+@pytest.mark.parametrize("command", ["tca", "operation", "sensitivity", "pattern"])
+def test_a_jammed_pair_is_told(command: str) -> None:
+    """Errors of mounting use up the backlash of the layout: no certificate, exit status 1."""
+    extra = ("--resolution", "2") if command == "pattern" else ()
+    result = run(command, "--offset-error", "-0.5", *extra)
+    words = " ".join(result.stdout.split())
+    assert result.exit_code == 1
+    assert "certified" not in words
+    assert "backlash -0.313020 mm with errors and parabolas" in words
+    assert "the pair cannot be assembled" in words
+    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
+    data = run(command, "--offset-error", "-0.5", "--json", *extra)
+    found = strict_json(data.stdout)
+    assert (data.exit_code, data.stderr) == (1, "")
+    assert found["jammed"] is True
+    assert "certificate" not in found
+    assert found["normal_backlash"] == pytest.approx(0.0416, abs=5e-5)
+    assert found["mounted_backlash"]["normal"] == pytest.approx(-0.3130, abs=5e-5)
+    assert found["mounted_backlash"]["left"]["edges"] == []
+    rows = list(csv.DictReader(io.StringIO(run(command, "--offset-error", "-0.5", "--csv", *extra).stdout)))
+    if command != "sensitivity":
+        assert {float(row["mounted_backlash_mm"]) for row in rows} == {found["mounted_backlash"]["normal"]}
+
+
+def test_check_warns_of_a_jam(design_file: Callable[..., Path]) -> None:
+    path = design_file("[errors]\noffset = 0.0", "[errors]\noffset = -0.5")
+    result = run("check", path)
+    assert result.exit_code == 0
+    assert "error the pair cannot be assembled" in " ".join(result.stdout.split())
+    assert "cannot be assembled" in strict_json(run("check", path, "--json").stdout)["errors"][0]
+    assert "mounted,normal_backlash,mm,-0.3130" in run("check", path, "--csv").stdout
+
+
+def test_check_takes_parabolas() -> None:
+    assert "is undercut" in run("check", "--parabola-pinion=-0.01").stdout
+    assert "rounds overlap by 0.184 mm" in " ".join(run("check", "--parabola-pinion", "0.01").stdout.split())
+
+
+def test_positions_need_not_be_certified() -> None:
+    assert "certificate" not in tca("--no-certify", "--parabola-pinion", "0.0002")
+    assert "certified" not in run("tca", "--no-certify").stdout
+    rows = list(csv.DictReader(io.StringIO(run("tca", "--csv", "--points", "3").stdout)))
+    assert {row["verdict"] for row in rows} == {"first_contact"}
+
+
+def test_note_on_a_design_that_does_not_close(design_file: Callable[..., Path]) -> None:
+    warnings = tca(design_file("offset = 229.0", "offset = 229.3"))["warnings"]
+    assert warnings[0].startswith("the design does not close")
+    assert "are 6.622 mm apart" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("flank", "option", "value", "reason"),
+    [
+        ("right", "--offset-error", "6", "does not meet the right flanks: at mid-depth of the pinion"),
+        ("left", "--offset-error", "10", "does not meet the left flanks: at mid-depth of the pinion"),
+        ("right", "--gear-axial-error", "400", "does not meet the right flanks"),
+        ("right", "--shaft-angle-error", "-3", "right flanks have no common normal in this layout"),
+        ("left", "--shaft-angle-error", "-5", "left flanks have no common normal in this layout"),
+    ],
+)
+def test_no_contact_is_no_crash(flank: str, option: str, value: str, reason: str) -> None:
+    result = run("tca", "--json", "--flank", flank, option, value)
+    assert (result.exit_code, result.stderr) == (1, "")
+    data = strict_json(result.stdout)
+    assert data["contact_ratio"] == 0
+    assert data["ends"] == {"enter": None, "leave": None}
+    assert set(data["path"]) == PATH_FIELDS
+    assert not any(data["path"].values())
+    assert reason in data["reason"]
+    table = run("tca", "--flank", flank, option, value)
+    assert table.exit_code == 1
+    assert "contact ratio      0.000000" in table.stdout
+    assert table.stderr == f"No contact: {data['reason']}\n"
+    rows = run("tca", "--csv", "--flank", flank, option, value)
+    assert (rows.exit_code, rows.stderr) == (1, table.stderr)
+    assert rows.stdout.count("\n") == 1
+
+
+def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> None:
+    path = design_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0")
+    result = run("tca", "--json", path)
+    assert result.exit_code == 1
+    data = strict_json(result.stdout)
+    assert data["mounting"] == dict.fromkeys(("dw1", "dw2", "rw1", "rw2")) | {"pitch_point": [None] * 3}
+    assert "nan" not in run("tca", path).stdout
+
+
+def test_positions_that_are_not_known_are_shown_as_such() -> None:
+    """NaN in the result: null, an empty cell, the name of the status."""
+    found = report.contact_report("pair", builtin_design(), "right", 3, "one-equation")
+    missing = np.array([1.0, np.nan, 1.0])
+    status = np.array([Status.SOLVED, Status.SEVERAL_CONTACTS, Status.SOLVED], dtype=np.int8)
+    scaled = {name: getattr(found.path, name) * missing for name in ("pinion_roll", "l1")}
+    path = replace(found.path, status=status, point=found.path.point * missing[:, None], **scaled)
+    ends = replace(path.ends, contact_ratio=np.array(np.nan))
+    holed = replace(found, path=replace(path, ends=ends))
+    data = strict_json(report.contact_json(holed))
+    assert data["contact_ratio"] is None
+    assert data["path"]["l1"][1] is None
+    assert data["path"]["point"][1] == [None] * 3
+    assert data["path"]["status"] == ["solved", "several_contacts", "solved"]
+    rows = list(csv.DictReader(io.StringIO(report.contact_csv(holed))))
+    assert (rows[1]["l1_mm"], rows[1]["point_z_mm"], rows[1]["status"]) == ("", "", "several_contacts")
+    table = report.contact_table(holed)
+    assert table.splitlines()[-2].split() == ["several_contacts"]
+    assert "contact ratio      not known" in table
+
+
+# design, check, the rest
+
+
+def test_design_prints_a_file_that_can_be_checked(tmp_path: Path) -> None:
+    printed = run("design")
+    assert printed.exit_code == 0
+    assert parse_design(printed.stdout) == builtin_design()
+    path = tmp_path / "mine.toml"
+    path.write_text(printed.stdout, encoding="utf-8")
+    checked = run("check", path)
+    assert checked.exit_code == 0
+    assert checked.stdout.endswith("No warnings.\n")
+    assert checked.stderr == ""
+
+
+def test_check_says_how_well_a_design_closes() -> None:
+    text = run("check", "ni-2017").stdout
+    assert "pass 2.2109 mm apart" in text
+    assert "E = 229.0751 mm (+0.0751) at this shaft angle" in text
+    assert "shaft angle = 14.9979 deg (-0.0021) at this offset" in text
+    assert "normal backlash    0.0416 mm" in text
+    assert "zero backlash      E = 228.8373 mm, shaft angle = 14.9934 deg" in text
+
+
+def test_check_as_json() -> None:
+    data = strict_json(run("check", "ni-2017", "--json").stdout)
+    assert data["closing"]["offset"] == pytest.approx(229.0751, abs=5e-5)
+    assert data["closing"]["shaft_angle_difference"] == pytest.approx(math.radians(-0.0021), abs=1e-6)
+    assert data["zero_backlash"]["offset"] == pytest.approx(228.84, abs=0.005)
+    assert len(data["zero_backlash"]["mounting"]) == 2
+    assert data["errors"] == data["warnings"] == data["advice"] == []
+    assert [text.split(":")[0] for text in data["notes"]] == ["right flanks"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "warning"),
+    [
+        ("offset = 229.0", "offset = 229.2", "the design does not close"),
+        ("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0", "no common normal at a shaft angle of 14 deg"),
+        ("profile_shift = 0.17", "profile_shift = -1.5", "the right flank of the pinion is undercut"),
+        ("addendum = 1.0", "addendum = 2.2", "the tooth of the pinion is pointed at the heel"),
+    ],
+)
+def test_check_warns_and_succeeds(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
+    path = design_file(old, new)
+    result = run("check", path)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "No warnings" not in result.stdout
+    data = strict_json(run("check", "--json", path).stdout)
+    assert any(warning in text for text in data["errors"] + data["warnings"])
+    assert "nan" not in result.stdout
+
+
+def test_check_where_no_layout_is_without_backlash(design_file: Callable[..., Path]) -> None:
+    path = design_file("profile_shift = 0.17", "profile_shift = -2.2")
+    assert "no layout without backlash" in " ".join(run("check", path).stdout.split())
+    assert strict_json(run("check", "--json", path).stdout)["zero_backlash"] is None
+
+
+def test_version_is_that_of_the_package() -> None:
+    assert run("--version").stdout.startswith("beveloid-geom, version ")
+
+
+@pytest.mark.parametrize("arguments", [[], ["tca"], ["check"], ["design"]])
+def test_help_of_everything(arguments: list[str]) -> None:
+    result = run(*arguments, "--help")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("Usage:")
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("command", ["tca", "check"])
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("teeth = 29", "", "[pinion] teeth"),
+        ("face_width = 50.0", "facewidth = 50.0", "face_width"),
+        ("offset = 229.0", 'offset = "229"', "[pair] offset"),
+        ("normal_module = 6.0", "normal_module = nan", "[tool] normal_module"),
+        ("normal_module = 6.0", "normal_module = -6.0", "[tool] normal_module"),
+        ("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.2618", "[pair] shaft_angle_deg"),
+        ("face_width = 60.0", "face_width = 0", "[gear] face_width"),
+        ("\n[gear]", "\n[gear", "not valid TOML"),
+    ],
+)
+def test_faulty_file(design_file: Callable[..., Path], command: str, old: str, new: str, named: str) -> None:
+    path = design_file(old, new)
+    result = run(command, path)
+    assert (result.exit_code, result.stdout) == (2, "")
+    lines = result.stderr.splitlines()
+    assert all(line.startswith(f"Error: {path}: ") for line in lines)
+    assert len(lines) == 1
+    assert named in lines[0]
+
+
+def test_every_fault_has_its_line(design_file: Callable[..., Path]) -> None:
+    path = design_file("teeth = 29", "teeth = 0")
+    path.write_text(path.read_text(encoding="utf-8").replace("face_width = 60.0", "face_width = -1.0"))
+    lines = run("check", path).stderr.splitlines()
+    keys = [line.split(": ")[2].split(" must")[0] for line in lines]
+    assert keys == ["[pinion] teeth", "[gear] face_width"]
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00\x01", b""], ids=["folder", "binary", "empty"])
+def test_unreadable_file(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path
+    if content is not None:
+        path = tmp_path / "odd.toml"
+        path.write_bytes(content)
+    result = run("tca", path)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"Error: {path}: ")
+
+
+def test_file_name_that_is_not_text(tmp_path: Path) -> None:
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/\xe9.toml")
+    Path(name).write_text(builtin_text(), encoding="utf-8")
+    result = run("tca", "--json", name)
+    assert result.exit_code == 0
+    assert strict_json(result.stdout)["design"].endswith(".toml")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [
+        ("--offset-error", "nan", "--offset-error must be a finite number, got nan"),
+        ("--offset-error", "200", "--offset-error must be between"),
+        ("--shaft-angle-error", "inf", "--shaft-angle-error must be a finite number"),
+        ("--shaft-angle-error", "90", "--shaft-angle-error must be between -5 and 5 deg, got 90"),
+        ("--pinion-axial-error", "1e9", "--pinion-axial-error must be"),
+        ("--gear-axial-error", "-1e9", "--gear-axial-error must be"),
+        ("--parabola-pinion", "1", "--parabola-pinion must be"),
+        ("--parabola-gear", "nan", "--parabola-gear must be a finite number"),
+    ],
+)
+def test_option_past_its_limits(option: str, value: str, told: str) -> None:
+    result = run("tca", option, value)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"Error: {told}")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["tca", "--offset-error", "much"],
+        ["tca", "--points", "1"],
+        ["tca", "--points", "100001"],
+        ["tca", "--points", "ten"],
+        ["tca", "--flank", "both"],
+        ["tca", "--method", "six-equation"],
+        ["tca", "--json", "--csv"],
+        ["tca", "--twist", "1"],
+        ["tca", "ni-2017", "ni-2017"],
+        ["design", "ni-2017"],
+        ["turn"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_command_line(arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.count("Error: ") == 1
+    assert "Traceback" not in result.stderr
+
+
+def test_five_equations_follow_a_roll_that_turns_back() -> None:
+    """With a1 = a2 = 0.0005 the roll turns back along the path."""
+    options = ("tca", "--parabola-pinion", "0.0005", "--parabola-gear", "0.0005", "--json")
+    one, five = (json.loads(run(*options, *method).stdout) for method in ((), ("--method", "five-equation")))
+    assert five["contact_ratio"] == pytest.approx(one["contact_ratio"], abs=1e-9)
+    assert any("the roll turns back along the path" in note for note in one["notes"])
+
+
+def test_a_contact_that_the_five_equations_lose_is_said_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: object) -> None:
+        raise ArithmeticError("the five equations lose the contact at pinion roll 1.0000 deg")
+
+    monkeypatch.setattr("beveloid_geom.reference.five_equations.follow_five_equations", lost)
+    result = CliRunner().invoke(main, ["tca", "--method", "five-equation"])
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr == "Error: the five equations lose the contact at pinion roll 1.0000 deg\n"

@@ -1,0 +1,320 @@
+"""Paths of contact: exact ends, both methods, symmetry, batches, and what is said without one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from inspect import signature
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from numpy.typing import NDArray
+
+from beveloid_geom.analysis.sliding import sliding_of
+from beveloid_geom.contact.ellipse import contact_ellipse
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import ContactPath, contact_ratio, path_ends, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.contact.rounding import rounding_error
+from beveloid_geom.design.model import Design, Errors, FloatArray, Pair
+from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_radius
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored, scaled
+
+FLANKS = ("right", "left")
+CASES = [(0.0, 0.0), (0.001, -0.001), (-0.002, 0.002), (0.0002, 0.0002), (-0.0002, -0.0002), (-0.002, -0.002)]
+NUMBERS = (
+    *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
+    *("pinion_z", "pinion_r", "gear_z", "gear_r", "transmission_error"),
+)
+
+
+def five_equation_residual(design: Design, path: ContactPath) -> float:
+    """Largest violation of Eq. 15, mm and 1, from flanks and frames alone."""
+    layout, mounting, worst = layout_of(design), mounting_of(design).distance, 0.0
+    errors = (design.errors.pinion_axial, design.errors.gear_axial)
+    for j, (member, l, u, roll) in enumerate(
+        zip(
+            design.members,
+            (path.l1, path.l2),
+            (path.u1, path.u2),
+            (path.pinion_roll, path.gear_roll),
+            strict=True,
+        )
+    ):
+        patch = flank_patch(member, path.flank, l, u)
+        frame = member_frame(layout, j, roll, mounting[j] + errors[j])
+        normal = normals_to_fixed(frame, patch.normal) * (1 - 2 * j)
+        worst = max(worst, np.abs(to_fixed(frame, patch.point) - path.point).max(initial=0.0))
+        worst = max(worst, np.abs(normal - path.normal).max(initial=0.0))
+        x, y, z = np.moveaxis(patch.point, -1, 0)
+        own_z, own_r = ((path.pinion_z, path.pinion_r), (path.gear_z, path.gear_r))[j]
+        worst = max(
+            worst, np.abs(z - own_z).max(initial=0.0), np.abs(np.hypot(x, y) - own_r).max(initial=0.0)
+        )
+    return float(worst)
+
+
+def margins(design: Design, path: ContactPath) -> NDArray[np.float64]:
+    """Distances inside the eight limits, (8, positions)."""
+    values = []
+    for member, l, z, r in (
+        (design.pinion, path.l1, path.pinion_z, path.pinion_r),
+        (design.gear, path.l2, path.gear_z, path.gear_r),
+    ):
+        half = 0.5 * member.face_width
+        values.append([l - root_parameter(member), tip_radius(member, z) - r, half + z, half - z])
+    return np.array(values).transpose(1, 0, 2).reshape(8, -1)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", CASES)
+def test_positions_satisfy_the_five_equations(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola)
+    for points in (2, 41, 400):
+        path = path_of_contact(design, flank, points)
+        assert path.l1.shape == (points,)
+        assert (path.status == Status.SOLVED).all()
+        assert five_equation_residual(design, path) < 2e-11
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", CASES)
+def test_ends_are_exact_and_rolls_even(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola)
+    path = path_of_contact(design, flank, 41)
+    inside = margins(design, path)
+    assert inside.min() > -1e-11
+    for end, position in ((path.ends.enter, 0), (path.ends.leave, -1)):
+        assert end is not None
+        assert abs(inside[end, position]) < 1e-11
+    steps = np.diff(path.pinion_roll)
+    np.testing.assert_allclose(steps, steps.mean(), atol=1e-13)
+    assert (steps > 0.0).all() == (flank == "right")
+    span = abs(path.pinion_roll[-1] - path.pinion_roll[0])
+    assert path.ends.contact_ratio == pytest.approx(span * 29 / (2 * np.pi), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("flank", "parabola", "expected"),
+    [
+        ("right", (0.0, 0.0), 1.651001),
+        ("left", (0.0, 0.0), 1.652028),
+        ("right", (0.001, -0.001), 1.816308),
+    ],
+)
+def test_contact_ratios_of_table_1(flank: str, parabola: tuple[float, float], expected: float) -> None:
+    assert contact_ratio(table1(parabola), flank) == pytest.approx(expected, abs=1e-6)
+    ends = path_ends(table1(parabola), flank)
+    assert (ends.enter, ends.leave) == (Limit.GEAR_TIP, Limit.PINION_TIP)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.floats(-1.0, 1.0),
+    st.floats(-5e-4, 5e-4),
+    st.floats(-3.0, 3.0),
+    st.floats(-3.0, 3.0),
+    st.sampled_from(FLANKS),
+)
+def test_unmodified_flanks_transmit_exactly(e: float, d: float, a1: float, a2: float, flank: str) -> None:
+    """Involute helicoids turn at a constant ratio under every misalignment."""
+    path = path_of_contact(table1(errors=Errors(e, d, a1, a2)), flank, 21)
+    assert np.abs(path.transmission_error).max(initial=0.0) < 1e-12
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002)])
+def test_both_methods_agree(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))
+    ours, reference = path_of_contact(design, flank, 9), path_of_contact_five_equations(design, flank, 9)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(ours, name), getattr(reference, name), atol=1e-10, err_msg=name)
+    np.testing.assert_array_equal(ours.ends.limit, reference.ends.limit)
+    assert ours.ends.contact_ratio == pytest.approx(reference.ends.contact_ratio, abs=1e-12)
+
+
+def test_five_equations_refuse_batches_and_pass_on_an_empty_path() -> None:
+    with pytest.raises(ValueError, match="single designs"):
+        path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
+    assert path_of_contact_five_equations(table1(errors=Errors(offset=20.0))).l1.size == 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.tuples(*[st.floats(-0.0015, 0.0015)] * 2),
+    st.floats(-0.5, 0.5),
+    st.floats(-2.0, 2.0),
+    st.sampled_from(FLANKS),
+)
+def test_symmetries(parabola: tuple[float, float], e: float, axial: float, flank: str) -> None:
+    """Mirror image (flanks swapped), members exchanged, lengths scaled: the same contacts."""
+    design = table1(parabola, Errors(offset=e, gear_axial=axial))
+    path = path_of_contact(design, flank, 11)
+    other = {"right": "left", "left": "right"}[flank]
+    mirror, big = (
+        path_of_contact(mirrored(design), other, 11),
+        path_of_contact(scaled(design, 4.0), flank, 11),
+    )
+    swapped = path_of_contact(exchanged(design), flank, 11)
+    assert path.l1.shape == mirror.l1.shape == big.l1.shape == swapped.l1.shape
+    if path.l1.size == 0:
+        return
+    np.testing.assert_allclose(mirror.pinion_z, path.pinion_z, atol=1e-10)
+    np.testing.assert_allclose(mirror.point[:, 0], path.point[:, 0], atol=1e-10)
+    np.testing.assert_allclose(mirror.point[:, 1], -path.point[:, 1], atol=1e-10)
+    np.testing.assert_allclose(mirror.gear_roll, -path.gear_roll, atol=1e-12)
+    np.testing.assert_allclose(big.point, 4.0 * path.point, atol=1e-10)
+    np.testing.assert_allclose(big.pinion_roll, path.pinion_roll, atol=1e-12)
+    turned = np.ptp(path_of_contact(design, flank, 2001).gear_roll) * 45 / (2 * np.pi)
+    assert swapped.ends.contact_ratio == pytest.approx(turned, abs=1e-6)
+    np.testing.assert_allclose(np.sort(swapped.ends.l1), np.sort(path.ends.l2), atol=1e-10)
+    np.testing.assert_allclose(np.sort(swapped.ends.l2), np.sort(path.ends.l1), atol=1e-10)
+
+
+def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
+    design = table1((0.001, -0.001))
+    path = path_of_contact(design, points=21)
+    given_l1 = path_of_contact(design, l1=path.l1)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(given_l1, name), getattr(path, name), atol=1e-11, err_msg=name)
+    beyond = path_of_contact(design, l1=np.array([-8.0, -6.3, 0.0, 6.0, 8.0]))
+    assert beyond.status.tolist() == [Status.OFF_FLANK] * 2 + [Status.SOLVED] + [Status.OFF_FLANK] * 2
+    assert np.isfinite(beyond.point).all()
+    assert five_equation_residual(design, beyond) < 2e-11
+
+
+def test_many_positions_agree_with_few() -> None:
+    design = table1((-0.002, 0.002))
+    few, many = path_of_contact(design, points=5), path_of_contact(design, points=20001)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
+    l1 = np.linspace(-5.0, 5.0, 20001)
+    few, many = path_of_contact(design, l1=l1[::5000]), path_of_contact(design, l1=l1)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
+
+
+def test_batches_are_the_single_answers() -> None:
+    """Members, coefficients and errors as arrays: each case is what it is alone, also where the
+    path is off the face or the case needs the careful search."""
+    offsets, coefficients = np.array([-6.0, -0.5, 0.0, 0.5]), np.array([[-0.002], [0.0], [0.001]])
+    design = table1(errors=Errors(offset=offsets)).with_parabola(coefficients, -coefficients)
+    batch = path_of_contact(design, points=7)
+    assert batch.point.shape == (3, 4, 7, 3)
+    assert batch.ends.contact_ratio.shape == (3, 4)
+    for i, a in enumerate(coefficients[:, 0]):
+        for j, e in enumerate(offsets):
+            one = path_of_contact(table1((float(a), -float(a)), Errors(offset=float(e))), points=7)
+            assert batch.ends.status[i, j] == one.ends.status
+            if one.l1.size == 0:
+                assert np.isnan(batch.point[i, j]).all()
+                assert (batch.status[i, j] == one.ends.status).all()
+                continue
+            for name in NUMBERS:
+                np.testing.assert_allclose(
+                    getattr(batch, name)[i, j], getattr(one, name), atol=1e-10, err_msg=name
+                )
+
+
+def test_more_cases_than_a_block() -> None:
+    offsets = np.linspace(-0.5, 0.5, 601)
+    batch = path_of_contact(table1((0.001, -0.001), Errors(offset=offsets)), points=3)
+    for k in (0, 255, 256, 600):
+        one = path_of_contact(table1((0.001, -0.001), Errors(offset=float(offsets[k]))), points=3)
+        np.testing.assert_allclose(batch.point[k], one.point, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("design", "status"),
+    [
+        (table1(errors=Errors(offset=20.0)), Status.OFF_FLANK),
+        (replace(table1(), pair=Pair(229.0, np.radians(14.8), 211.6, 210.2)), Status.NO_COMMON_NORMAL),
+        (table1((0.001, -0.001), Errors(shaft_angle=np.radians(-1.0))), Status.NO_COMMON_NORMAL),
+    ],
+)
+def test_no_path_is_empty_and_says_why(design: Design, status: Status) -> None:
+    path = path_of_contact(design)
+    assert path.l1.size == 0
+    assert path.point.shape == (0, 3)
+    assert path.ends.status == status
+    assert path.ends.enter is None
+    assert path.ends.contact_ratio == 0.0
+    at_l1 = path_of_contact(design, l1=[0.0])
+    if status == Status.NO_COMMON_NORMAL:
+        assert at_l1.status.tolist() == [status]
+        assert np.isnan(at_l1.point).all()
+
+
+def test_a_path_across_n_x_0_is_followed() -> None:
+    """Cones of 4.26 and 2.15 deg: the design's n_x is positive, on the flank it is negative."""
+    design = table1((-0.002, 0.002))
+    pinion, gear = (
+        replace(m, cone_angle=np.radians(cone)) for m, cone in zip(design.members, (4.26, 2.15), strict=True)
+    )
+    pair = Pair(217.80669192, 0.27494064900626497, 325.5642439, 323.30866937)
+    path = path_of_contact(Design(pinion, gear, pair))
+    assert path.ends.status == Status.SOLVED
+    assert path.normal[:, 0].max() < 0.0
+    assert five_equation_residual(Design(pinion, gear, pair), path) < 1e-10
+
+
+def test_arguments_are_checked() -> None:
+    with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
+        path_of_contact(table1(), points=1)
+    with pytest.raises(ValueError, match="without elements"):
+        path_of_contact(table1(errors=Errors(offset=np.empty(0))))
+    with pytest.raises(ValueError, match="l1 must have the shape"):
+        path_of_contact(table1(), l1=np.zeros((2, 3)))
+    for useless in (np.array(np.inf), np.empty(0)):
+        with pytest.raises(ValueError, match="l1 must hold finite numbers"):
+            path_of_contact(table1(), l1=useless)
+    assert path_of_contact(table1(), l1=0.0).l1.shape == (1,)
+    with pytest.raises(ValueError, match="flank must be"):
+        path_of_contact(table1(), "upper")
+    with pytest.raises(ValueError, match="one path"):
+        _ = path_ends(table1(errors=Errors(offset=np.zeros(2)))).enter
+
+
+MEASURES: list[tuple[Callable[..., Any], Callable[[Any], FloatArray]]] = [
+    (certify, lambda found: found.separation),
+    (sliding_of, lambda found: found.speed),
+    (contact_ellipse, lambda found: found.semi_axes),
+    (rounding_error, lambda found: found),
+]
+
+
+@pytest.mark.parametrize(("measure", "numbers"), MEASURES, ids=[m.__name__ for m, _ in MEASURES])
+def test_a_path_is_measured_by_its_own_design(
+    measure: Callable[..., Any], numbers: Callable[[Any], FloatArray]
+) -> None:
+    """No other can be given beside it; with another in its place the answer is another."""
+    path = path_of_contact(table1(), points=5)
+    moved = replace(path, design=table1((0.001, -0.001), Errors(0.03)))
+    assert not np.array_equal(numbers(measure(path)), numbers(measure(moved)), equal_nan=True)
+    assert "design" not in signature(measure).parameters
+
+
+def test_the_path_runs_as_the_pinion_drives() -> None:
+    """With a1 = a2 = 0.001 the roll falls with l1 on the right flank: entered at the pinion's tip side."""
+    for flank, sign in (("right", 1.0), ("left", -1.0)):
+        for parabola in ((0.0, 0.0), (0.001, 0.001)):
+            path = path_of_contact(table1(parabola), flank, 11)
+            assert (sign * np.diff(path.pinion_roll) > 0.0).all()
+    backwards = path_of_contact(table1((0.001, 0.001)), "right", 11)
+    assert backwards.l1[0] > backwards.l1[-1]
+    assert five_equation_residual(table1((0.001, 0.001)), backwards) < 2e-11
+
+
+def test_a_path_over_a_corner_of_the_flank_is_not_missed() -> None:
+    """At an offset error of 1.2399 mm the path cuts 0.006 mm off the heel-tip corner of the pinion."""
+    ends = path_ends(table1(errors=Errors(offset=1.2399)))
+    assert 0.0 < ends.contact_ratio < 1e-3
+    assert (ends.enter, ends.leave) == (Limit.PINION_HEEL, Limit.PINION_TIP)
+    assert path_ends(table1(errors=Errors(offset=1.2402))).contact_ratio == 0.0

@@ -1,0 +1,269 @@
+"""Details of paths: named limits, pieces, batches, turning rolls, several contacts.
+
+Each of these catches a fault that was once put into the code and went unseen by other tests.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.ends import longest_run
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import ContactPath, contact_ratio, path_ends, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member, Pair, Tool
+from beveloid_geom.gear.flank import root_parameter, tip_parameter, undercut_margin
+from beveloid_geom.gear.rack import parameter_at_height, section_point
+from beveloid_geom.pair.frames import layout_of
+from beveloid_geom.pair.mounting import mounting_of
+from tests.contact.test_path import NUMBERS, five_equation_residual, margins
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored
+
+
+def wide(design: Design, width: float = 120.0) -> Design:
+    return replace(
+        design,
+        pinion=replace(design.pinion, face_width=width),
+        gear=replace(design.gear, face_width=width),
+    )
+
+
+def with_addenda(pinion: float, gear: float) -> Design:
+    d = table1()
+    return replace(
+        d,
+        pinion=replace(d.pinion, tool=replace(d.pinion.tool, addendum=pinion)),
+        gear=replace(d.gear, tool=replace(d.gear.tool, addendum=gear)),
+    )
+
+
+def own(path: ContactPath, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    if name == "pinion":
+        return path.l1, path.pinion_z, path.pinion_r
+    return path.l2, path.gear_z, path.gear_r
+
+
+def distance_to(design: Design, path: ContactPath, end: Limit, at: int) -> float:
+    """Distance to the limit that `end` names, worked out by its name and not by its code."""
+    member = getattr(design, end.member)
+    l, z, r = (x[at] for x in own(path, end.member))
+    tool = member.tool
+    if end.limit == "root":  # x_n of the contact, by hand, at minus one module
+        height = l * cos(tool.normal_pressure_angle) + tool.parabola * l * l * sin(tool.normal_pressure_angle)
+        return float(height + 1.0 * tool.normal_module)
+    if end.limit == "tip":
+        r_p = tool.normal_module * member.teeth / (2.0 * cos(member.helix_angle))
+        cone = (member.profile_shift + tool.addendum) * tool.normal_module + z * np.tan(member.cone_angle)
+        return float(r_p + cone - r)
+    return float(0.5 * member.face_width + (z if end.limit == "toe" else -z))
+
+
+ENDS = [
+    (table1(), "right", "GEAR_TIP", "PINION_TIP"),
+    (with_addenda(1.0, 1.4), "right", "PINION_ROOT", "PINION_TIP"),
+    (with_addenda(1.4, 1.0), "left", "GEAR_TIP", "GEAR_ROOT"),
+    (table1((0.001, 0.001)), "right", "PINION_HEEL", "PINION_TOE"),
+    (table1((0.001, 0.001), Errors(offset=0.02)), "right", None, None),
+    (table1((0.001, -0.001), Errors(pinion_axial=9.0)), "right", None, None),
+    (table1((0.001, -0.001), Errors(gear_axial=9.0)), "right", None, None),
+    (table1((0.0, 0.0), Errors(offset=0.5)), "right", None, None),
+    (table1((0.0, 0.0), Errors(offset=-0.5)), "right", None, None),
+]
+
+
+@pytest.mark.parametrize(("design", "flank", "enter", "leave"), ENDS)
+def test_the_named_limit_is_the_one_that_is_met(
+    design: Design, flank: str, enter: str | None, leave: str | None
+) -> None:
+    path = path_of_contact(design, flank, 3)
+    assert path.ends.status == Status.SOLVED
+    for end, at, name in ((path.ends.enter, 0, enter), (path.ends.leave, -1, leave)):
+        assert end is not None
+        assert distance_to(design, path, end, at) == pytest.approx(0.0, abs=1e-10)
+        assert name is None or end.name == name
+
+
+@pytest.mark.parametrize("parabola", [0.02, -0.02])
+def test_root_of_a_parabolic_flank_stands_at_the_working_depth(parabola: float) -> None:
+    tool = Tool(6.0, radians(20.0), parabola=parabola)
+    root = root_parameter(replace(table1().pinion, tool=tool))
+    assert section_point(tool, "right", root)[0] == pytest.approx(-6.0, rel=1e-14)
+    assert np.isnan(parameter_at_height(replace(tool, parabola=0.2), -6.0))
+
+
+def test_error_of_the_shaft_angle_opens_it_for_either_hand() -> None:
+    design = table1((0.001, -0.001), Errors(shaft_angle=2e-4))
+    right, left = path_of_contact(design, "right", 5), path_of_contact(mirrored(design), "left", 5)
+    np.testing.assert_allclose(left.pinion_z, right.pinion_z, atol=1e-10)
+    assert abs(layout_of(mirrored(design)).shaft_angle) == pytest.approx(radians(15.0) + 2e-4, rel=1e-15)
+
+
+def test_layout_keeps_its_digits_at_small_shaft_angles() -> None:
+    layout = layout_of(replace(table1(), pair=Pair(229.0, 1e-7)))
+    assert layout.versed_angle == pytest.approx(0.5e-14, rel=1e-14, abs=0.0)  # 1 - cos d = d^2/2 - ...
+
+
+def test_steep_cones_have_the_normal_leaning_back_on_one_flank_only() -> None:
+    """8 and 6 deg: the pitch point stands so far off that the right normal has n_x < 0."""
+    pinion, gear = (
+        replace(m, cone_angle=radians(cone)) for m, cone in zip(table1().members, (8.0, 6.0), strict=True)
+    )
+    pair = Pair(178.679, 0.33843)
+    design = Design(replace(pinion, profile_shift=0.3), replace(gear, profile_shift=0.3), pair)
+    assert mounting_of(design).branch.tolist() == [-1.0, 1.0]
+    for flank, sign in (("right", -1.0), ("left", 1.0)):
+        path = path_of_contact(design, flank, 11)
+        assert (sign * path.normal[:, 0] > 0.2).all()
+        assert five_equation_residual(design, path) < 1e-11
+        assert path.ends.contact_ratio > 1.5
+
+
+def test_given_gear_mounting_is_kept() -> None:
+    pair = Pair(229.0, radians(15.0), None, 205.0)
+    assert mounting_of(replace(table1(), pair=pair)).distance == pytest.approx([211.594669, 205.0], abs=1e-6)
+
+
+def test_two_contacts_on_the_flanks_are_marked() -> None:
+    """One l1, two l2: told apart by giving l2 instead, with the members exchanged."""
+    design = wide(table1((-0.0195, -0.0187), Errors(offset=-7.5, shaft_angle=radians(-0.04))))
+    asked = np.linspace(-4.8, -4.4, 9)
+    path = path_of_contact(design, "left", l1=asked)
+    assert (path.status == Status.SEVERAL_CONTACTS).all()
+    assert np.isnan(path.l2).all()
+    assert np.isnan(path.point).all()
+    whole = path_of_contact(design, "left")
+    assert whole.ends.status == Status.SOLVED
+    assert five_equation_residual(design, whole) < 1e-10
+    other = path_of_contact(exchanged(design), "left", l1=np.linspace(-6.0, 6.0, 2401))
+    l1 = np.where(other.status == Status.SOLVED, other.l2, np.nan)  # of the pinion, for each l2
+    for value in asked:
+        below = l1 < value
+        known = ~np.isnan(l1[:-1]) & ~np.isnan(l1[1:])
+        assert (known & (below[:-1] != below[1:])).sum() == 2
+
+
+def test_given_parameters_broadcast_against_a_batch_and_its_blocks() -> None:
+    offsets = np.linspace(-0.3, 0.3, 601)
+    l1 = np.linspace(-2.0, 2.0, 601)[:, None] + np.array([0.0, 0.5])
+    coefficients = np.linspace(0.0, 0.001, 601)
+    design = table1(errors=Errors(offset=offsets)).with_parabola(coefficients, -coefficients)
+    batch, ends = path_of_contact(design, l1=l1), path_ends(design)
+    for k in (0, 1, 255, 256, 300, 600):
+        one = table1((float(coefficients[k]), -float(coefficients[k])), Errors(offset=float(offsets[k])))
+        single = path_of_contact(one, l1=l1[k])
+        for name in NUMBERS:
+            np.testing.assert_allclose(getattr(batch, name)[k], getattr(single, name), atol=1e-10)
+        assert ends.contact_ratio[k] == pytest.approx(contact_ratio(one), abs=1e-11)
+        np.testing.assert_allclose(ends.l1[k], single.ends.l1, atol=1e-10)
+
+
+def test_longest_run_and_the_number_of_runs() -> None:
+    table = np.array([[0, 1, 0, 1, 1], [1, 1, 0, 1, 0], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1]], dtype=bool)
+    first, last, runs = longest_run(table)
+    assert first[[0, 1, 3]].tolist() == [3, 0, 0]
+    assert last[[0, 1, 3]].tolist() == [4, 1, 4]
+    assert last[2] < first[2]
+    assert runs.tolist() == [2, 2, 0, 1]
+
+
+@pytest.mark.parametrize("inward", [1.0, 0.1, 0.01])
+def test_a_path_that_leaves_the_face_and_returns_has_two_pieces(inward: float) -> None:
+    """Its z on the pinion rises to 2.185374 mm and falls again; half the face is less."""
+    design = table1((-0.003, 0.005))
+    whole = path_of_contact(design, "left", 2001)
+    top = whole.pinion_z.max()
+    assert whole.ends.pieces == 1
+    assert 0 < whole.pinion_z.argmax() < 2000
+    face = 2.0 * (float(top) - inward)
+    path = path_of_contact(replace(design, pinion=replace(design.pinion, face_width=face)), "left", 401)
+    inside = (np.abs(whole.pinion_z) < 0.5 * face).astype(int)
+    assert path.ends.pieces == np.sum(np.diff(np.r_[0, inside]) > 0)
+    assert margins(replace(design, pinion=replace(design.pinion, face_width=face)), path).min() > -1e-10
+
+
+def test_limits_count_as_met_within_rounding_and_no_further() -> None:
+    for flank in ("right", "left"):
+        design = table1((0.001, -0.001))
+        ends = path_ends(design, flank).l1
+        inward = np.sign(ends[::-1] - ends)
+        asked = np.concatenate((ends, ends - 1e-9 * inward, ends + 1e-9 * inward))
+        path = path_of_contact(design, flank, l1=asked)
+        assert path.status.tolist() == [Status.SOLVED] * 2 + [Status.OFF_FLANK] * 2 + [Status.SOLVED] * 2
+
+
+def test_status_tells_what_is_not_there_from_what_is_off() -> None:
+    """At 14.8 deg nothing has a common normal; the margins, not numbers, must not rename that."""
+    design = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
+    path = path_of_contact(design, l1=[-6.0, -5.0, -4.3, -4.0, -3.0])
+    assert path.status.tolist() == [Status.NO_COMMON_NORMAL] * 3 + [Status.OFF_FLANK] * 2
+
+
+def test_error_of_transmission_without_a_path_is_taken_from_the_middle_of_what_was_asked() -> None:
+    design = table1((0.0002, -0.0002), Errors(offset=2.0))
+    path = path_of_contact(design, l1=[-2.0, 0.0, 2.0])
+    assert path.ends.status == Status.OFF_FLANK
+    assert np.isfinite(path.transmission_error).all()
+    assert abs(path.transmission_error[1]) < 1e-13
+
+
+def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
+    """Asked at l1 that the coarse window cannot resolve, the answer still satisfies the equations."""
+    tried = twice = 0
+    for a in (0.003, 0.005, 0.01, 0.02):
+        for flank in ("right", "left"):
+            design = table1((-a, a))
+            path = path_of_contact(design, flank, 21)
+            if path.l1.size == 0:
+                continue
+            at = path_of_contact(design, flank, l1=path.l1)
+            tried += 1
+            assert five_equation_residual(design, path) < 1e-9
+            assert five_equation_residual(design, at) < 1e-9
+            known = at.status == Status.SOLVED
+            twice += int((at.status == Status.SEVERAL_CONTACTS).sum())
+            assert (known | (at.status == Status.SEVERAL_CONTACTS)).all()
+            for name in NUMBERS[:-1]:
+                found, right = getattr(at, name)[known], getattr(path, name)[known]
+                np.testing.assert_allclose(found, right, atol=1e-9, err_msg=name)
+    assert tried == 8
+    assert 0 < twice < 30
+
+
+def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
+    """Closed at 14.84 deg, n_x falls to 0.002: the rounding of l2 alone would move the contact too far."""
+    design = replace(table1((0.0001, 0.0001)), pair=Pair(218.9033, radians(14.84)))
+    path = path_of_contact(design, l1=np.linspace(-5.0, 5.0, 401))
+    assert np.isin(path.status, (Status.SOLVED, Status.OFF_FLANK)).all()
+    assert np.abs(path.normal[:, 0]).min() < 0.003
+    assert five_equation_residual(design, path) < 1e-9
+
+
+def test_newton_stays_in_its_bracket() -> None:
+    """Free Newton jumps to the other root here: two contacts told of where there is one."""
+    design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
+    path = path_of_contact(design, l1=np.linspace(-6.0, 5.9, 61)[:25])
+    assert (path.status == Status.SOLVED).all()
+    assert np.abs(np.diff(path.l2, 2)).max() < 1e-2
+    assert five_equation_residual(design, path) < 1e-9
+
+
+def test_tip_and_undercut_are_looked_for_along_the_whole_face() -> None:
+    never = replace(table1().pinion, tool=replace(table1().pinion.tool, parabola=-0.5))
+    with np.errstate(all="ignore"):
+        assert np.isnan(tip_parameter(never, "right", 0.0))
+    member = Member(Tool(2.0, radians(20.0)), 22, radians(20.0), radians(5.0), 0.0, 30.0)
+    narrow = replace(member, face_width=1.0)
+    assert undercut_margin(member, "right") < 0.0 < undercut_margin(narrow, "right")
+
+
+def test_the_way_is_even_in_l1_where_the_roll_turns_back() -> None:
+    path = path_of_contact(table1((0.00045, 0.00045)), points=41)
+    steps = np.diff(path.l1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=1e-9)
+    rolls = np.diff(path.pinion_roll)
+    assert rolls.min() < 0.0 < rolls.max()

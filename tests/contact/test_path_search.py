@@ -1,0 +1,280 @@
+"""Paths that no single flank parameter describes: followed by their length, against the five equations.
+
+The oracle is the paper's system at 60 digits (`reference.five_equations_mp`), solved at the position's
+own roll, or l1 where the roll is about to turn back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.curve_equations import (
+    _solved,
+    direction_of,
+    linearised,
+    meet_on_curve,
+    onto_curve,
+    units_of,
+)
+from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
+from beveloid_geom.contact.equation import Pairing, meet, pairing_of
+from beveloid_geom.contact.path import ContactPath, contact_ratio, path_blocks, path_ends, path_of_contact
+from beveloid_geom.contact.path_polynomial import HEIGHT, Track
+from beveloid_geom.contact.path_search import _followed, paths_on_flanks
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, FloatArray, Pair
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations_mp import MP, solve_mp
+from tests.contact.test_path import five_equation_residual, margins
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged
+
+
+def with_cones(parabola: tuple[float, float], cones: tuple[float, float], pair: Pair) -> Design:
+    design = table1(parabola)
+    pinion, gear = (
+        replace(m, cone_angle=radians(cone)) for m, cone in zip(design.members, cones, strict=True)
+    )
+    return Design(pinion, gear, pair)
+
+
+CROSSING = {
+    "4.20/2.08 deg": with_cones(
+        (-0.002, 0.002),
+        (4.2, 2.08),
+        Pair(218.4432314096572, 0.2741379958464451, 320.8483003395738, 318.63687863045084),
+    ),
+    "4.15/2.03 deg": with_cones(
+        (-0.002, 0.002),
+        (4.15, 2.03),
+        Pair(218.9279400173281, 0.2735307628937236, 317.15403670997256, 314.9768185206899),
+    ),
+    "4.11/1.98 deg": with_cones(
+        (-0.002, 0.002),
+        (4.11, 1.98),
+        Pair(219.3600179001517, 0.27299073518335076, 313.7846784318629, 311.63792535016177),
+    ),
+}
+"""Steep cones mounted so that n_x changes its sign on the flank."""
+TURNING = {
+    "a -0.002/-0.002": table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08))),
+    "a -0.0022/-0.0017": table1((-0.0022, -0.0017), Errors(offset=-6.1, shaft_angle=radians(-0.12))),
+    "a -0.01/0.01": table1((-0.01, 0.01)),
+}
+"""l1 turns back on the flanks."""
+LOST = CROSSING | TURNING
+both = pytest.mark.parametrize("design", LOST.values(), ids=LOST)
+
+
+def tracked(design: Design) -> Track:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        (group,) = paths_on_flanks(pairing_of(design, "right"))
+    return group.track
+
+
+def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float:
+    """Distance (mm, and rad times 1 mm) of position `k` from the solution with one of its numbers."""
+    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
+    numbers = [float(getattr(path, name)[k]) for name in names]
+    mounting = mounting_of(design).distance.tolist()
+    value = numbers[0] if fixed == "l1" else numbers[4]
+    found = solve_mp(design, path.flank, numbers, (fixed, value), tuple(MP.mpf(x) for x in mounting))
+    exact = (found.l1, found.u1, found.l2, found.u2, found.phi1, found.phi2)
+    return max(abs(float(x) - y) for x, y in zip(exact, numbers, strict=True))
+
+
+@both
+def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
+    path = path_of_contact(design, points=9)
+    assert path.ends.status == Status.SOLVED
+    assert np.isnan(tracked(design).half).all()  # it was followed
+    assert five_equation_residual(design, path) < 1e-11
+    for k in range(9):
+        rate = np.abs(np.gradient(path.pinion_roll))[k], np.abs(np.gradient(path.l1))[k]
+        fixed = "phi1" if rate[0] > 1e-3 * rate[1] else "l1"
+        assert at_60_digits(design, path, k, fixed) < 1e-9
+    inside = margins(design, path)
+    assert inside.min() > -1e-9
+    assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9  # both ends lie on a limit
+
+
+@pytest.mark.parametrize("design", CROSSING.values(), ids=CROSSING)
+def test_the_normal_crosses(design: Design) -> None:
+    path = path_of_contact(design, points=401)
+    n_x = path.normal[:, 0]
+    assert n_x.min() < -0.001
+    assert n_x.max() > 0.001
+    steps = np.linalg.norm(np.diff(path.point, axis=0), axis=-1)
+    assert steps.max() < 1.3 * steps.mean()  # no jump where the signs join
+    assert np.unwrap(path.pinion_roll).tolist() == path.pinion_roll.tolist()
+
+
+@pytest.mark.parametrize("design", TURNING.values(), ids=TURNING)
+def test_l1_turns_back_and_one_l1_has_two_contacts(design: Design) -> None:
+    path = path_of_contact(design, points=401)
+    steps = np.diff(path.l1)
+    assert steps.min() < 0.0 < steps.max()
+    ends, extreme = np.sort(path.l1[[0, -1]]), (path.l1.min(), path.l1.max())
+    low = ends[0] - extreme[0] > extreme[1] - ends[1]
+    twice = np.linspace(extreme[0], ends[0], 9) if low else np.linspace(ends[1], extreme[1], 9)
+    at = path_of_contact(design, l1=twice[1:-1])
+    assert (at.status == Status.SEVERAL_CONTACTS).all()
+    assert np.isnan(at.point).all()
+    once = path_of_contact(design, l1=np.linspace(ends[0], ends[1], 9)[1:-1])
+    assert (once.status == Status.SOLVED).all()
+    assert five_equation_residual(design, once) < 1e-10
+
+
+@both
+def test_members_exchanged_give_the_same_path(design: Design) -> None:
+    here, there = path_ends(design), path_ends(exchanged(design))
+    assert there.status == Status.SOLVED
+    np.testing.assert_allclose(np.sort(here.l1), np.sort(there.l2), atol=1e-10)
+    np.testing.assert_allclose(np.sort(here.l2), np.sort(there.l1), atol=1e-10)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("a", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002), (0.0005, 0.0005)])
+def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
+    pairing = pairing_of(table1(a), flank)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        (plain,), (followed,) = paths_on_flanks(pairing), _followed(pairing)
+    assert np.isfinite(plain.track.half).all()
+    assert np.isnan(followed.track.half).all()
+    assert followed.ends.status.tolist() == [Status.SOLVED]
+    one, other = plain.ends, followed.ends
+    np.testing.assert_allclose(one.l, other.l, atol=1e-11)
+    np.testing.assert_allclose(one.roll, other.roll, atol=1e-13)
+    np.testing.assert_allclose(one.span, other.span, atol=1e-12)
+    assert one.limit.tolist() == other.limit.tolist()
+
+
+def test_a_batch_mixes_both_kinds() -> None:
+    offsets = np.array([0.0, -6.0, 0.1, -6.0, 2000.0])
+    shaft = np.radians([0.0, -0.08, 0.0, -0.1, 0.0])
+    batch = table1((-0.002, -0.002), Errors(offset=offsets, shaft_angle=shaft))
+    path = path_of_contact(batch, points=11)
+    l1 = np.linspace(-4.2, -4.12, 11)
+    at = path_of_contact(batch, l1=l1)
+    for k in range(4):
+        single = table1((-0.002, -0.002), Errors(offset=float(offsets[k]), shaft_angle=float(shaft[k])))
+        alone, given = path_of_contact(single, points=11), path_of_contact(single, l1=l1)
+        np.testing.assert_allclose(path.point[k], alone.point, atol=1e-10)
+        np.testing.assert_allclose(path.transmission_error[k], alone.transmission_error, atol=1e-12)
+        assert at.status[k].tolist() == given.status.tolist()
+        np.testing.assert_allclose(at.l2[k], given.l2, atol=1e-10)
+    assert path.ends.status[4] in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL)
+    assert contact_ratio(batch)[4] == 0.0
+
+
+@pytest.mark.parametrize("design", [table1((0.001, -0.001)), table1((0.0005, 0.0005)), *LOST.values()])
+@pytest.mark.parametrize("block", [1, 100, 1000])
+def test_blocks_are_the_path(design: Design, block: int) -> None:
+    """Of many positions, so that the expansion in roll is used."""
+    points = 301 if block > 1 else 5
+    whole = path_of_contact(design, points=points)
+    blocks = list(path_blocks(design, points=points, positions_per_block=block))
+    assert [part.l1.size for part in blocks[:-1]] == [block] * (len(blocks) - 1)
+    for name in ("l1", "u2", "point", "normal", "gear_roll", "transmission_error", "status"):
+        joined = np.concatenate([getattr(part, name) for part in blocks])
+        np.testing.assert_allclose(joined, getattr(whole, name), atol=2e-11, err_msg=name)
+    assert blocks[-1].ends.contact_ratio == whole.ends.contact_ratio
+
+
+def test_blocks_of_no_path_and_of_bad_input() -> None:
+    (empty,) = path_blocks(table1(errors=Errors(offset=100.0)), points=1000)
+    assert empty.l1.size == 0
+    assert empty.ends.status != Status.SOLVED
+    with pytest.raises(ValueError, match="single designs"):
+        path_blocks(table1(errors=Errors(offset=np.zeros(2))))
+    with pytest.raises(ValueError, match="points must be at least 2"):
+        path_blocks(table1(), points=1)
+    for useless in (True, 2.0, "7", None):
+        with pytest.raises(ValueError, match="a whole number"):
+            path_of_contact(table1(), points=useless)  # type: ignore[arg-type]
+
+
+def on_the_curve(pairing: Pairing, path: ContactPath) -> FloatArray:
+    """Points z (1, positions, 4) of the positions of a path."""
+    met = meet(pairing, np.array((path.l1, path.l2))[:, None])
+    y = np.array((path.l1, path.l2, met.normal_x[0], met.across[0, 0]))
+    return np.asarray(y.T[None] / units_of(pairing))
+
+
+def test_the_four_unknowns_say_the_same_as_one_equation() -> None:
+    for flank in ("right", "left"):
+        design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
+        pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
+        z, units = on_the_curve(pairing, path), units_of(pairing)
+        y = np.moveaxis(z * units, -1, 0)
+        residual, met = meet_on_curve(pairing, y)
+        assert np.abs(residual).max() < 1e-13
+        plain = meet(pairing, y[:2])
+        for name in ("across", "along", "slope", "moment", "normal_y"):
+            np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
+
+
+def test_derivatives_and_tangents() -> None:
+    pairing = pairing_of(table1((0.001, -0.001)), "right")
+    path = path_of_contact(table1((0.001, -0.001)), points=9)
+    z, units = on_the_curve(pairing, path), units_of(pairing)
+    _, jacobian = linearised(pairing, z, units)
+    for k in range(4):
+        move = 1e-6 * np.eye(4)[k]
+        above, below = (linearised(pairing, z + sign * move, units)[0] for sign in (1.0, -1.0))
+        np.testing.assert_allclose((above - below) / 2e-6, jacobian[..., k], atol=1e-8)
+    tangent = direction_of(jacobian)
+    np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1.0, atol=1e-14)
+    np.testing.assert_allclose(np.einsum("...ij,...j->...i", jacobian, tangent), 0.0, atol=1e-14)
+    start = z + 1e-3 * np.array([1.0, -1.0, 0.5, -0.5])
+    back, solved = onto_curve(pairing, start, tangent, units, 6)
+    assert solved.all()
+    assert np.abs(linearised(pairing, back, units)[0]).max() < 1e-14
+    np.testing.assert_allclose(np.einsum("...i,...i", back - start, tangent), 0.0, atol=1e-13)
+
+
+def test_a_singular_system_leaves_the_others_alone() -> None:
+    systems = np.random.default_rng(6).normal(size=(5, 4, 4))
+    right = np.arange(20.0).reshape(5, 4)
+    alone = _solved(systems.copy(), right.copy())
+    systems[2, 3] = 0.0
+    found = _solved(systems, right)
+    assert np.isnan(found[2]).all()
+    assert np.delete(found, 2, axis=0).tolist() == np.delete(alone, 2, axis=0).tolist()
+
+
+@both
+def test_walks_leave_the_window_and_pass_through_the_path(design: Design) -> None:
+    pairing, path = pairing_of(design, "right"), path_of_contact(design, points=21)
+    units = units_of(pairing)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        curves, _ = curves_of(pairing)
+    assert not any(curve.lost for curve in curves)
+    line = np.concatenate([curve.points for curve in curves]) * units[0]
+    for l1, l2 in zip(path.l1, path.l2, strict=True):
+        steps = np.abs(line[:, :2] - (l1, l2)) / units[0, 0, :2]
+        assert steps.max(axis=1).min() < 0.05
+    for curve in curves:
+        part = pairing.cases(np.zeros(len(curve.points), dtype=int))
+        faces = np.abs(_within(part, curve.points[:, None], units_of(part), FARTHEST)[1]).max(axis=-1)
+        steps = np.linalg.norm(np.diff(curve.points, axis=0), axis=-1)
+        far = np.maximum(1.0, 4.0 * np.maximum(faces[1:], faces[:-1]))
+        assert (steps < 0.1 * far).all()
+        assert np.abs(meet_on_curve(pairing, (curve.points * units[0]).T[:, None])[0]).max() < 1e-12
+
+
+def test_rows_of_a_followed_track_hold_the_limits() -> None:
+    track = tracked(TURNING["a -0.002/-0.002"])
+    assert track.coefficients.shape[0] == HEIGHT + 8
+    assert track.coefficients.shape[-1] < 60  # smooth in its length
+
+
+def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
+    """Walked in long steps it was, and its piece on the flanks was counted twice."""
+    design = CROSSING["4.15/2.03 deg"].with_parabola(0.0012891466317091031, 0.000607238206935391)
+    assert path_ends(design).pieces == 1
+    assert path_ends(exchanged(design)).pieces == 1

@@ -1,0 +1,419 @@
+"""STEP files, read back by the kernel: one valid solid, exact volume, exact flanks and fillets."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import pi, radians
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from numpy.polynomial import Chebyshev
+from numpy.polynomial.legendre import leggauss
+
+from beveloid_geom.design.model import FloatArray, Member, flank_sign
+from beveloid_geom.export.step import INSTALL, write_step
+from beveloid_geom.gear.fillet import bottom_point, fillet_point, tool_round
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter
+from tests.oracle.table1 import table1
+
+PINION, GEAR = table1((0.001, -0.001)).members
+SPUR = replace(PINION, cone_angle=0.0, helix_angle=0.0)
+FULL_ROUND = replace(
+    PINION, tool=replace(PINION.tool, parabola=0.0, addendum=0.8, dedendum=1.4268180471, tip_radius=0.38)
+)
+"""The tool's rounds meet within 4e-10 mm: there is no bottom land."""
+LEFT_HAND = replace(PINION, helix_angle=-PINION.helix_angle)
+
+
+def test_without_the_kernel_the_error_says_how_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "OCP", None)
+    with pytest.raises(ImportError) as caught:
+        write_step(PINION, tmp_path / "gear.step")
+    assert str(caught.value) == INSTALL
+    assert "pip install 'beveloid-geom[step]'" in INSTALL
+    assert "\n" not in INSTALL
+    assert not list(tmp_path.iterdir())
+
+
+@dataclass(frozen=True, eq=False)
+class ReadBack:
+    """What the kernel finds in a STEP file: the shape, and its faces by name."""
+
+    shape: Any
+    faces: dict[str, Any]
+
+
+def read_back(path: Path) -> ReadBack:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.STEPConstruct import STEPConstruct
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.StepShape import StepShape_AdvancedFace
+
+    from beveloid_geom.export._brep import quiet_kernel
+
+    with quiet_kernel():
+        reader = STEPControl_Reader()
+        assert reader.ReadFile(str(path)) == IFSelect_RetDone
+        assert reader.TransferRoots() == 1
+    model, process = reader.WS().Model(), reader.WS().TransferReader().TransientProcess()
+    entities = [model.Value(i) for i in range(1, model.NbEntities() + 1)]
+    faces = [entity for entity in entities if isinstance(entity, StepShape_AdvancedFace)]
+    found = {face.Name().ToCString(): STEPConstruct.FindShape_s(process, face) for face in faces}
+    return ReadBack(reader.OneShape(), found)
+
+
+def explored(shape: Any, kind: str) -> list[Any]:
+    from OCP import TopAbs
+    from OCP.TopExp import TopExp_Explorer
+
+    explorer, found = TopExp_Explorer(shape, getattr(TopAbs, f"TopAbs_{kind}")), []
+    while explorer.More():
+        found.append(explorer.Current())
+        explorer.Next()
+    return found
+
+
+def volume_of(shape: Any) -> float:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    return float(properties.Mass())
+
+
+def points_of(face: Any, count: int) -> FloatArray:
+    """Points (count, count, 3) of a face whose edges are lines of its parameters."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopoDS import TopoDS
+
+    surface = BRepAdaptor_Surface(TopoDS.Face(face))
+    u = np.linspace(surface.FirstUParameter(), surface.LastUParameter(), count)
+    v = np.linspace(surface.FirstVParameter(), surface.LastVParameter(), count)
+    points = [[surface.Value(float(a), float(b)) for b in v] for a in u]
+    return np.array([[(p.X(), p.Y(), p.Z()) for p in row] for row in points])
+
+
+def turned(points: FloatArray, angle: float) -> FloatArray:
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack(
+        (x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle), z), axis=-1
+    )
+
+
+Exact: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""Points and normals of a surface at its parameter and z."""
+
+
+def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> float:
+    """Greatest distance of points from a surface, along its normals at equal z and radius."""
+    z, radius = points[..., 2], np.hypot(points[..., 0], points[..., 1])
+    low, high = (np.broadcast_to(end, z.shape) for end in ends)
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        below = np.hypot(*np.moveaxis(surface(middle, z)[0][..., :2], -1, 0)) < radius
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    exact, normals = surface(low, z)
+    assert np.linalg.norm(exact - points, axis=-1).max() < 1e-4
+    return float(np.abs(np.einsum("...i,...i", exact - points, normals)).max())
+
+
+def exact_places(member: Member, flank: str) -> dict[str, tuple[Exact, Callable[[Any], tuple[Any, Any]]]]:
+    """Flank and fillet of tooth 0, and the ends of their parameters, that of the least radius first."""
+    rounding = tool_round(member.tool, flank)
+
+    def on_flank(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+        return patch.point, patch.normal
+
+    def on_fillet(angle: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return fillet_point(member, flank, angle, z)
+
+    return {
+        "flank": (on_flank, lambda z: (rounding.joint, tip_parameter(member, flank, z))),
+        "fillet": (on_fillet, lambda z: (0.5 * pi, rounding.angle)),
+    }
+
+
+def chebyshev(place: Callable[[FloatArray], FloatArray]) -> tuple[Chebyshev, Chebyshev]:
+    """x and y over -1 ... 1 as polynomials."""
+    return Chebyshev.interpolate(lambda s: place(s)[..., 0], 50), Chebyshev.interpolate(
+        lambda s: place(s)[..., 1], 50
+    )
+
+
+def section_area(member: Member, z: float) -> float:
+    """Area of one tooth with its space, down to the axis: half the integral of x dy - y dx."""
+    nodes, weights = leggauss(60)
+    area, angles = 0.0, {}
+    for flank, sense in (("right", -1.0), ("left", 1.0)):
+        for part, (surface, limits) in exact_places(member, flank).items():
+            low, high = limits(z)
+
+            def place(s: FloatArray, surface: Any = surface, low: Any = low, high: Any = high) -> FloatArray:
+                points: FloatArray = surface(low + 0.5 * (1.0 + s) * (high - low), z + 0.0 * s)[0]
+                return points
+
+            x, y = chebyshev(place)
+            area += sense * 0.5 * weights @ (x(nodes) * y.deriv()(nodes) - y(nodes) * x.deriv()(nodes))
+            angles[flank, part] = [float(np.arctan2(y(end), x(end))) for end in (-1.0, 1.0)]
+    tip = angles["right", "flank"][1] - angles["left", "flank"][1]
+    root = 2.0 * pi / float(member.teeth) - angles["right", "fillet"][0] + angles["left", "fillet"][0]
+    lowest = bottom_point(member, "right", 0.0, z)[0]
+    return float(area + 0.5 * tip * tip_radius(member, z) ** 2 + 0.5 * root * lowest[:2] @ lowest[:2])
+
+
+def exact_volume(member: Member, teeth: int, bore: float) -> float:
+    """Volume of some teeth with their spaces, by Gauss' points along the face and the section."""
+    nodes, weights = leggauss(12)
+    half = 0.5 * float(member.face_width)
+    areas = np.array([section_area(member, half * node) for node in nodes])
+    return float(teeth * half * weights @ (areas - pi / float(member.teeth) * bore**2))
+
+
+CASES = {
+    "pinion": (PINION, None, 29),
+    "pinion, three teeth": (PINION, (-1, 0, 1), 3),
+    "gear": (GEAR, None, 45),
+    "gear, one tooth": (GEAR, (7,), 1),
+    "spur": (SPUR, (0, 1, 2), 3),
+    "left-hand": (LEFT_HAND, (0, 1, 2), 3),
+    "left-hand, all but one": (LEFT_HAND, range(28), 28),
+    "heel thin": (replace(PINION, cone_angle=radians(-3.0)), (0, 1), 2),
+    "convex": (replace(PINION, tool=replace(PINION.tool, parabola=-0.004)), (0,), 1),
+    "round tool": (FULL_ROUND, None, 29),
+    "sharp tool": (replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.0)), (0,), 1),
+}
+BORE = 40.0
+TOOTH = ("left fillet", "left flank", "tip", "right flank", "right fillet")
+
+
+@pytest.mark.parametrize(("member", "teeth", "count"), CASES.values(), ids=CASES)
+def test_file_read_back_is_the_gear(
+    tmp_path: Path, member: Member, teeth: tuple[int, ...] | None, count: int
+) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    from OCP.BRepCheck import BRepCheck_Analyzer
+
+    path = tmp_path / "gear.step"
+    write_step(member, path, teeth, BORE)
+    found = read_back(path)
+    assert BRepCheck_Analyzer(found.shape).IsValid()
+    assert len(explored(found.shape, "SOLID")) == len(explored(found.shape, "SHELL")) == 1
+    assert volume_of(found.shape) == pytest.approx(exact_volume(member, count, BORE), rel=1e-9)
+    numbers = range(count) if teeth is None else teeth
+    whole = len(numbers) == int(member.teeth)
+    total = int(member.teeth)
+    numbered = [number % total + 1 for number in numbers]
+    names = {f"{name} {number}" for name in TOOTH for number in numbered} | {"toe", "heel", "bore"}
+    names |= set() if whole else {"first side", "last side"}
+    if member is not FULL_ROUND:
+        names |= {f"bottom {number}" for number in (numbers[0] % total or total, *numbered)}
+    assert set(found.faces) == names
+    pitch = 2.0 * pi / float(member.teeth)
+    for number in (numbers[0], numbers[-1]):
+        for flank in ("right", "left"):
+            for part, (surface, ends) in exact_places(member, flank).items():
+                points = turned(
+                    points_of(found.faces[f"{flank} {part} {number % total + 1}"], 25), -number * pitch
+                )
+                assert distance_from(surface, ends(points[..., 2]), points) < 2e-6
+
+
+def test_exact_points_lie_on_the_faces_named_for_them(tmp_path: Path) -> None:
+    """The other way round: the kernel's distance from exact points to the trimmed faces."""
+    pytest.importorskip("OCP", exc_type=ImportError)
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    write_step(PINION, tmp_path / "gear.step", (0,))
+    found = read_back(tmp_path / "gear.step")
+    z = 25.0 * np.array([-1.0, -0.37, 0.61, 1.0])
+    share = np.array([0.0, 0.23, 0.71, 1.0])[:, None]
+    for flank in ("right", "left"):
+        places = {
+            f"{flank} {part} 1": surface(low + share * (high - low), np.broadcast_to(z, (4, 4)))[0]
+            for part, (surface, limits) in exact_places(PINION, flank).items()
+            for low, high in [limits(z)]
+        }
+        number = {"right": 1, "left": 29}[flank]
+        middle = flank_sign(flank) * 0.5 * pi * 6.0
+        across = middle + share * (tool_round(PINION.tool, flank).centre[1] - middle)
+        places[f"bottom {number}"] = bottom_point(PINION, flank, across, z)[0]
+        for name, points in places.items():
+            for point in points.reshape(-1, 3).tolist():
+                vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
+                assert BRepExtrema_DistShapeShape(vertex, found.faces[name]).Value() < 1.5e-6, name
+
+
+def test_lands_and_bore_are_surfaces_of_revolution(tmp_path: Path) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopoDS import TopoDS
+
+    write_step(PINION, tmp_path / "cone.step", (3, 4))
+    write_step(SPUR, tmp_path / "cylinder.step", (3,), 20.0)
+    cone, cylinder = read_back(tmp_path / "cone.step").faces, read_back(tmp_path / "cylinder.step").faces
+    for name, offset in (("tip 4", 1.0 + 0.17), ("bottom 3", 0.17 - 1.25 / np.cos(radians(3.0)))):
+        surface = BRepAdaptor_Surface(TopoDS.Face(cone[name])).Cone()
+        radius = 6.0 * (29 / (2.0 * np.cos(radians(25.0))) + offset)
+        slope = np.tan(surface.SemiAngle()) * surface.Axis().Direction().Z()
+        assert slope == pytest.approx(np.tan(radians(3.0)), rel=1e-12)
+        assert surface.RefRadius() - slope * surface.Location().Z() == pytest.approx(radius, rel=1e-12)
+    for name, radius in (("tip 4", 6.0 * (14.5 + 1.17)), ("bottom 3", 6.0 * (14.5 - 1.08)), ("bore", 20.0)):
+        found = BRepAdaptor_Surface(TopoDS.Face(cylinder[name])).Cylinder().Radius()
+        assert found == pytest.approx(radius, rel=1e-12)
+
+
+def test_triangles_of_the_kernel_are_closed(tmp_path: Path) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    import trimesh
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.TopAbs import TopAbs_REVERSED
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    write_step(PINION, tmp_path / "gear.step", (0, 1), BORE)
+    shape = read_back(tmp_path / "gear.step").shape
+    BRepMesh_IncrementalMesh(shape, 0.02, False, 0.3)
+    points, faces, start = [], [], 0
+    for face in explored(shape, "FACE"):
+        mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), TopLoc_Location())
+        nodes = [mesh.Node(i) for i in range(1, mesh.NbNodes() + 1)]
+        points += [(p.X(), p.Y(), p.Z()) for p in nodes]
+        order = -1 if face.Orientation() == TopAbs_REVERSED else 1
+        corners = [mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)]
+        faces += [[start + corner - 1 for corner in corner_set[::order]] for corner_set in corners]
+        start += len(nodes)
+    # Neighbours have the points of their common edge from one discretisation of it.
+    _, first, same = np.unique(np.round(points, 6), axis=0, return_index=True, return_inverse=True)
+    solid = trimesh.Trimesh(np.array(points)[first], same.reshape(-1)[np.array(faces)], process=False)
+    assert solid.is_watertight
+    assert solid.is_winding_consistent
+    assert solid.volume == pytest.approx(exact_volume(PINION, 2, BORE), rel=1e-3)
+
+
+def test_nothing_is_told_on_standard_output(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    write_step(PINION, tmp_path / "Zähne.step", (0,))
+    assert capfd.readouterr() == ("", "")
+    assert "PRODUCT('gear, 1 of 29 teeth'" in (tmp_path / "Zähne.step").read_text(encoding="ascii")
+
+
+def test_the_product_has_the_name_of_the_member(tmp_path: Path) -> None:
+    pytest.importorskip("OCP")
+    write_step(PINION, tmp_path / "a.step", name="pinion")
+    write_step(PINION, tmp_path / "b.step", range(3), name="pinion")
+    for name, product in (("a", "pinion"), ("b", "pinion, 3 of 29 teeth")):
+        assert f"PRODUCT('{product}','{product}'," in (tmp_path / f"{name}.step").read_text(encoding="ascii")
+
+
+def test_gmsh_shows_the_product_and_the_colours(tmp_path: Path) -> None:
+    """It reads no names of faces, FreeCAD neither; what it shows are the colours, flank by flank."""
+    pytest.importorskip("OCP")
+    gmsh = pytest.importorskip("gmsh", reason="Gmsh's own library is not installed")
+    from beveloid_geom.export._brep import COLOURS, GREY
+
+    write_step(PINION, tmp_path / "a.step", (0, 1), name="pinion")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(tmp_path / "a.step"))
+        [volume] = gmsh.model.getEntities(3)
+        assert gmsh.model.getEntityName(*volume) == "Shapes/pinion, 2 of 29 teeth"
+        seen = [gmsh.model.getColor(*face)[:3] for face in gmsh.model.getEntities(2)]
+    finally:
+        gmsh.finalize()
+        if hasattr(signal, "SIGPIPE"):
+            signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+    for colour in COLOURS.values():
+        assert sum(np.abs(np.array(one) - 255.0 * np.array(colour)).max() < 1.5 for one in seen) == 2
+    assert sum(np.abs(np.array(one) - 255.0 * GREY[0]).max() < 1.5 for one in seen) == len(seen) - 8
+
+
+@pytest.mark.parametrize(
+    ("member", "arguments", "text"),
+    [
+        (replace(PINION, teeth=8, profile_shift=0.0), {}, "the right flank is undercut"),
+        (replace(PINION, profile_shift=2.0), {}, "the tooth is pointed"),
+        (replace(PINION, tool=replace(PINION.tool, dedendum=1.6)), {}, "rounds overlap"),
+        (
+            PINION,
+            {"bore_radius": 90.0},
+            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: 0.02 of the least root radius",
+        ),
+        (PINION, {"bore_radius": 1e-9}, "bore_radius must be between 1.7"),
+        (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 1.7"),
+        (PINION, {"teeth": (0, 2)}, r"teeth must be 1 to 29 neighbours in rising order, got \[0, 2\]"),
+        (PINION, {"teeth": ()}, "teeth must be 1 to 29"),
+        (PINION, {"teeth": range(30)}, "teeth must be 1 to 29"),
+        (replace(PINION, cone_angle=0.0, face_width=1400.0), {}, "winds round the whole gear"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(
+    tmp_path: Path, member: Member, arguments: dict[str, Any], text: str
+) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    with pytest.raises(ValueError, match=text) as caught:
+        write_step(member, tmp_path / "gear.step", **arguments)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def raising(error: BaseException, cause: BaseException | None) -> type:
+    """A finder of modules that fails for the kernel as told."""
+
+    class Finder:
+        @staticmethod
+        def find_spec(name: str, *_: object) -> None:
+            if name.partition(".")[0] == "OCP":
+                raise error from cause
+
+    return Finder
+
+
+@pytest.mark.parametrize(
+    ("error", "cause", "expected", "text"),
+    [
+        (
+            ImportError("libGL.so.1: cannot open shared object file: No such file or directory"),
+            None,
+            ImportError,
+            r"^Open CASCADE cannot be loaded: libGL\.so\.1: .*sudo apt-get install libgl1",
+        ),
+        (ModuleNotFoundError("No module named 'vtk'", name="vtk"), None, ModuleNotFoundError, "vtk"),
+        (ModuleNotFoundError("no OCP", name="OCP.gp"), None, ModuleNotFoundError, r"beveloid-geom\[step\]"),
+        (ImportError("initialization failed"), KeyboardInterrupt(), KeyboardInterrupt, "^$"),
+        (KeyboardInterrupt(), None, KeyboardInterrupt, "^$"),
+    ],
+)
+def test_only_a_missing_kernel_is_told_to_be_missing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    cause: BaseException | None,
+    expected: type[BaseException],
+    text: str,
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == "OCP"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [raising(error, cause), *sys.meta_path])
+    with pytest.raises(expected, match=text) as caught:
+        write_step(PINION, tmp_path / "a.step", (0,))
+    assert type(caught.value) is expected
+
+
+def test_a_folder_that_is_missing_is_an_os_error(tmp_path: Path) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
+    with pytest.raises(OSError, match="nowhere"):
+        write_step(PINION, tmp_path / "nowhere" / "gear.step", (0,))

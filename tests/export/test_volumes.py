@@ -1,0 +1,457 @@
+"""Meshes of hexahedra as files: read back by other libraries, and the load on a face."""
+
+from __future__ import annotations
+
+import re
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given, settings, strategies as st
+
+from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.export import VOLUME_FORMATS, identifier
+from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
+from beveloid_geom.export.load import ContactPlace, contact_load, shape_functions
+from beveloid_geom.export.volumes import plain_surfaces, write_volume
+from beveloid_geom.shapes.elements import EDGES, ELEMENT_FACES, Indices, VolumeMesh, face_nodes
+
+ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
+SIZE = np.array([30.0, 40.0, 20.0])
+PLANES = {
+    "right flank": (0, 1.0),
+    "left flank": (0, 0.0),
+    "tip": (1, 1.0),
+    "bore": (1, 0.0),
+    "first side": (2, 0.0),
+    "last side": (2, 1.0),
+}
+
+
+def bent(points: FloatArray) -> FloatArray:
+    """A block with curved faces."""
+    x, y, z = points.T
+    return np.stack((x + 0.002 * y**2 + 0.01 * z, y + 0.05 * z, z + 0.02 * x), axis=-1)
+
+
+def block(nodes: int, counts: tuple[int, int, int] = (3, 4, 2), shape: Any = bent) -> VolumeMesh:
+    """A block of hexahedra whose six sides are named as those of a tooth."""
+    step = 2 if nodes == 20 else 1
+    fine = step * np.array(counts)
+    grid = np.stack(np.meshgrid(*(np.arange(n + 1) for n in fine), indexing="ij"), axis=-1).reshape(-1, 3)
+    numbers = np.arange(len(grid)).reshape(fine + 1)
+    corners = np.array(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    )
+    offsets = [*(step * corners), *(corners[a] + corners[b] for a, b in EDGES)][:nodes]
+    cells = step * np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), -1).reshape(-1, 3)
+    hexahedra = np.stack([numbers[tuple((cells + offset).T)] for offset in offsets], axis=-1)
+    used, hexahedra = np.unique(hexahedra, return_inverse=True)
+    flat = grid[used] / fine
+    hexahedra = hexahedra.reshape(-1, nodes)
+    every = np.stack(np.meshgrid(np.arange(len(hexahedra)), np.arange(6), indexing="ij"), -1).reshape(-1, 2)
+    bare = VolumeMesh(shape(flat * SIZE), hexahedra, {}, {}, {})
+    on = flat[face_nodes(bare, every)]
+    surfaces = {
+        name: every[np.all(np.abs(on[..., axis] - place) < 1e-12, axis=1)]
+        for name, (axis, place) in PLANES.items()
+    }
+    node_sets = {name: np.unique(face_nodes(bare, faces)) for name, faces in surfaces.items()}
+    element_sets = {name: np.unique(faces[:, 0]) for name, faces in surfaces.items()}
+    return VolumeMesh(bare.points, hexahedra, surfaces, node_sets, element_sets)
+
+
+def place_at(
+    y: float, z: float, curvature: tuple[float, float] = (0.002, 0.04), turn: float = 0.4
+) -> ContactPlace:
+    """A contact on the right flank of the bent block, its long axis turned by so many rad from z."""
+    x, normal = np.array([30.0, y, z]), np.cross((0.004 * y, 1.0, 0.0), (0.01, 0.05, 1.0))
+    normal = normal / np.linalg.norm(normal)
+    first = np.cross(normal, (0.0, np.cos(turn), np.sin(turn)))
+    first = first / np.linalg.norm(first)
+    return ContactPlace(
+        bent(x[None])[0], normal, np.array(curvature), np.stack((first, np.cross(normal, first)))
+    )
+
+
+def case_of(mesh: VolumeMesh) -> LoadCase:
+    load = contact_load(mesh, "right flank", place_at(23.0, 11.0), 950.0)
+    return LoadCase(load, nearest_node(mesh, np.array([0.0, 40.0, 10.0])), fixed=("bore",))
+
+
+def written(mesh: VolumeMesh, folder: Path, suffix: str, element: str) -> Path:
+    path = folder / f"tooth{suffix}"
+    write_volume(mesh, path, element, case=case_of(mesh), comment=["Pair Ä,\n1, pinion"])
+    return path
+
+
+# Faces and loads
+
+
+@pytest.mark.parametrize("nodes", [8, 20])
+def test_faces_turn_with_the_clock_seen_from_outside(nodes: int) -> None:
+    mesh = block(nodes, shape=lambda points: points)
+    assert sum(len(faces) for faces in mesh.surfaces.values()) == 2 * (3 * 4 + 4 * 2 + 2 * 3)
+    for name, (axis, place) in PLANES.items():
+        corners = mesh.points[face_nodes(mesh, mesh.surfaces[name])]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
+        assert np.all(across[:, axis] * (1.0 if place else -1.0) < 0.0)
+        if nodes == 20:
+            ahead = np.roll(corners[:, :4], -1, axis=1)
+            np.testing.assert_allclose(corners[:, 4:], 0.5 * (corners[:, :4] + ahead), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [4, 8])
+def test_shape_functions_are_one_at_their_node(size: int) -> None:
+    places = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
+        :size
+    ]
+    np.testing.assert_allclose(shape_functions(size, places)[0], np.eye(size), rtol=0, atol=1e-15)
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 2), st.sampled_from([4, 8]))
+def test_shape_functions_and_their_slopes(place: tuple[float, float], size: int) -> None:
+    """They add up to one, reproduce what is linear, and their slopes are those of complex steps."""
+    at = np.array(place)
+    values, slopes = shape_functions(size, at)
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
+        :size
+    ]
+    assert values.sum() == pytest.approx(1.0, abs=1e-14)
+    np.testing.assert_allclose(values @ corners, at, rtol=0, atol=1e-14)
+    for axis in (0, 1):
+        step = np.array([1e-30j * (axis == 0), 1e-30j * (axis == 1)])
+        shifted: Any = shape_functions(size, at + step)[0]  # polynomials take complex numbers
+        np.testing.assert_allclose(slopes[:, axis], shifted.imag / 1e-30, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("nodes", [8, 20])
+@settings(max_examples=20, deadline=None)
+@given(
+    place=st.tuples(st.floats(3.0, 37.0), st.floats(3.0, 17.0)),
+    force=st.sampled_from([0.1, 950.0, 5e4]),
+    curvature=st.sampled_from([(0.002, 0.04), (0.04, 0.04), (1e-7, 0.04), (0.0, 0.04)]),
+    turn=st.floats(0.0, 3.0),
+)
+def test_the_resultant_is_the_force_at_the_contact(
+    nodes: int, place: tuple[float, float], force: float, curvature: tuple[float, float], turn: float
+) -> None:
+    """Whether the ellipse is smaller than a face, passes many, or is cut by the edges of the flank: the
+    sum is the force along the normal, and its moment about the contact none."""
+    mesh, contact = block(nodes), place_at(*place, curvature, turn)
+    load = contact_load(mesh, "right flank", contact, force)
+    assert load.gap < {8: 0.06, 20: 1e-9}[nodes]  # 20 nodes hold the parabola, 8 its chords
+    np.testing.assert_allclose(load.total, -force * contact.normal, rtol=0, atol=1e-13 * force)
+    arms = mesh.points[load.nodes] - contact.point
+    moment = np.cross(arms, load.forces).sum(axis=0) / force
+    np.testing.assert_allclose(moment, 0.0, rtol=0, atol=1e-11)
+    assert np.linalg.norm(np.cross(load.point - contact.point, contact.normal)) < 1e-12
+    assert set(load.nodes) <= set(mesh.node_sets["right flank"])
+
+
+def test_an_ellipse_within_a_face_loads_that_face() -> None:
+    """Next to a point: the shape functions there are the shares."""
+    flat = block(20, shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 23.0, 11.0]), np.array([1.0, 0, 0]), np.array([0.04, 0.04]), np.eye(3)[1:]
+    )
+    load = contact_load(flat, "right flank", contact, 1e-6)
+    assert not load.cut
+    assert len(load.nodes) == 8
+    corners = flat.points[load.nodes]
+    low = corners.min(axis=0)
+    at = (contact.point - low)[1:] / np.ptp(corners, axis=0)[1:] * 2.0 - 1.0
+    places = (corners - low)[:, 1:] / np.ptp(corners, axis=0)[1:] * 2.0 - 1.0
+    order = [
+        int(np.argmin(np.abs(places - corner).sum(axis=1)))
+        for corner in [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)]
+    ]
+    shares = load.forces[order, 0] / -1e-6
+    np.testing.assert_allclose(shares, shape_functions(8, at)[0], rtol=0, atol=1e-6)
+
+
+def test_the_pressure_is_that_of_hertz() -> None:
+    """Second moments about the axes of the ellipse: a^2 / 5 and b^2 / 5, by nodes of 8-node faces, whose
+    shape functions hold squares."""
+    flat = block(20, (3, 8, 6), shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 21.0, 9.0]), np.array([1.0, 0, 0]), np.array([0.001, 0.02]), np.eye(3)[1:]
+    )
+    load = contact_load(flat, "right flank", contact, 3000.0)
+    assert not load.cut
+    expected = hertz_ellipse(contact.curvature, 3000.0, contact_modulus(206000.0, 0.3))
+    np.testing.assert_array_equal(load.ellipse.semi_axes, expected.semi_axes)
+    arms = (flat.points[load.nodes] - contact.point)[:, 1:]
+    second = (load.forces[:, 0] / -3000.0) @ arms**2
+    np.testing.assert_allclose(second, expected.semi_axes**2 / 5.0, rtol=3e-3)
+    assert f"{2 * expected.semi_axes[0]:.4g} by {2 * expected.semi_axes[1]:.3g} mm, " in load.told
+
+
+def test_a_line_contact_is_the_strip_on_the_flank() -> None:
+    """Two cylinders along z on a face 20 mm wide: b^2 = 4 F R / (pi L E*), all of the strip loaded."""
+    flat = block(20, (3, 8, 6), shape=lambda points: points)
+    contact = ContactPlace(
+        np.array([30.0, 21.0, 10.0]), np.array([1.0, 0, 0]), np.array([0.0, 0.02]), np.eye(3)[[2, 1]]
+    )
+    load = contact_load(flat, "right flank", contact, 3000.0)
+    assert load.cut
+    assert "cut at the flank's edges" in load.told
+    b = np.sqrt(4.0 * 3000.0 / (0.02 * np.pi * SIZE[2] * contact_modulus(206000.0, 0.3)))
+    assert load.ellipse.semi_axes[1] == pytest.approx(b, rel=0.02)
+    along = (flat.points[load.nodes] - contact.point)[:, 2]
+    assert (load.forces[:, 0] / -3000.0) @ along**2 == pytest.approx(SIZE[2] ** 2 / 12.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "force", "words"),
+    [
+        ({"point": np.array([30.0, 60.0, 10.0])}, 1.0, "no face at the contact point (30.0000, 60.0000"),
+        ({"point": np.array([60.0, 20.0, 10.0])}, 1.0, "no face at the contact point"),
+        ({"point": np.array([30.0, 20.0, np.nan])}, 1.0, "must be finite"),
+        ({}, np.inf, "must be finite"),
+        ({"curvature": np.array([-1e-4, 0.04])}, 1.0, "the flanks cut each other beside the contact"),
+    ],
+)
+def test_load_that_finds_no_face(change: dict[str, FloatArray], force: float, words: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(words)):
+        contact_load(block(20), "right flank", replace(place_at(20.0, 10.0), **change), force)
+
+
+def test_a_load_on_what_is_held_is_refused() -> None:
+    mesh = block(20, (1, 1, 1))
+    with pytest.raises(ValueError, match="touches what is held"):
+        fixed_nodes(mesh, case_of(mesh))
+
+
+# Files
+
+
+@pytest.mark.parametrize("suffix", VOLUME_FORMATS)
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_meshio_reads_the_same_mesh(tmp_path: Path, suffix: str, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    read = meshio.read(written(mesh, tmp_path, suffix, element))
+    precision = {".inp": 5e-11, ".bdf": 6e-11}.get(suffix, 0.0)
+    name = {8: "hexahedron", 20: "hexahedron20"}[ELEMENTS[element]]
+    hexahedra = np.concatenate([cells.data for cells in read.cells if cells.type == name])
+    assert len(read.points) == len(mesh.points)
+    assert hexahedra.shape == mesh.hexahedra.shape
+    if suffix != ".msh":  # Gmsh's format lists nodes by what owns them
+        np.testing.assert_array_equal(hexahedra, mesh.hexahedra)
+    np.testing.assert_allclose(read.points[hexahedra], mesh.points[mesh.hexahedra], rtol=0, atol=precision)
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20"])
+def test_vtu_in_vtk(tmp_path: Path, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    read = pv.read(written(mesh, tmp_path, ".vtu", element))
+    np.testing.assert_array_equal(read.points, mesh.points)
+    assert read.n_cells == len(mesh.hexahedra)
+    flat = block(ELEMENTS[element], shape=lambda points: points)
+    assert pv.read(written(flat, tmp_path, ".vtu", element)).volume == pytest.approx(np.prod(SIZE))
+    for name in PLANES:
+        nodes, elements = (data[identifier(name)] for data in (read.point_data, read.cell_data))
+        np.testing.assert_array_equal(np.flatnonzero(nodes), mesh.node_sets[name])
+        np.testing.assert_array_equal(np.flatnonzero(elements), mesh.element_sets[name])
+
+
+@pytest.mark.parametrize("element", ["C3D8I", "C3D20"])
+def test_inp_holds_the_sets(tmp_path: Path, element: str) -> None:
+    mesh = block(ELEMENTS[element])
+    path = written(mesh, tmp_path, ".inp", element)
+    read = meshio.read(path)
+    for name in PLANES:
+        np.testing.assert_array_equal(read.point_sets[identifier(name)], mesh.node_sets[name])
+        np.testing.assert_array_equal(read.cell_sets[identifier(name)][0], mesh.element_sets[name])
+    np.testing.assert_array_equal(read.point_sets["fixed"], mesh.node_sets["bore"])
+    np.testing.assert_array_equal(read.point_sets["loaded"], np.sort(case_of(mesh).load.nodes))
+    assert surfaces_in(path) == {identifier(name): mesh.surfaces[name].tolist() for name in PLANES}
+
+
+def surfaces_in(path: Path) -> dict[str, list[list[int]]]:
+    """Element index and face number of each *SURFACE."""
+    found: dict[str, list[list[int]]] = {}
+    name = ""
+    for line in path.read_text().splitlines():
+        if line.startswith("*"):
+            match = re.fullmatch(r"\*SURFACE, NAME=(\w+), TYPE=ELEMENT", line)
+            name = match[1] if match else ""
+        elif name:
+            element, face = line.split(", S")
+            found.setdefault(name, []).append([int(element) - 1, int(face) - 1])
+    return found
+
+
+def test_inp_keeps_to_the_rules(tmp_path: Path) -> None:
+    """Unique numbers in sets, 12 digits, 16 entries a line, names of 80 letters, units and frame."""
+    path = written(block(20), tmp_path, ".inp", "C3D20")
+    text = path.read_text(encoding="ascii")
+    assert "Units: N, mm, MPa, tonne" in text
+    assert "Own frame of the gear" in text
+    for block_text in re.findall(r"^\*(?:NSET|ELSET).*\n((?:[^*].*\n)+)", text, re.MULTILINE):
+        numbers = block_text.replace("\n", " ").replace(",", " ").split()
+        assert len(numbers) == len(set(numbers))
+    for line in text.splitlines():
+        if not line.startswith("*"):
+            assert line.rstrip(",").count(",") < 16
+            for number in re.findall(r"-?\d+\.\d+", line):
+                assert len(number.replace("-", "").replace(".", "").lstrip("0")) <= 12
+        assert len(line) <= 130
+
+
+BOTH_READ = {
+    "HEADING": set(),
+    "NODE": set(),
+    "ELEMENT": {"TYPE", "ELSET"},
+    "NSET": {"NSET"},
+    "ELSET": {"ELSET"},
+    "SURFACE": {"NAME", "TYPE=ELEMENT"},
+    "MATERIAL": {"NAME"},
+    "ELASTIC": set(),
+    "DENSITY": set(),
+    "SOLID SECTION": {"ELSET", "MATERIAL"},
+    "STEP": set(),
+    "STATIC": set(),
+    "BOUNDARY": set(),
+    "CLOAD": set(),
+    "NODE PRINT": {"NSET", "TOTALS=YES"},
+    "NODE FILE": set(),
+    "EL FILE": set(),
+    "END STEP": set(),
+}
+"""Keywords and parameters (with the value where one has more of them than the other) that the Keywords
+Reference Guide of Abaqus and the manual of CalculiX 2.20 both have."""
+
+
+def test_inp_has_only_what_both_programs_read(tmp_path: Path) -> None:
+    text = written(block(20), tmp_path, ".inp", "C3D20").read_text(encoding="ascii")
+    used = re.findall(r"^\*([A-Z].*)$", text, re.MULTILINE)
+    assert len(used) > 20
+    for line in used:
+        keyword, *parameters = line.split(", ")
+        for parameter in parameters:
+            assert parameter.partition("=")[0] in BOTH_READ[keyword] or parameter in BOTH_READ[keyword], line
+
+
+def test_the_load_says_what_it_is(tmp_path: Path) -> None:
+    mesh = block(20)
+    text = written(mesh, tmp_path, ".inp", "C3D20").read_text(encoding="ascii")
+    assert f"** {case_of(mesh).load.told},\n" in text
+    assert "Stresses there are not those of the contact." in text
+
+
+def test_sets_of_a_mesh_may_hold_a_number_twice(tmp_path: Path) -> None:
+    mesh = block(8)
+    twice: dict[str, Indices] = {"tip": np.array([5, 3, 3, 5, 1])}
+    doubled = VolumeMesh(mesh.points, mesh.hexahedra, {}, twice, twice)
+    write_deck(tmp_path / "a.inp", doubled, "C3D8")
+    read = meshio.read(tmp_path / "a.inp")
+    assert read.point_sets["tip"].tolist() == read.cell_sets["tip"][0].tolist() == [1, 3, 5]
+
+
+def physical_names(path: Path) -> dict[str, int]:
+    """Names of the physical groups and their tags."""
+    return {name: int(tag) for name, (tag, _) in meshio.read(path).field_data.items()}
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20"])
+@pytest.mark.parametrize("counts", [(3, 4, 2), (1, 1, 1)])
+def test_msh_holds_the_surfaces_as_physical_groups(
+    tmp_path: Path, element: str, counts: tuple[int, int, int]
+) -> None:
+    """On a single element too, where every node is on three surfaces."""
+    mesh, path = block(ELEMENTS[element], counts), tmp_path / "a.msh"
+    write_volume(mesh, path, element)
+    read, tags = meshio.read(path), physical_names(path)
+    assert set(tags) == {*map(identifier, PLANES), "body"}
+    for name in PLANES:
+        blocks = [
+            cells.data
+            for cells, groups in zip(read.cells, read.cell_data["gmsh:physical"], strict=True)
+            if groups[0] == tags[identifier(name)]
+        ]
+        corners = mesh.points[face_nodes(mesh, mesh.surfaces[name])]
+        np.testing.assert_array_equal(read.points[np.concatenate(blocks)], corners)
+
+
+@pytest.mark.parametrize("element", ["C3D8", "C3D20"])
+def test_msh_in_gmsh(tmp_path: Path, element: str) -> None:
+    gmsh = pytest.importorskip("gmsh", reason="Gmsh's own library is not installed")
+    mesh = block(ELEMENTS[element])
+    path = written(mesh, tmp_path, ".msh", element)
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(path))
+        groups = {gmsh.model.getPhysicalName(*group): group for group in gmsh.model.getPhysicalGroups()}
+        for name in PLANES:
+            nodes, _ = gmsh.model.mesh.getNodesForPhysicalGroup(*groups[identifier(name)])
+            np.testing.assert_array_equal(np.sort(nodes) - 1, mesh.node_sets[name])
+        kinds, elements, _ = gmsh.model.mesh.getElements(3)
+        assert kinds.tolist() == [{8: 5, 20: 17}[ELEMENTS[element]]]
+        assert min(gmsh.model.mesh.getElementQualities(elements[0], "minSJ")) > 0.8
+    finally:
+        gmsh.finalize()
+        if hasattr(signal, "SIGPIPE"):  # Python ignores it; Gmsh undoes that, and a broken pipe would kill
+            signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+
+
+def test_msh_of_more_surfaces_than_nodes_is_refused(tmp_path: Path) -> None:
+    mesh = block(8, (1, 1, 1))
+    surfaces = {f"side {letter}": mesh.surfaces["tip"] for letter in "abcde"}
+    crowded = VolumeMesh(mesh.points, mesh.hexahedra, surfaces, {}, {})
+    with pytest.raises(ValueError, match="the mesh is too coarse"):
+        write_volume(crowded, tmp_path / "a.msh", "C3D8")
+
+
+def test_surfaces_of_each_tooth_stand_for_the_whole() -> None:
+    mesh = block(8)
+    first, last = mesh.surfaces["tip"][:2], mesh.surfaces["tip"][2:]
+    surfaces = {**mesh.surfaces, "tip 1": first, "tip 2": last, "heel": first[:0]}
+    names = plain_surfaces(VolumeMesh(mesh.points, mesh.hexahedra, surfaces, {}, {}))
+    assert set(names) == {*PLANES, "tip 1", "tip 2"} - {"tip"}
+
+
+def test_bdf_holds_the_sets(tmp_path: Path) -> None:
+    mesh = block(20)
+    text = written(mesh, tmp_path, ".bdf", "C3D20").read_text(encoding="ascii")
+    control, bulk = text.split("BEGIN BULK\n")
+    for name, nodes in mesh.node_sets.items():
+        match = re.search(
+            rf'^SET (\d+) = ([\d,\n]+)\n\$HMSET +\1 +1 "{identifier(name)}"$', control, re.MULTILINE
+        )
+        assert match is not None
+        assert [int(number) - 1 for number in match[2].replace("\n", "").split(",")] == nodes.tolist()
+    assert all(len(line) <= 72 for line in control.splitlines())
+    lines = [line[2:] for line in control.partition("SOL")[0].splitlines()]
+    assert "towards the heel, x through the first tooth." in " ".join(lines)
+    assert all(len(line) <= 80 for line in bulk.splitlines())
+
+
+def test_coordinates_of_any_size_fit_the_fields_of_bdf(tmp_path: Path) -> None:
+    mesh = block(8, shape=lambda points: -1e3 * points - 1.0 / 3.0)
+    write_volume(mesh, tmp_path / "a.bdf", "C3D8")
+    np.testing.assert_allclose(meshio.read(tmp_path / "a.bdf").points, mesh.points, rtol=1e-8, atol=0)
+
+
+@pytest.mark.parametrize(("nodes", "element"), [(8, "C3D20"), (20, "C3D8"), (8, "C3D10")])
+def test_elements_of_another_kind_are_refused(tmp_path: Path, nodes: int, element: str) -> None:
+    with pytest.raises(ValueError, match="nodes an element"):
+        write_deck(tmp_path / "a.inp", block(nodes), element)
+
+
+def test_unknown_suffix(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"\.inp, \.msh, \.bdf, \.vtu, not as '\.stl'"):
+        write_volume(block(8), tmp_path / "a.stl", "C3D8")
+
+
+def test_faces_are_those_of_the_volume_mesh() -> None:
+    mesh = block(8)
+    every = np.stack((np.zeros(6, dtype=np.int64), np.arange(6)), axis=-1)
+    np.testing.assert_array_equal(face_nodes(mesh, every), mesh.hexahedra[0][np.array(ELEMENT_FACES)])

@@ -1,0 +1,162 @@
+"""What `check` says of layouts that do not work, followed to the letter: by the fields of its JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import degrees, radians
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies
+
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.file import builtin_design
+from beveloid_geom.design.model import Design, Pair
+from beveloid_geom.findings.advice import MOST, findings_on
+from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE, closes, reach_of, remarks_on
+from beveloid_geom.findings.remarks import in_order, quiet
+from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.closing import closing_json, closing_report
+
+TABLE1 = builtin_design()
+FLANKS = ("right", "left")
+
+
+def laid_out(offset: float = 229.0, shaft_angle_deg: float = 15.0, gear_helix_deg: float = -10.57) -> Design:
+    gear = replace(TABLE1.gear, helix_angle=radians(gear_helix_deg))
+    return replace(TABLE1, gear=gear, pair=Pair(offset, radians(shaft_angle_deg)))
+
+
+TRIAL = {
+    **{f"{angle} deg": laid_out(shaft_angle_deg=angle) for angle in (14.0, 16.0, 20.0, 30.0, 45.0)},
+    "gear of the other hand": laid_out(gear_helix_deg=10.57),
+    "offset halved": laid_out(offset=114.5),
+    "offset doubled": laid_out(offset=458.0),
+    "offset 0.2 mm more": laid_out(offset=229.2),
+    "offset 0.3 mm less": laid_out(offset=228.7),
+}
+
+
+def checked(design: Design) -> Any:
+    return json.loads(closing_json(closing_report("trial", design)))
+
+
+def followed(design: Design, advice: dict[str, Any]) -> Design:
+    """The design with the fields of a piece of advice."""
+    pinion = replace(design.pinion, helix_angle=advice["pinion_helix_angle"])
+    gear = replace(design.gear, helix_angle=advice["gear_helix_angle"])
+    return replace(design, pinion=pinion, gear=gear, pair=Pair(advice["offset"], advice["shaft_angle"]))
+
+
+def assert_sound(design: Design) -> None:
+    """It closes, its gears reach each other, both flanks have contact, nothing interferes."""
+    closing, module = closing_of(design), float(design.pinion.tool.normal_module)
+    assert closes(design, closing)
+    assert closing.normal_backlash > -INTERFERENCE_TOLERANCE * module
+    reach = reach_of(design)
+    assert reach.bottoming < float(design.pair.offset) < reach.touching
+    for flank in FLANKS:
+        path = path_of_contact(design, flank, 11)
+        assert path.ends.status == Status.SOLVED
+        assert path.ends.contact_ratio > 1.0
+
+
+@pytest.mark.parametrize("name", TRIAL)
+def test_advice_that_is_followed_leads_to_a_pair_that_works(name: str) -> None:
+    design = TRIAL[name]
+    data = checked(design)
+    assert data["errors"] or data["warnings"]
+    assert 1 <= len(data["advice"]) <= MOST
+    for advice in data["advice"]:
+        changed = followed(design, advice)
+        assert_sound(changed)
+        again = checked(changed)
+        assert again["errors"] == again["warnings"] == again["advice"] == []
+
+
+@pytest.mark.parametrize("angle", [16.0, 20.0, 30.0, 45.0])
+def test_for_another_shaft_angle_a_helix_angle_comes_first(angle: float) -> None:
+    """And it keeps the shaft angle that was wanted: not that the gears happen to have."""
+    advice = checked(TRIAL[f"{angle} deg"])["advice"][0]
+    assert advice["change"] == "helix angle of the gear"
+    assert degrees(advice["shaft_angle"]) == pytest.approx(angle, abs=1e-9)
+    assert degrees(advice["pinion_helix_angle"]) == pytest.approx(25.0)
+    own = zero_backlash_layout(followed(TABLE1, advice))
+    assert degrees(float(own.shaft_angle)) == pytest.approx(angle, abs=1e-4)
+    assert float(own.offset) == pytest.approx(advice["offset"], abs=1e-3)
+
+
+def test_a_wrong_offset_is_mended_by_the_offset() -> None:
+    for name in ("offset halved", "offset doubled", "offset 0.2 mm more"):
+        advice = checked(TRIAL[name])["advice"][0]
+        assert advice["change"] == "offset"
+        assert advice["offset"] == pytest.approx(229.0751, abs=5e-5)
+
+
+def test_out_of_reach_and_too_close_are_told_with_how_much() -> None:
+    """Of crossed cylinders tips meet where the offset is the sum of their radii."""
+    plain = replace(
+        TABLE1,
+        pinion=replace(TABLE1.pinion, cone_angle=0.0),
+        gear=replace(TABLE1.gear, cone_angle=0.0),
+    )
+    reference = [6.0 * m.teeth / (2.0 * np.cos(m.helix_angle)) + 6.0 * m.profile_shift for m in plain.members]
+    tips = float(sum(reference)) + 12.0
+    assert reach_of(plain).touching == pytest.approx(tips, abs=1e-9)
+    assert reach_of(plain).bottoming == pytest.approx(tips - 13.5, abs=1e-9)
+    far = remarks_on(replace(plain, pair=Pair(tips + 110.0, radians(15.0))))
+    assert far[0].text == "there is no contact on the right and left flanks"
+    assert far[1].text.startswith("the gears do not reach each other, by 110 mm")
+    near = remarks_on(replace(plain, pair=Pair(tips - 13.5 - 8.0, radians(15.0))))
+    assert near[1].text.startswith("the gears run into each other by 8 mm")
+
+
+def test_the_sum_of_helix_angles_that_fits_is_told() -> None:
+    told = checked(TRIAL["30.0 deg"])["errors"]
+    words = next(text for text in told if "follows from the helix angles" in text)
+    assert "+25 and -10.57 deg, in work 14.57 deg together, give 14.99 deg" in words
+    assert words.endswith("for 30 deg they must make 29.80 deg together")
+
+
+def test_what_matters_most_comes_first() -> None:
+    found = findings_on(TRIAL["offset doubled"].with_parabola(-0.01, 0.0))
+    levels = [remark.level for remark in found]
+    assert levels == sorted(levels, key=("error", "warning", "note").index)
+    assert found[0].text.startswith("there is no contact")
+    assert in_order([*found, *found]) == found
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    offset=strategies.floats(20.0, 900.0),
+    shaft_angle=strategies.floats(1.0, 89.0),
+    helix=strategies.floats(-40.0, 40.0),
+    closed=strategies.booleans(),
+)
+def test_no_layout_without_contact_or_with_overlap_is_called_good(
+    offset: float, shaft_angle: float, helix: float, closed: bool
+) -> None:
+    """Random layouts; half of them moved to the offset at which their lines of action meet, which
+    is where `check` had nothing to say."""
+    design = laid_out(offset, shaft_angle, helix)
+    meeting = closing_of(design).offset
+    if closed and np.isfinite(meeting) and meeting > 0.0:
+        design = replace(design, pair=Pair(meeting, radians(shaft_angle)))
+    contact = all(path_of_contact(design, flank, 2).ends.status == Status.SOLVED for flank in FLANKS)
+    backlash = float(mounting_of(design).normal_backlash)
+    if not contact or backlash < -INTERFERENCE_TOLERANCE * 6.0:
+        assert not quiet(remarks_on(design))
+
+
+def test_lines_that_meet_out_of_reach_are_no_pair() -> None:
+    """At 30 deg and 493.8941 mm: earlier versions advised it and then said "No warnings." of it."""
+    design = TRIAL["30.0 deg"]
+    meeting = replace(design, pair=replace(design.pair, offset=closing_of(design).offset))
+    assert closing_of(meeting).gap < 1e-9
+    assert mounting_of(meeting).normal_backlash > 0.0
+    told = [remark.text for remark in remarks_on(meeting)]
+    assert any(text.startswith("the gears do not reach each other, by 248.") for text in told), told

@@ -1,0 +1,200 @@
+"""Backlash as mounted and modified, against rolls sampled here, closed forms, symmetry and differences."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.analysis.tolerance import ERROR_NAMES, Tolerances, drawn_errors, mounted
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Design, Errors, FloatArray, Pair
+from beveloid_geom.operation.backlash import JAMMED, backlash_by_errors, mounted_backlash, play_at
+from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
+from beveloid_geom.operation.first_contact import FirstStatus, first_contact, middle_roll
+from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored, scaled
+
+WIDE = Tolerances(0.5, radians(0.1), 1.0, 1.0)
+NO_PARABOLA = (0.0, 0.0)
+
+
+def sampled_least(design: Design) -> float:
+    """Least play (mm) of even rolls of a pitch, and of some more about the least of them."""
+    pitch = 2.0 * pi / 29.0
+    roll = float(middle_roll(design, "right")) + pitch * (np.arange(200) + 0.4) / 200
+    least = roll[sampled(design, roll).argmin()]
+    return float(sampled(design, least + pitch * np.linspace(-1.0, 1.0, 61) / 200).min())
+
+
+def sampled(design: Design, roll: FloatArray) -> FloatArray:
+    """Play (mm) by the gear's rolls themselves, within half a pitch."""
+    right, left = (first_contact(design, flank, roll).gear_roll for flank in ("right", "left"))
+    pitch = 2.0 * pi / 45.0
+    turn = np.remainder(right - left + 0.5 * pitch, pitch) - 0.5 * pitch
+    return np.asarray(turn * 0.5 * 6.0 * 45.0 * np.cos(radians(20.0)))
+
+
+def test_table_1_is_jammed_by_half_a_millimetre() -> None:
+    """Zero lies between 0.058 and 0.060 mm of offset."""
+    found = mounted_backlash(table1(errors=Errors(offset=-0.5)))
+    assert float(found.normal) == pytest.approx(-0.3130, abs=5e-5)
+    assert found.jammed
+    assert mounting_of(table1()).normal_backlash == pytest.approx(0.0416, abs=5e-5)
+    for offset, jammed in ((0.0, False), (-0.058, False), (-0.060, True)):
+        assert bool(mounted_backlash(table1(errors=Errors(offset=offset))).jammed) is jammed
+
+
+def test_without_errors_it_is_that_of_the_layout() -> None:
+    found, own = mounted_backlash(table1()), float(mounting_of(table1()).normal_backlash)
+    assert float(found.normal) == pytest.approx(own, abs=6.0 * 3e-14)
+
+
+@pytest.mark.parametrize("errors", [Errors(), Errors(-0.3, radians(0.02), 0.3, -0.4)])
+@pytest.mark.parametrize(
+    "parabola", [NO_PARABOLA, (0.001, -0.001), (-0.0005, -0.0005), (0.0002, 0.0002), (-0.002, 0.001)]
+)
+def test_it_is_the_least_of_the_cycle(parabola: tuple[float, float], errors: Errors) -> None:
+    design = table1(parabola, errors)
+    found, least = mounted_backlash(design), sampled_least(design)
+    assert found.status == FirstStatus.SOLVED
+    assert abs(float(found.normal) - least) < 3e-6
+    at, _ = play_at(design, np.array([found.pinion_roll]))
+    assert at[0] == pytest.approx(float(found.normal), abs=1e-11)
+    assert found.right.gear_roll[0] == first_contact(design, "right", at_roll(found.pinion_roll)).gear_roll[0]
+
+
+def at_roll(roll: FloatArray) -> FloatArray:
+    return np.array([float(roll)])
+
+
+def test_it_is_followed_past_half_a_pitch() -> None:
+    """Half a normal pitch is 8.86 mm; the gear here stands so far off that play is more."""
+    design = table1(errors=Errors(offset=9.0))
+    plays, status = play_at(design, at_roll(middle_roll(design, "right")))
+    near, _ = play_at(table1(errors=Errors(offset=8.9)), at_roll(middle_roll(design, "right")))
+    if (status == FirstStatus.SOLVED).all():
+        assert 0.0 < plays[0] - near[0] < 0.2
+
+
+def test_mirrored_exchanged_and_scaled() -> None:
+    design = table1((-0.0004, 0.0001), Errors(-0.1, radians(0.01), 0.2, -0.3))
+    own = float(mounted_backlash(design).normal)
+    assert float(mounted_backlash(mirrored(design)).normal) == pytest.approx(own, abs=1e-8)
+    assert float(mounted_backlash(exchanged(design)).normal) == pytest.approx(own, abs=6e-6)
+    assert float(mounted_backlash(scaled(design, 0.1)).normal) == pytest.approx(0.1 * own, abs=1e-7)
+
+
+def test_a_batch_is_its_cases() -> None:
+    offsets = np.array([-0.2, 0.0, 0.1])
+    batch = mounted_backlash(table1((-0.0005, -0.0005), Errors(offset=offsets)))
+    for k, offset in enumerate(offsets):
+        one = mounted_backlash(table1((-0.0005, -0.0005), Errors(offset=float(offset))))
+        assert batch.normal[k] == pytest.approx(float(one.normal), abs=1e-10)
+        assert batch.jammed[k] == one.jammed
+
+
+def test_what_is_not_known_has_a_name_and_no_number() -> None:
+    few = table1()
+    undercut = replace(few, pinion=replace(few.pinion, profile_shift=-1.2))
+    found = mounted_backlash(undercut)
+    assert found.status == FirstStatus.UNDERCUT
+    assert np.isnan(found.normal)
+    assert not found.jammed
+    deep = mounted_backlash(table1(errors=Errors(offset=-2.5)))
+    assert deep.status == FirstStatus.MEETS_BOTTOM
+    assert np.isnan(deep.normal)
+    assert deep.jammed
+
+
+def test_a_kept_answer_cannot_be_written_to() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        mounted_backlash(table1()).normal[...] = 1.0
+
+
+def test_a_layout_without_backlash_is_not_jammed() -> None:
+    """Not even one of the digits that `check` prints."""
+    layout = zero_backlash_layout(table1())
+    offset, turn = round(float(layout.offset), 4), round(float(np.degrees(layout.shaft_angle)), 4)
+    pair = Pair(offset, radians(turn), *(round(float(each), 3) for each in layout.mounting))
+    design = replace(table1(), pair=pair)
+    assert abs(float(mounted_backlash(design).normal)) < JAMMED * 6.0
+    assert not mounted_backlash(design).jammed
+
+
+@pytest.mark.parametrize("errors", [Errors(), Errors(-0.2, radians(0.02), 0.3, -0.4)])
+@pytest.mark.parametrize("parabola", [NO_PARABOLA, (0.001, -0.001), (-0.0005, -0.0005), (0.0002, -0.0001)])
+def test_derivatives_are_those_of_differences(parabola: tuple[float, float], errors: Errors) -> None:
+    """At the roll of the least play, held: central differences over first contacts."""
+    design = table1(parabola, errors)
+    roll, rates = at_roll(mounted_backlash(design).pinion_roll), backlash_by_errors(design)
+    assert np.isfinite(rates).all()
+    for rate, name, step in zip(rates, ERROR_NAMES, (1e-3, 1e-6, 1e-3, 1e-3), strict=True):
+        beside = [
+            play_at(replace(design, errors=replace(errors, **{name: getattr(errors, name) + way})), roll)[0]
+            for way in (step, -step)
+        ]
+        assert rate == pytest.approx(float((beside[0] - beside[1])[0]) / (2.0 * step), abs=2e-5, rel=1e-8)
+
+
+def test_derivatives_of_the_least_itself() -> None:
+    design = table1((-0.0005, -0.0005))
+    rate = backlash_by_errors(design)[0]
+    far = mounted_backlash(replace(design, errors=Errors(offset=np.array([1e-2, -1e-2])))).normal
+    assert rate == pytest.approx((far[0] - far[1]) / 2e-2, rel=2e-4)
+
+
+def test_by_tangency_without_parabolas() -> None:
+    """The teeth's own to rounding where flanks touch; elsewhere edges do, later."""
+    cases = mounted(table1(), drawn_errors(WIDE, 3, 0, 24))
+    found, exact = tangent_backlash(cases), mounted_backlash(cases).normal
+    touches = found.status == Tangency.TOUCHES
+    assert 8 < touches.sum() < 24
+    assert np.abs(exact - found.normal)[touches].max() < 6.0 * 3e-14
+    assert set(found.status[~touches]) == {Tangency.AT_LEAST}
+    assert (exact - found.normal)[~touches].min() > 1e-9
+    assert (exact - found.normal)[~touches].max() < 0.05
+
+
+@pytest.mark.parametrize("parabola", [(-0.0005, -0.0005), (-0.001, 0.0005), (0.0002, -0.0004)])
+def test_by_tangency_of_modified_flanks(parabola: tuple[float, float]) -> None:
+    cases = mounted(table1(parabola), drawn_errors(WIDE, 3, 0, 24))
+    found, exact = tangent_backlash(cases), mounted_backlash(cases).normal
+    touches, least = (found.status == code for code in (Tangency.TOUCHES, Tangency.AT_LEAST))
+    assert touches.sum() > 5
+    assert least.sum() > 5
+    assert np.abs(exact - found.normal)[touches].max() < 3e-6
+    assert (exact - found.normal)[least].min() > -3e-6
+
+
+@pytest.mark.parametrize("parabola", [(0.001, -0.001), (0.0002, 0.0002)])
+def test_hollow_flanks_are_estimates(parabola: tuple[float, float]) -> None:
+    """Edges touch before them: it is not said to be the backlash, nor a bound of it."""
+    cases = mounted(table1(parabola), drawn_errors(Tolerances(0.05, radians(0.01), 0.1, 0.1), 3, 0, 8))
+    found, exact = tangent_backlash(cases), mounted_backlash(cases).normal
+    assert set(found.status) <= {Tangency.ESTIMATE, Tangency.UNKNOWN}
+    np.testing.assert_array_equal(np.isnan(found.normal), found.status == Tangency.UNKNOWN)
+    known = ~np.isnan(found.normal)
+    assert (exact < found.normal)[known].all()
+
+
+def test_by_tangency_one_by_one() -> None:
+    errors = drawn_errors(WIDE, 5, 0, 6)
+    for parabola in (NO_PARABOLA, (-0.0005, -0.0005)):
+        batch = tangent_backlash(mounted(table1(parabola), errors))
+        for k in range(len(errors)):
+            one = tangent_backlash(table1(parabola, Errors(*errors[k].tolist())))
+            assert float(one.normal) == pytest.approx(float(batch.normal[k]), abs=1e-10)
+            assert one.status == batch.status[k]
+
+
+def test_known_ends_spare_work_and_change_nothing() -> None:
+    design = table1(errors=Errors(offset=np.array([-0.1, 0.1])))
+    ends = path_of_contact(design, "left", 3).ends
+    first, second = tangent_backlash(design), tangent_backlash(design, {"left": ends})
+    np.testing.assert_array_equal(first.normal, second.normal)
+    np.testing.assert_array_equal(first.status, second.status)

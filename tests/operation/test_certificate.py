@@ -1,0 +1,137 @@
+"""Whether tangencies of a path are contacts: known cases of Table 1, and the search behind them."""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.rounding import rounding_error
+from beveloid_geom.design.model import Errors
+from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.tooth_side import surface_of
+from beveloid_geom.operation.certificate import Verdict, certify
+from beveloid_geom.operation.separation import separation
+from tests.oracle.table1 import table1
+
+BOTH = ["right", "left"]
+
+
+@pytest.mark.parametrize("flank", BOTH)
+@pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
+def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
+    design = table1(errors=errors)
+    proof = certify(path_of_contact(design, flank, 41))
+    assert proof.holds
+    assert np.abs(proof.separation).max() < 1e-11
+    assert (proof.curvature > 1e-5).all()
+
+
+def test_both_slightly_concave_edges_touch() -> None:
+    """Right flanks with 0.0002 1/mm: tips touch nearly everywhere, ten micrometres before."""
+    design = table1((0.0002, 0.0002))
+    proof = certify(path_of_contact(design, "right", 101))
+    edges = proof.verdict == Verdict.EDGE_CONTACT
+    assert edges.mean() > 0.97
+    assert set(proof.first.limit[edges].ravel()) == {-1, Limit.PINION_TIP, Limit.GEAR_TIP}
+    assert -0.012 < proof.separation.min() < -0.009
+    assert (proof.curvature > 0.0).all()
+
+
+@pytest.mark.parametrize("coefficient", [0.0006, 0.001])
+def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
+    """The path of the right flanks is a row of saddles, passed backwards: rising roll at the pinion's
+    tip first."""
+    design = table1((coefficient, coefficient))
+    path = path_of_contact(design, "right", 21)
+    proof = certify(path)
+    assert path.l1[0] > path.l1[-1]
+    assert (proof.verdict == Verdict.INTERFERENCE).all()
+    assert (proof.curvature < 0.0).all()
+    assert (proof.separation < -0.03).all()
+
+
+def test_a_saddle_overlaps_close_by() -> None:
+    """Independent of the first contact: beside the tangency there is overlap, as the curvature
+    foretells, and none where it is positive."""
+    for coefficient, overlaps in ((0.0006, True), (0.0, False)):
+        design = table1((coefficient, coefficient))
+        path = path_of_contact(design, "right", 3)
+        place = np.radians(np.arange(0.0, 360.0, 0.5))
+        l, z = path.l1[1] + 0.5 * np.cos(place), path.pinion_z[1] + 5.0 * np.sin(place)
+        met = separation(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
+        assert bool((met.distance < 0.0).any()) == overlaps
+        assert bool(certify(path).curvature[1] < 0.0) == overlaps
+
+
+@pytest.mark.parametrize("flank", BOTH)
+def test_convex_flanks_hand_over(flank: str) -> None:
+    """Both convex: contact in the middle of the path, the next pair's flanks before at its ends."""
+    design = table1((-0.0005, -0.0005))
+    proof = certify(path_of_contact(design, flank, 41))
+    assert set(proof.verdict) == {Verdict.FIRST_CONTACT, Verdict.NEXT_PAIR}
+    assert proof.verdict[20] == Verdict.FIRST_CONTACT
+    assert proof.verdict[0] == proof.verdict[-1] == Verdict.NEXT_PAIR
+    assert set(proof.first.pair[[0, -1]]) == {-1, 1}
+    assert not proof.holds
+
+
+@pytest.mark.parametrize("flank", BOTH)
+@pytest.mark.parametrize("parabola", [(0.001, -0.001), (0.0003, 0.0003)])
+def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: str) -> None:
+    """Nothing on a grid over seven teeth lies lower, and the place that is named lies as low."""
+    design = table1(parabola)
+    path = path_of_contact(design, flank, 4)
+    proof = certify(path)
+    first, gear = proof.first, surface_of(design.gear, flank)
+    # Along the normal of the surface that is touched: by an edge of the gear, the pinion's.
+    by_gear = (first.limit[:, 0] >= 0) & (first.limit[:, 0] % 2 == 1)
+    rolls = path.pinion_roll, path.gear_roll, first.pair
+    on_gear = separation(design, flank, 0, first.l1, first.z1, *rolls).distance
+    on_pinion = separation(design, flank, 1, first.l2, first.z2, *rolls).distance
+    apart = np.abs(np.where(by_gear, on_pinion, on_gear) - proof.separation)
+    # Turning the pinion instead of the gear is the same to first order in the clearance.
+    assert (apart < 1e-7 + np.where(by_gear, 2e-4 * np.abs(proof.separation), 0.0)).all()
+    z = gear.half_width * np.linspace(-1.0, 1.0, 31)
+    s = (
+        gear.bottom
+        + (tip_parameter(design.gear, flank, z) - gear.bottom) * np.linspace(0.01, 1.0, 41)[:, None]
+    )
+    pairs = np.arange(-3, 4)[:, None, None]
+    for k in range(4):
+        met = separation(design, flank, 1, s, z + 0.0 * s, path.pinion_roll[k], path.gear_roll[k], pairs)
+        least = np.where(met.inside, met.distance, np.inf).min()
+        assert proof.separation[k] - 1e-7 < least < proof.separation[k] + 0.01
+
+
+def test_batches_and_positions_without_a_path() -> None:
+    design = table1((0.001, -0.001), Errors(offset=np.array([-0.3, 0.3, 9.0])))
+    path = path_of_contact(design, "right", 11)
+    proof = certify(path)
+    assert proof.verdict.shape == (3, 11)
+    single = table1((0.001, -0.001), Errors(offset=0.3))
+    own = path_of_contact(single, "right", 11)
+    alone = certify(own)
+    assert np.array_equal(alone.verdict, proof.verdict[1])
+    rounding = rounding_error(own).max()  # each path has its own
+    assert np.abs(alone.separation - proof.separation[1]).max() < 2.0 * rounding < 1e-11
+    lost = proof.verdict == Verdict.NOT_SOLVED
+    assert np.array_equal(lost, path.status != 0)
+    assert lost[2].all()
+    assert np.isnan(proof.separation[lost]).all()
+    given = path_of_contact(table1(), "right", l1=[-8.0, 0.0, 8.0])
+    verdict = certify(given).verdict
+    assert list(verdict) == [Verdict.NOT_SOLVED, Verdict.FIRST_CONTACT, Verdict.NOT_SOLVED]
+
+
+def test_no_path_is_no_certificate() -> None:
+    """A path that leaves the flanks has no positions."""
+    design = table1(errors=Errors(offset=9.0))
+    path = path_of_contact(design, "right")
+    assert path.l1.size == 0
+    proof = certify(path)
+    assert proof.verdict.shape == proof.separation.shape == (0,)
+    assert not proof.holds

@@ -1,0 +1,334 @@
+"""First contact against flanks and fillets evaluated here, from the tool's section on, by bisection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import radians
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member, Pair, Tool
+from beveloid_geom.gear.flank import flank_patch, trace_parameter
+from beveloid_geom.gear.perpendicular import feet
+from beveloid_geom.gear.tooth_side import surface_of
+from beveloid_geom.operation.certificate import TOLERANCE, Verdict, certify
+from beveloid_geom.operation.first_contact import FirstStatus, first_contact, mesh_of, middle_roll
+from beveloid_geom.operation.least_clearance import local_at
+from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from tests.oracle.table1 import table1
+
+BOTH = ("right", "left")
+HALVINGS = 54
+
+
+@dataclass(frozen=True)
+class Tooth:
+    """One flank with its fillet. Profile coordinate w: 0 to 1 up the fillet, then mm of l."""
+
+    member: Member
+    sign: float
+
+    @property
+    def joint(self) -> float:
+        """Flank parameter where the tool's round touches its flank."""
+        tool = self.member.tool
+        alpha, a, m = tool.normal_pressure_angle, tool.parabola, float(tool.normal_module)
+
+        def apart(l: float) -> float:
+            up = l * np.cos(alpha) + a * l * l * np.sin(alpha) + tool.dedendum * m
+            return float(up - tool.tip_radius * m * (1.0 - np.sin(alpha - np.arctan(2.0 * a * l))))
+
+        return float(brentq(apart, -1.5 * m, -0.3 * m, xtol=1e-15))
+
+    def _section(self, w: FloatArray) -> tuple[FloatArray, ...]:
+        """Points of the tool's normal section and angles of their normals."""
+        tool = self.member.tool
+        alpha, a, m = tool.normal_pressure_angle, tool.parabola, tool.normal_module
+
+        def flank(l: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            x = l * np.cos(alpha) + a * l * l * np.sin(alpha)
+            y = a * l * l * np.cos(alpha) - l * np.sin(alpha) + 0.25 * np.pi * m
+            return x, y, alpha - np.arctan(2.0 * a * l)
+
+        x, y, angle = flank(self.joint + np.maximum(w - 1.0, 0.0))
+        x0, y0, angle0 = flank(np.asarray(self.joint))
+        radius, turned = tool.tip_radius * m, 0.5 * np.pi + (angle0 - 0.5 * np.pi) * np.minimum(w, 1.0)
+        x_round = x0 + radius * (np.sin(angle0) - np.sin(turned))
+        y_round = y0 + radius * (np.cos(angle0) - np.cos(turned))
+        low = w < 1.0
+        return np.where(low, x_round, x), np.where(low, y_round, y), np.where(low, turned, angle)
+
+    def polar(self, w: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Radius and angle about the own axis in the planes z (Eqs. 4-6)."""
+        member = self.member
+        beta, gamma, m = member.helix_angle, member.cone_angle, member.tool.normal_module
+        turn = np.array([[1, 0, 0], [0, np.cos(beta), np.sin(beta)], [0, -np.sin(beta), np.cos(beta)]])
+        tilt = np.array([[np.cos(gamma), 0, np.sin(gamma)], [0, 1, 0], [-np.sin(gamma), 0, np.cos(gamma)]])
+        x, y, angle = self._section(w)
+        point = np.tensordot(tilt @ turn, np.stack((x, self.sign * y, 0.0 * x)), 1)
+        normal = np.tensordot(tilt @ turn, np.stack((np.sin(angle), self.sign * np.cos(angle), 0.0 * x)), 1)
+        trace = tilt @ turn @ (0.0, 0.0, 1.0)
+        along = (z - point[2]) / trace[2]
+        x, y = point[0] + along * trace[0] + member.profile_shift * m, point[1] + along * trace[1]
+        slope, pitch_radius = normal[1] / normal[0], 0.5 * m * member.teeth / np.cos(beta)
+        phi = (y - slope * x) / pitch_radius
+        return np.hypot(pitch_radius + x, slope * x), phi + np.arctan2(slope * x, pitch_radius + x)
+
+    def tip(self, z: FloatArray) -> FloatArray:
+        """Radius of the tip cone."""
+        tool, member = self.member.tool, self.member
+        radius = 0.5 * tool.normal_module * member.teeth / np.cos(member.helix_angle)
+        radius += (member.profile_shift + tool.addendum) * tool.normal_module
+        return np.asarray(radius + z * np.tan(member.cone_angle))
+
+    def profile(self, radius: FloatArray, z: FloatArray) -> FloatArray:
+        """w at which the surface has a radius, by bisection; NaN without one."""
+        low, high = np.zeros_like(radius), np.full_like(radius, 2.5 * float(self.member.tool.normal_module))
+        known = (self.polar(low, z)[0] <= radius) & (self.polar(high, z)[0] >= radius)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            above = self.polar(middle, z)[0] > radius
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return np.where(known, low, np.nan)
+
+
+def coordinate(tooth: Tooth, flank: str, s: FloatArray) -> FloatArray:
+    """w of a profile coordinate of the package."""
+    surface = surface_of(tooth.member, flank)
+    below = (s - surface.bottom) / (surface.joint - surface.bottom)
+    return np.where(s < surface.joint, below, 1.0 + s - surface.joint)
+
+
+def clearance(
+    design: Design, flank: str, w: FloatArray, z: FloatArray, rolls: tuple[float, float]
+) -> FloatArray:
+    """How far (rad) the gear may turn until it meets points (w, z) of the pinion, infinite where the
+    gear, within its limits, never does."""
+    sign = 1.0 if flank == "right" else -1.0
+    pinion, gear = (Tooth(member, sign) for member in design.members)
+    errors, distance = design.errors, mounting_of(design).distance
+    hand = np.sign(design.pinion.helix_angle + design.gear.helix_angle)
+    angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
+    radius, theta = pinion.polar(w, z)
+    theta = theta + rolls[0]
+    place = (
+        radius * np.cos(theta) - design.pair.offset - errors.offset,
+        radius * np.sin(theta),
+        z + distance[0] + errors.pinion_axial,
+    )
+    # The gear's axis (0, sin, cos), and k2 x (-x) beside it.
+    x, y = -place[0], np.sin(angle) * place[2] - np.cos(angle) * place[1]
+    z = np.sin(angle) * place[1] + np.cos(angle) * place[2] - distance[1] - errors.gear_axial
+    reach = np.hypot(x, y)
+    inside = (np.abs(z) <= 0.5 * gear.member.face_width + 1e-9) & (reach <= gear.tip(z) + 1e-9)
+    gap = np.full(reach.shape, np.inf)
+    met = gear.profile(reach[inside], z[inside])
+    turn = np.arctan2(y, x)[inside] - gear.polar(met, z[inside])[1] - rolls[1]
+    gap[inside] = sign * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    return np.where(np.isnan(gap), np.inf, gap)
+
+
+def deep_design(errors: Errors | None = None) -> Design:
+    """Table 1 with teeth so high that tips dig into fillets."""
+    pinion, gear = (replace(m, tool=replace(m.tool, addendum=1.2)) for m in table1().members)
+    layout = zero_backlash_layout(Design(pinion, gear, Pair(100.0, 0.3)))
+    return Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)), errors or Errors())
+
+
+CASES = {
+    "unmodified": table1(),
+    "its toe": table1((0.0, 0.0), Errors(shaft_angle=radians(0.1))),
+    "offset": table1((0.001, -0.001), Errors(0.3)),
+    "nearer": table1((0.001, -0.001), Errors(-0.3, pinion_axial=1.0)),
+    "concave": table1((0.0002, 0.0002)),
+    "concave, turned": table1((0.0002, 0.0002), Errors(shaft_angle=radians(-0.1))),
+    "convex": table1((-0.0005, -0.0005), Errors(gear_axial=-1.0)),
+    "deep": deep_design(),
+}
+
+
+@pytest.mark.parametrize("flank", BOTH)
+@pytest.mark.parametrize("name", CASES)
+def test_first_contact_by_bisection(name: str, flank: str) -> None:
+    """It touches where it says, and no point of the pinion's teeth touches earlier."""
+    design, rng = CASES[name], np.random.default_rng(len(name))
+    pitch = [2.0 * np.pi / float(member.teeth) for member in design.members]
+    roll = float(middle_roll(design, flank)) + pitch[0] * rng.uniform(0.0, 1.0, 2)
+    first = first_contact(design, flank, roll)
+    assert (first.status == FirstStatus.SOLVED).all()
+    pinion = Tooth(design.pinion, 1.0 if flank == "right" else -1.0)
+    z = 0.5 * float(design.pinion.face_width) * np.linspace(-1.0, 1.0, 25)
+    top = pinion.profile(pinion.tip(z), z)
+    low, share = np.linspace(0.02, 0.98, 8)[:, None] + 0.0 * z, np.linspace(0.0, 1.0, 30)[:, None]
+    w = np.concatenate((low, 1.0 + share * (top - 1.0)))
+    for k in range(2):
+        own = coordinate(pinion, flank, first.l1[k : k + 1])
+        at = int(first.pair[k])
+        turned = [
+            (float(roll[k]) + pair * pitch[0], float(first.gear_roll[k]) - pair * pitch[1])
+            for pair in range(at - 1, at + 2)
+        ]
+        assert abs(float(clearance(design, flank, own, first.z1[k : k + 1], turned[1])[0])) < 1e-11
+        least = min(clearance(design, flank, w, z + 0.0 * w, rolls).min() for rolls in turned)
+        assert -1e-12 < least < 3e-3
+
+
+def hard_case(
+    members: tuple[tuple[float, float, float, int, float, float, float, float], ...],
+    pair: tuple[float, float],
+    errors: Errors | None = None,
+) -> Design:
+    """Members by addendum, tip radius, parabola, teeth, helix and cone angle (deg), shift, face width."""
+    pinion, gear = (
+        Member(
+            Tool(6.0, radians(20.0), addendum=high, tip_radius=tip, parabola=a),
+            teeth,
+            radians(helix),
+            radians(cone),
+            shift,
+            face,
+        )
+        for high, tip, a, teeth, helix, cone, shift, face in members
+    )
+    return Design(pinion, gear, Pair(pair[0], radians(pair[1])), errors or Errors())
+
+
+HARD = [
+    # A gear's tip far down in a fillet, off the scanned points.
+    (
+        "left",
+        hard_case(
+            (
+                (1.2, 0.38, 0.0, 45, 21.5139, 6.7706, 0.35779, 39.0292),
+                (1.2, 0.38, -0.0039775, 42, 10.9832, 0.1364, 0.32927, 27.5605),
+            ),
+            (272.6957, 33.4517),
+            Errors(0.08503, 0.0020263, -0.44389, 0.93037),
+        ),
+        0.2595,
+    ),
+    # The pinion's heel, beside another least value on the same lines of the scan.
+    (
+        "left",
+        hard_case(
+            (
+                (1.0, 0.38, 0.0020827, 32, -32.5991, 5.3509, 0.06307, 20.217),
+                (1.0, 0.05, -0.0007309, 21, 22.1749, -1.175, 0.39429, 24.196),
+            ),
+            (173.44948, 11.22112),
+        ),
+        -0.27472,
+    ),
+    # A gear's tip on a fillet, less than a cell from what the flanks have.
+    (
+        "left",
+        hard_case(
+            (
+                (1.2, 0.38, 0.00084749, 23, 14.1055, 5.0211, 0.0585, 19.821),
+                (1.2, 0.05, 0.0, 31, 23.9461, 5.0448, 0.23699, 18.9905),
+            ),
+            (169.91185, 39.4892),
+        ),
+        0.27926,
+    ),
+]
+
+
+@pytest.mark.parametrize(("flank", "design", "roll"), HARD)
+def test_what_a_coarse_search_misses(flank: str, design: Design, roll: float) -> None:
+    first = first_contact(design, flank, roll)
+    assert first.status[0] == FirstStatus.SOLVED
+    pinion = Tooth(design.pinion, 1.0 if flank == "right" else -1.0)
+    z = 0.5 * float(design.pinion.face_width) * np.linspace(-1.0, 1.0, 41)
+    top = pinion.profile(pinion.tip(z), z)
+    low, share = np.linspace(0.02, 0.999, 60)[:, None] + 0.0 * z, np.linspace(0.0, 1.0, 80)[:, None]
+    w = np.concatenate((low, 1.0 + share * (top - 1.0)))
+    pitch = [2.0 * np.pi / float(member.teeth) for member in design.members]
+    at = int(first.pair[0])
+    turned = [
+        (roll + pair * pitch[0], float(first.gear_roll[0]) - pair * pitch[1])
+        for pair in range(at - 1, at + 2)
+    ]
+    own = coordinate(pinion, flank, first.l1)
+    assert abs(float(clearance(design, flank, own, first.z1, turned[1])[0])) < 1e-11
+    assert min(clearance(design, flank, w, z + 0.0 * w, rolls).min() for rolls in turned) > -1e-12
+
+
+def test_deep_teeth_touch_on_fillets() -> None:
+    """Before their tangency, and not as first contacts of the path."""
+    design = deep_design()
+    path = path_of_contact(design, "right", 7)
+    proof = certify(path)
+    assert (proof.verdict != Verdict.FIRST_CONTACT).all()
+    assert proof.first.on_fillet.any(axis=-1).all()
+    assert (proof.separation < -0.02).all()
+
+
+def test_slight_overlap_is_not_certified() -> None:
+    """Flanks so nearly unmodified that the next pair is hardly earlier."""
+    design = table1((-1e-5, -1e-5))
+    proof = certify(path_of_contact(design, "left", 31))
+    slight = (proof.separation < -TOLERANCE) & (proof.separation > -6e-4)
+    assert slight.sum() > 10
+    assert (proof.verdict[slight] == Verdict.NEXT_PAIR).all()
+
+
+def test_undercut_at_the_toe_only() -> None:
+    """Sixteen teeth with shift enough at mid-face and at the heel, not at the toe."""
+    member = Member(Tool(6.0, radians(20.0)), 16, 0.0, radians(5.0), 0.15, 40.0)
+    assert surface_of(member, "right").undercut
+    assert not surface_of(replace(member, face_width=4.0), "right").undercut
+
+
+@pytest.mark.parametrize("flank", BOTH)
+def test_of_pairs_that_touch_together_the_last_to_enter_counts(flank: str) -> None:
+    """The pinion drives: what comes into mesh is at its root, where the other pair is at its tip."""
+    design, pitch = table1(), 2.0 * np.pi / 29.0
+    path = path_of_contact(design, flank, 41)
+    sign = 1.0 if flank == "right" else -1.0
+    since = np.abs(path.pinion_roll - path.pinion_roll[0]) / pitch
+    together = since > 1.05
+    first = first_contact(design, flank, path.pinion_roll)
+    assert together.sum() > 10
+    assert (first.pair[together] == -sign).all()
+    assert (first.l1[together] < path.l1[together] - 3.0).all()
+    assert (first.pair[(since > 0.01) & (since < 0.95)] == 0).all()
+
+
+def test_a_foot_just_beyond_the_heel_is_off_the_flank() -> None:
+    member = table1().pinion
+    for beyond, status in ((-5e-3, Status.SOLVED), (5e-3, Status.OFF_FLANK)):
+        patch = flank_patch(member, "right", 0.0, trace_parameter(member, "right", 0.0, 25.0 + beyond))
+        assert feet(member, "right", patch.point + 0.1 * patch.normal).status == status
+
+
+def test_derivatives_of_approach_and_margins() -> None:
+    """Against central differences, on flank and fillet."""
+    design = table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4))
+    roll = np.full(1, float(middle_roll(design, "right")))
+    mesh, _ = mesh_of(design, "right", roll)
+    place = np.array([[0.5, 3.0, -4.0, mesh.own.joint - 0.4], [2.0, -8.0, 10.0, -3.0]])
+    task = mesh.task(np.zeros(4, dtype=int), np.zeros(4, dtype=int))
+    here, step = local_at(task, *place), 1e-5
+    for axis in (0, 1):
+        shift = step * np.eye(2)[axis][:, None]
+        above, below = local_at(task, *(place + shift)), local_at(task, *(place - shift))
+
+        def rate(high: FloatArray, low: FloatArray) -> FloatArray:
+            return (high - low) / (2.0 * step)
+
+        known = np.isfinite(here.f)
+        assert known.sum() >= 3
+        assert np.abs(rate(above.f, below.f) - here.slope[axis])[known].max() < 1e-7
+        assert np.abs(rate(above.slope, below.slope) - here.bend[axis])[:, known].max() < 1e-7
+        margin = rate(above.margin, below.margin) - here.rate[:, axis]
+        assert np.abs(margin)[:, known].max() < 1e-7
+        curve = rate(above.rate, below.rate) - here.curve[:, axis]
+        assert np.abs(curve)[..., known].max() < 1e-7
+    assert len(here.margin) == len(Limit)

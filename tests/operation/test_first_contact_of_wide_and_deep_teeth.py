@@ -1,0 +1,138 @@
+"""First contacts where a review found them late: wide faces with a helix, deep teeth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.tooth_side import surface_of
+from beveloid_geom.operation.certificate import Verdict, certify
+from beveloid_geom.operation.first_contact import first_contact, middle_roll, spread
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.operation.pattern import PatternStatus, contact_pattern
+from beveloid_geom.operation.separation import separation
+from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from tests.oracle.table1 import table1
+
+ALPHA = radians(20.0)
+
+
+def wide(shaft_angle_error_deg: float) -> Design:
+    """Teeth of which several lie one behind the other along the face."""
+    pinion, gear = (
+        Member(Tool(2.0, ALPHA), teeth, radians(helix), radians(cone), 0.1, 120.0)
+        for teeth, helix, cone in ((87, 35.0, 1.0), (135, -28.0, 0.3))
+    )
+    closed = zero_backlash_layout(Design(pinion, gear, Pair(100.0, 0.3)))
+    pair = Pair(float(closed.offset) + 0.05, float(closed.shaft_angle))
+    return Design(pinion, gear, pair, Errors(shaft_angle=radians(shaft_angle_error_deg)))
+
+
+def test_spread_is_that_of_the_trace_on_the_pitch_cylinder() -> None:
+    pinion = wide(0.0).pinion
+    per_mm = np.sin(pinion.helix_angle) / (np.pi * 2.0 * np.cos(pinion.cone_angle))
+    mounting = mounting_of(wide(0.0))
+    pitch_height = abs(float(mounting.pitch_distance[0] - mounting.distance[0]))
+    assert spread(wide(0.0), "right") == pytest.approx((60.0 + pitch_height) * per_mm, rel=1e-9)
+    assert spread(table1(), "right") < 1.0
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("error", [-0.3, 0.1, 0.3])
+def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None:
+    design = wide(error)
+    roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 87 * np.array([0.1, 0.35, 0.6, 0.85])
+    found, every = first_contact(design, flank, roll), first_contact(design, flank, roll, np.arange(-10, 11))
+    np.testing.assert_allclose(found.gear_roll, every.gear_roll, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found.pair, every.pair)
+
+
+@pytest.mark.parametrize("error", [-0.15, -0.05, 0.1])
+def test_unmodified_wide_faces_operate_with_the_ratio_of_eq_16(error: float) -> None:
+    design = wide(error)
+    assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
+    certificate = certify(path_of_contact(design, "left", 5))
+    assert certificate.holds
+    np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-12)
+
+
+def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
+    design = wide(-0.15)
+    pattern = contact_pattern(design, "left", resolution=2.0)
+    path = path_of_contact(design, "left", 3)
+    side = pattern.pinion
+    nearest = np.hypot(side.l - path.l1[1], side.z - path.pinion_z[1]).argmin()
+    assert side.least.ravel()[nearest] < 0.00635
+    assert side.area_share > 0.05
+    # The cycle is as long as the face is wide: at its ends no marked point is still coming closer.
+    for marked in (pattern.pinion, pattern.gear):
+        assert not (marked.marked & (marked.status == PatternStatus.END_OF_ROLL)).any()
+    pitches = np.diff(pattern.roll_range).item() * 87 / (2.0 * np.pi)
+    ratio = float(contact_ratio(design, "left"))
+    assert pitches == pytest.approx(2.0 * spread(design, "left") + ratio, abs=1e-9)
+
+
+def deep(parabolas: tuple[float, float], case: int) -> Design:
+    """Addenda of 1.1 and 1.2 modules: tips reach into fillets."""
+
+    def member(addendum: float, radius: float, parabola: float, *rest: float) -> Member:
+        return Member(Tool(6.0, ALPHA, addendum, tip_radius=radius, parabola=parabola), *rest)
+
+    if case == 0:
+        pinion = member(1.1, 0.2, parabolas[0], 18, 0.34600019746, 0.07046168693, 0.39836669704, 27.49457376)
+        gear = member(1.1, 0.2, parabolas[1], 57, 0.5663831086, 0.08822507566, 0.30885150948, 44.16790267)
+        errors = Errors(-0.215550946046, 0.00094464950862, -0.84317386818, -0.74894238244)
+        return Design(pinion, gear, Pair(261.39364509481, 0.93425489570), errors)
+    pinion = member(1.2, 0.2, parabolas[0], 30, -0.22669681106, 0.11660109487, 0.36188051763, 50.325425124)
+    gear = member(1.2, 0.05, parabolas[1], 39, 0.58727669004, 0.0752609018836, 0.2166125313, 36.5729152792)
+    return Design(pinion, gear, Pair(212.87641568718, 0.40581201596))
+
+
+@pytest.mark.parametrize(
+    ("case", "parabolas", "roll"),
+    [
+        (0, (0.0019399964568813923, 0.0005840622943679629), 0.17303919726566475),
+        (1, (-0.0010383744614208333, 0.001287273256901117), 0.44163995328155325),
+    ],
+)
+def test_tips_in_fillets_are_found(case: int, parabolas: tuple[float, float], roll: float) -> None:
+    """One-sided: at the pose found none of the pinion's points within its tip stands in the gear."""
+    design = deep(parabolas, case)
+    first = first_contact(design, "right", roll)
+    half = 0.5 * float(design.pinion.face_width)
+    z = half * np.linspace(-1.0, 1.0, 161)
+    low, high = surface_of(design.pinion, "right").bottom, tip_parameter(design.pinion, "right", z)
+    l = low + np.linspace(0.001, 1.0, 481)[:, None] * (high - low)
+    for pair in np.arange(-2, 3) + first.pair[0]:
+        rolls = float(first.pinion_roll[0]), float(first.gear_roll[0])
+        found = separation(design, "right", 0, l, z, *rolls, pair=int(pair))
+        assert found.distance[found.inside].min(initial=1.0) > -1e-6
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> None:
+    """Deep tips: the verdict names what they do, the depth is that along the fillet's normal."""
+    design = table1()
+    pinion, gear = (replace(m, tool=replace(m.tool, addendum=1.2)) for m in design.members)
+    design = replace(design, pinion=pinion, gear=gear)
+    path = path_of_contact(design, flank, 9)
+    found = certify(path)
+    deep = found.verdict == Verdict.INTERFERENCE
+    assert deep.any()
+    assert found.first.on_fillet[deep].any(axis=-1).all()
+    by_gear = deep & (found.first.limit[:, 0] == Limit.GEAR_TIP) & (found.first.limit[:, 1] < 0)
+    assert by_gear.any()
+    first = found.first
+    for k in np.flatnonzero(by_gear):
+        rolls = float(path.pinion_roll[k]), float(path.gear_roll[k])
+        edge = first.l2[k] + np.array([0.0]), first.z2[k] + np.linspace(-1.0, 1.0, 41)
+        clear = separation(design, flank, 1, *edge, *rolls, pair=int(first.pair[k]))
+        assert np.nanmin(clear.distance) == pytest.approx(found.separation[k], rel=0.15)

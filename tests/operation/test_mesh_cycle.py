@@ -1,0 +1,167 @@
+"""Transmission error over mesh cycles, and who carries: known cases, and sums over many samples."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import contact_ratio
+from beveloid_geom.design.model import Errors
+from beveloid_geom.operation.first_contact import first_contact
+from beveloid_geom.operation.mesh_cycle import Cycle, error_over_cycles, mesh_cycle
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from tests.oracle.table1 import table1
+from tests.symmetry import mirrored
+
+
+@cache
+def cycle_of(parabola: tuple[float, float], flank: str = "right") -> Cycle:
+    return mesh_cycle(table1(parabola), flank, 12)
+
+
+@pytest.mark.parametrize(("flank", "errors"), [("left", Errors()), ("right", Errors(0.05, radians(-0.003)))])
+def test_unmodified_ratio_is_that_of_eq_16(flank: str, errors: Errors) -> None:
+    design = table1(errors=errors)
+    assert abs(operating_ratio(design, flank) - contact_ratio(design, flank)) < 1e-8
+
+
+def test_table_1() -> None:
+    assert operating_ratio(table1(), "right") == pytest.approx(1.651001, abs=1e-6)
+
+
+def test_unmodified_cycle_is_even() -> None:
+    cycle = mesh_cycle(table1(errors=Errors(0.05, radians(-0.003))), "right")
+    assert cycle.peak_to_peak < 1e-13
+    assert np.abs(cycle.harmonics).max() < 1e-13
+    assert cycle.edge_share == 0.0
+    assert cycle.hand_over.sum() == 1
+
+
+def test_rigid_modified_flanks_touch_one_at_a_time() -> None:
+    """Whoever carries: over a pitch of roll every tooth has its turn once."""
+    assert operating_ratio(table1((0.0002, 0.0002)), "left") == pytest.approx(1.0, abs=1e-8)
+
+
+def test_ratio_within_a_thickness() -> None:
+    """Under marking compound more pairs count."""
+    design = table1((0.001, -0.001))
+    ratio = float(operating_ratio(design, "right", 0.003))
+    # By counting the samples of one pair that are as near as that.
+    pitch = 2.0 * np.pi / 29
+    roll = 0.18 + pitch * np.linspace(-2.0, 2.0, 401)
+    first, alone = (first_contact(design, "right", roll, pairs=pairs) for pairs in (None, [0]))
+    gap = 0.5 * 6.0 * 45 * np.cos(radians(20.0)) * (alone.gear_roll - first.gear_roll)
+    assert np.nanmin(gap) > -1e-12
+    counted = (gap[:-1] <= 0.003).sum() * 4.0 / 400
+    assert ratio == pytest.approx(counted, abs=0.021)
+    assert ratio > 2.0
+
+
+@pytest.mark.parametrize(
+    ("parabola", "flank"),
+    [((0.001, -0.001), "right"), ((0.0002, 0.0002), "left"), ((-0.0005, -0.0005), "right")],
+)
+def test_harmonics_are_those_of_the_curve(parabola: tuple[float, float], flank: str) -> None:
+    """Against a plain discrete transform of 512 rolls."""
+    design = table1(parabola)
+    cycle = cycle_of(parabola, flank)
+    share = np.arange(512) / 512
+    curve = first_contact(design, flank, float(cycle.start) + cycle.pitch * share).transmission_error
+    waves = np.fft.rfft(curve) / 512
+    scale = float(cycle.peak_to_peak)
+    assert abs(waves[0].real - float(cycle.mean)) < 2e-5 * scale
+    assert np.abs(2.0 * waves[1:13] - cycle.harmonics).max() < 2e-4 * scale
+    assert np.ptp(curve) == pytest.approx(scale, rel=1e-2)
+    assert np.ptp(curve) <= scale * (1.0 + 1e-9)
+
+
+def test_gauss_points_resolve_the_pieces() -> None:
+    """Means over the pieces between changes, each by its own dense Gauss rule."""
+    design = table1((0.0002, 0.0002))
+    cycle = cycle_of((0.0002, 0.0002), "left")
+    ends = float(cycle.start) + np.concatenate(([0.0], cycle.changes - cycle.start, [cycle.pitch]))
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    middle, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * np.diff(ends)
+    roll = middle[:, None] + half[:, None] * nodes
+    curve = first_contact(design, "left", roll.ravel()).transmission_error.reshape(roll.shape)
+    mean = ((curve @ weights) * half).sum() / cycle.pitch
+    assert abs(mean - float(cycle.mean)) < 1e-10 * float(cycle.peak_to_peak)
+    wave = ((curve * np.exp(-2j * np.pi * 3 * (roll - cycle.start) / cycle.pitch)) @ weights * half).sum()
+    assert abs(2.0 * wave / cycle.pitch - cycle.harmonics[2]) < 1e-9 * float(cycle.peak_to_peak)
+
+
+def test_changes_are_where_the_carrier_changes() -> None:
+    """A hundred-millionth of a pitch before and after; two pairs touch together at a hand-over."""
+    design = table1((0.001, -0.001))
+    cycle = cycle_of((0.001, -0.001))
+    step = 1e-8 * cycle.pitch
+    before, after = (first_contact(design, "right", cycle.changes + shift) for shift in (-step, step))
+    changed = before.pair != after.pair
+    assert np.array_equal(changed, cycle.hand_over)
+    assert ((before.limit != after.limit).any(axis=-1) | changed).all()
+    hand_over = cycle.changes[cycle.hand_over]
+    both = [
+        first_contact(design, "right", hand_over, pairs=[pair]).gear_roll
+        for pair in (int(before.pair[changed][0]), int(after.pair[changed][0]))
+    ]
+    assert np.abs(both[0] - both[1]).max() < 1e-11
+
+
+def test_expected_edges() -> None:
+    """Edges share in the hand-over of (0.001, -0.001), carry nearly all of (0.0002, 0.0002), and none
+    of the convex pair."""
+    cycles = {a: cycle_of(a) for a in ((0.001, -0.001), (0.0002, 0.0002), (-0.0005, -0.0005))}
+    shares = [float(cycle.edge_share) for cycle in cycles.values()]
+    assert 0.1 < shares[0] < 0.3
+    assert shares[1] > 0.95
+    assert shares[2] == 0.0
+    first = first_contact(table1((0.001, -0.001)), "right", cycles[0.001, -0.001].changes - 1e-4)
+    assert Limit.GEAR_TIP in first.limit
+
+
+def test_mirror_image() -> None:
+    design = table1((0.001, -0.001), Errors(0.05))
+    cycle, image = mesh_cycle(design, "right"), mesh_cycle(mirrored(design), "left")
+    assert float(image.peak_to_peak) == pytest.approx(float(cycle.peak_to_peak), rel=1e-9)
+    assert np.abs(np.abs(image.harmonics) - np.abs(cycle.harmonics)).max() < 1e-6 * float(cycle.peak_to_peak)
+
+
+def test_arrays_of_errors() -> None:
+    """Also a case whose tips meet bottom lands: it has no answer, the others have theirs."""
+    offsets = np.array([0.2, -5.0])
+    together = table1((0.001, -0.001), Errors(offset=offsets))
+    cycle, ratio = mesh_cycle(together, "right", 4), operating_ratio(together, "right", 0.002)
+    assert cycle.harmonics.shape == (2, 4)
+    assert list(cycle.lost) == [False, True]
+    one = table1((0.001, -0.001), Errors(offset=0.2))
+    alone = mesh_cycle(one, "right", 4)
+    assert np.abs(alone.harmonics - cycle.harmonics[0]).max() < 1e-9 * float(alone.peak_to_peak)
+    assert np.abs(alone.changes - cycle.changes[0]).max() < 1e-10
+    assert float(ratio[0]) == pytest.approx(float(operating_ratio(one, "right", 0.002)), abs=1e-9)
+    assert np.isnan(cycle.changes[1]).all()
+    assert np.isnan(cycle.mean[1])
+    assert np.isnan(cycle.harmonics[1]).all()
+    assert np.isnan(ratio[1])
+
+
+def test_curve_repeats_itself() -> None:
+    """Solved at every roll of three cycles it is what one cycle says, for arrays of errors too."""
+    design = table1((0.0002, 0.0002), Errors(offset=np.array([0.0, 0.05])))
+    roll, error = error_over_cycles(design, "right", cycles=3, points=7)
+    assert roll.shape == error.shape == (2, 22)
+    direct = first_contact(design, "right", roll)
+    assert np.abs(direct.transmission_error - error).max() < 1e-12
+    assert (direct.pair[:, 0] - direct.pair[:, -1] == 3).all()
+
+
+def test_refusals() -> None:
+    with pytest.raises(ValueError, match="cycles and points"):
+        error_over_cycles(table1(), "right", 0)
+    with pytest.raises(ValueError, match="harmonics"):
+        mesh_cycle(table1(), "right", 0)
+    with pytest.raises(ValueError, match="thickness"):
+        operating_ratio(table1(), "right", -0.001)

@@ -1,0 +1,320 @@
+"""Contact patterns: against a dense scan by the other route, paths of contact, and symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.path import path_ends, path_of_contact
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member
+from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.operation.first_contact import first_contact
+from beveloid_geom.operation.operating_rolls import Operation, first_contact_operation
+from beveloid_geom.operation.pattern import (
+    ContactPattern,
+    PatternStatus,
+    approach_of,
+    contact_pattern,
+    least_separation,
+    sampled_rolls,
+)
+from beveloid_geom.operation.separation import separation, surface_of
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored
+
+FLANKS = ("right", "left")
+SEPARATION = 0.00635
+
+
+def conjugate(design: Design, flank: str) -> Operation:
+    """Operation without transmission error, over the path and half a pitch either way."""
+    path, pitch = path_of_contact(design, flank, 3), 2.0 * np.pi / 29.0
+    roll = np.linspace(path.pinion_roll.min() - 0.5 * pitch, path.pinion_roll.max() + 0.5 * pitch, 40)
+    return Operation(roll, np.full(40, path.gear_roll[0] + 29.0 / 45.0 * path.pinion_roll[0]))
+
+
+def test_operation_follows_the_first_contact() -> None:
+    """At rolls of its own, over a change of the tooth pair; in mm along the normal."""
+    design = table1((0.0005, -0.001))
+    operation = first_contact_operation(design, "left")
+    roll = np.concatenate((np.linspace(0.1, 0.3, 9), np.linspace(0.178, 0.182, 15)))
+    phase = first_contact(design, "left", roll).gear_roll + 29.0 / 45.0 * roll
+    lever = 0.5 * 6.0 * 45.0 * np.cos(np.radians(20.0))
+    assert np.abs(np.interp(roll, operation.roll, operation.phase) - phase).max() * lever < 2e-5
+
+
+def conjugate_pattern(flank: str, separation: float = SEPARATION, resolution: float = 1.5) -> ContactPattern:
+    design = table1()
+    operation = conjugate(design, flank)
+    gear_roll = operation.phase - 29.0 / 45.0 * operation.roll
+    poses = operation.roll, gear_roll
+    return contact_pattern(
+        design, flank, separation, resolution=resolution, pinion_roll=poses[0], gear_roll=poses[1]
+    )
+
+
+def scanned(
+    design: Design, flank: str, member: int, l: FloatArray, z: FloatArray, operation: Operation
+) -> FloatArray:
+    """Least separation by turning to touch at many rolls and ever closer ones; unmodified flanks."""
+    own, other = (surface_of(design.members[j], flank).joint for j in (member, 1 - member))
+
+    def gap(roll: FloatArray) -> FloatArray:
+        gear_roll = np.interp(roll, operation.roll, operation.phase) - 29.0 / 45.0 * roll
+        found = separation(design, flank, member, l[:, None], z[:, None], roll, gear_roll)
+        valid = found.inside & (found.other_l >= other) & (l[:, None] >= own)
+        return np.asarray(np.where(valid, found.distance, np.inf))
+
+    first, last = operation.roll[[0, -1]]
+    rolls = np.broadcast_to(np.linspace(first, last, 201), (len(l), 201))
+    for _ in range(5):
+        values = gap(rolls)
+        at = np.take_along_axis(rolls, values.argmin(axis=1)[:, None], axis=1)
+        step = rolls[:, 1:2] - rolls[:, :1]
+        rolls = np.clip(at + step * np.linspace(-1.0, 1.0, 21), first, last)
+    return np.asarray(values.min(axis=1))
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("member", [0, 1])
+def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
+    design = table1((0.0, 0.0), Errors(offset=0.05, pinion_axial=0.2))
+    operation, part = conjugate(design, flank), design.members[member]
+    depth, face = np.meshgrid((-5.9, -5.2, -3.0, 0.0, 2.5, 5.5), (-0.5, -0.47, -0.2, 0.1, 0.45, 0.5))
+    l, z = depth.ravel(), part.face_width * face.ravel()
+    points = flank_point(part, flank, l, trace_parameter(part, flank, l, z))
+    rolls = np.linspace(operation.roll[0], operation.roll[-1], 28)
+    least, roll, status = least_separation(approach_of(design, flank, member, operation), points, rolls)
+    assert np.array_equal(np.isnan(least), status == PatternStatus.NO_MATE)
+    assert np.array_equal(np.isnan(roll), status == PatternStatus.NO_MATE)
+    inner, edge = status == PatternStatus.STANDSTILL, status == PatternStatus.MATE_EDGE
+    assert inner.sum() > 10
+    wanted = scanned(design, flank, member, l, z, operation)
+    assert np.abs(least - wanted)[inner].max() < 1e-8
+    assert edge.sum() > 5
+    dense = np.linspace(operation.roll[0], operation.roll[-1], 1001)
+    approach = approach_of(design, flank, member, operation)
+    wanted = np.min([approach(points[edge], np.full(edge.sum(), at)) for at in dense], axis=0)
+    assert (least[edge] < wanted + 1e-9).all()
+    assert (wanted - least[edge] < 2e-2).all()
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_the_path_of_contact_touches(flank: str) -> None:
+    design = table1()
+    path, operation = path_of_contact(design, flank, 9), first_contact_operation(design, flank)
+    rolls = np.linspace(operation.roll[0], operation.roll[-1], 50)
+    for member, l, u in ((0, path.l1, path.u1), (1, path.l2, path.u2)):
+        points = flank_point(design.members[member], flank, l, u)
+        least, roll, _ = least_separation(approach_of(design, flank, member, operation), points, rolls)
+        assert np.abs(least).max() < 1e-9
+        assert np.abs(roll - path.pinion_roll).max() < 1e-4
+
+
+def pattern(design: Design, flank: str) -> ContactPattern:
+    return contact_pattern(design, flank, resolution=1.5)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.001, 0.001)])
+def test_flanks_in_operation_touch_and_do_not_overlap(flank: str, parabola: tuple[float, float]) -> None:
+    found = pattern(table1(parabola), flank)
+    for side, member in ((found.pinion, 0), (found.gear, 1)):
+        assert -1e-4 < np.nanmin(side.least) < 1e-3
+        assert np.array_equal(side.marked, side.least <= found.separation)
+        assert np.array_equal(np.isnan(side.least), side.status == PatternStatus.NO_MATE)
+        u = trace_parameter(table1(parabola).members[member], flank, side.l, side.z)
+        patch = flank_patch(table1(parabola).members[member], flank, side.l, u)
+        assert np.abs(patch.point - side.points).max() < 1e-12
+        known = np.isfinite(side.pinion_roll)
+        assert (side.pinion_roll[known] >= found.roll_range[0]).all()
+        assert (side.pinion_roll[known] <= found.roll_range[1]).all()
+
+
+def test_line_contact_marks_more_than_point_contact() -> None:
+    """Generators cross at 2.3 deg on the right flank, at 9.3 on the left."""
+    shares = [conjugate_pattern(flank).pinion.area_share for flank in FLANKS]
+    assert shares[0] > 0.9
+    assert shares[1] < 0.3
+
+
+def whole_area(member: Member, flank: str) -> float:
+    """Of the active flank, by Gauss' rule over tangents."""
+    node, weight = np.polynomial.legendre.leggauss(12)
+    half = 0.5 * float(member.face_width)
+    z, low = half * node, float(root_parameter(member))
+    high = tip_parameter(member, flank, z)
+    l = low + 0.5 * (node[:, None] + 1.0) * (high - low)
+    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
+    size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1)
+    return float((size * weight[:, None] * weight * 0.5 * (high - low) * half).sum())
+
+
+def test_areas_follow_the_separation() -> None:
+    """At 0.2 mm all of the pinion's flank counts; shares grow with the separation."""
+    design = table1()
+    sides = [conjugate_pattern("right", s).pinion for s in (1e-4, 0.00635, 0.2)]
+    shares = [side.area_share for side in sides]
+    assert 0.0 < shares[0] < shares[1] < 1.0
+    assert shares[2] == pytest.approx(1.0, abs=1e-12)
+    assert sides[2].area == pytest.approx(whole_area(design.pinion, "right"), rel=1e-3)
+    assert sides[1].area == pytest.approx(sides[2].area * shares[1], rel=1e-12)
+
+
+def test_areas_of_a_thin_strip() -> None:
+    """Along the path the least separation is quadratic across it: area goes with the root."""
+    fine = [conjugate_pattern("left", s, 0.6).pinion.area for s in (1e-3, 2.5e-4)]
+    assert fine[0] == pytest.approx(2.0 * fine[1], rel=0.02)
+    coarse = conjugate_pattern("left", 1e-3, 2.0).pinion.area
+    assert coarse == pytest.approx(fine[0], rel=0.02)
+
+
+def scanned_share(design: Design, flank: str, member: int, separation: float, lines: int) -> float:
+    """Marked share of a flank by brute force: `lines` across the depth with 200 points each, crossings
+    interpolated on them, weights by tangents."""
+    part, operation = design.members[member], first_contact_operation(design, flank)
+    z = float(part.face_width) * ((np.arange(lines) + 0.5) / lines - 0.5)
+    root, tip = root_parameter(part), tip_parameter(part, flank, z)
+    l = root + np.linspace(0.0, 1.0, 200)[:, None] * (tip - root)
+    patch = flank_patch(part, flank, l, trace_parameter(part, flank, l, z))
+    along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
+    size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1) * (tip - root)
+    approach, rolls = approach_of(design, flank, member, operation), sampled_rolls(design, operation)
+    blocks = np.array_split(patch.point.reshape(-1, 3), 4)
+    least = np.concatenate([least_separation(approach, block, rolls)[0] for block in blocks])
+    root_of = np.where(np.isnan(least), 1e3, np.sqrt(np.maximum(least, 0.0))).reshape(l.shape)
+    first, second = np.sqrt(separation) - root_of[:-1], np.sqrt(separation) - root_of[1:]
+    inside = np.maximum(first, 0.0) + np.maximum(second, 0.0)
+    part_inside = inside / np.maximum(np.abs(first) + np.abs(second), 1e-30)
+    weight = 0.5 * (size[:-1] + size[1:])
+    return float((weight * part_inside).sum() / weight.sum())
+
+
+AREAS = {
+    "large, cut by edges": (table1(), "right", 1, SEPARATION, 80),
+    "strips along two edges": (table1((0.001, 0.001)), "right", 0, SEPARATION, 80),
+    "strips along two edges, gear": (table1((0.001, 0.001)), "right", 1, SEPARATION, 80),
+    "carried to the heel": (table1(errors=Errors(shaft_angle=-0.002)), "right", 1, SEPARATION, 160),
+    "thin compound": (table1((0.001, -0.001)), "right", 0, 1e-3, 80),
+    "narrow strip": (table1(), "left", 1, 3e-4, 80),
+}
+
+
+@pytest.mark.parametrize("name", AREAS)
+def test_areas_are_within_their_bound(name: str) -> None:
+    """Against brute force, itself right to 0.3 %, at the default grid and one of few points."""
+    design, flank, member, separation, lines = AREAS[name]
+    wanted = scanned_share(design, flank, member, separation, lines)
+    for resolution in (None, 10.0):
+        found = contact_pattern(design, flank, separation, resolution=resolution)
+        side = (found.pinion, found.gear)[member]
+        assert side.area_error <= 0.01
+        assert abs(side.area_share / wanted - 1.0) <= side.area_error + 0.003
+
+
+def test_a_smaller_error_of_areas_may_be_asked_for() -> None:
+    sides = [contact_pattern(table1(), "right", area_error=error).gear for error in (0.05, 0.002)]
+    assert sides[1].area_error <= 0.002 < sides[0].area_error <= 0.05
+    assert sides[0].area == pytest.approx(sides[1].area, rel=sides[0].area_error + 0.002)
+    assert np.array_equal(sides[0].least, sides[1].least, equal_nan=True)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_the_same_pair_seen_otherwise(flank: str) -> None:
+    design = table1((0.0005, -0.001))
+    wanted, other = pattern(design, flank), {"right": "left", "left": "right"}[flank]
+    for seen in (pattern(mirrored(design), other), pattern(exchanged(design), flank)):
+        swapped = seen.pinion.l.shape != wanted.pinion.l.shape
+        sides = (seen.gear, seen.pinion) if swapped else (seen.pinion, seen.gear)
+        for side, expected in zip(sides, (wanted.pinion, wanted.gear), strict=True):
+            apart = np.abs(side.least - expected.least)[expected.status == PatternStatus.STANDSTILL]
+            assert np.nanmax(apart) < 5e-5
+            assert side.area == pytest.approx(expected.area, rel=0.01)
+    assert swapped
+
+
+def test_density_follows_from_a_tolerance() -> None:
+    """Halfway between points the interpolated least separation is as wrong as allowed, about, for an
+    operation without kinks."""
+    design, counts = table1(), []
+    for tolerance in (5e-5, 2e-5):
+        side = contact_pattern(design, "left", tolerance=tolerance).pinion
+        counts.append(side.l.size)
+        part = (side.status == PatternStatus.STANDSTILL) & (side.least < SEPARATION)
+        bends = []
+        for axis in (0, 1):
+            rows, near = np.moveaxis(side.least, axis, 0), np.moveaxis(part, axis, 0)
+            bend = np.abs(rows[:-2] - 2.0 * rows[1:-1] + rows[2:])[near[:-2] & near[1:-1] & near[2:]]
+            bends.append(bend.max() / 8.0)
+        assert 0.2 * tolerance < sum(bends) < 1.5 * tolerance
+    assert counts[1] > 1.5 * counts[0]
+
+
+def test_given_poses() -> None:
+    design = table1()
+    operation = conjugate(design, "left")
+    gear_roll = operation.phase - 29.0 / 45.0 * operation.roll
+    wanted = pattern(design, "left")
+    for order in (1, -1):
+        found = contact_pattern(
+            design,
+            "left",
+            resolution=1.5,
+            pinion_roll=operation.roll[::order],
+            gear_roll=gear_roll[::order],
+        )
+        inner = found.pinion.status == PatternStatus.STANDSTILL
+        assert np.abs(found.pinion.least - wanted.pinion.least)[inner].max() < 1e-8
+    ends = path_ends(design, "left").pinion_roll
+    middle = np.flatnonzero(np.abs(operation.roll - ends.mean()) < 0.02)
+    short = contact_pattern(
+        design, "left", resolution=1.5, pinion_roll=operation.roll[middle], gear_roll=gear_roll[middle]
+    )
+    cut = short.pinion.status == PatternStatus.END_OF_ROLL
+    assert cut.sum() > 0.5 * cut.size
+    assert (short.pinion.least[cut] > wanted.pinion.least[cut]).all()
+    assert short.pinion.area < 0.5 * wanted.pinion.area
+
+
+def test_edges_are_marked_where_the_path_is_off_the_flanks() -> None:
+    """Carried off the toe, the pair touches at the edge there and nowhere else."""
+    design = table1((0.0, 0.0), Errors(shaft_angle=0.0015))
+    assert np.isnan(path_ends(design, "right").pinion_roll).all()
+    found = pattern(design, "right").pinion
+    assert -5e-5 < np.nanmin(found.least) < 1e-3
+    assert found.marked.any()
+    assert (found.status[found.marked] == PatternStatus.MATE_EDGE).any() or (
+        np.abs(found.z[found.marked]).max() > 24.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"separation": 0.0}, "separation must be a positive length"),
+        ({"resolution": -1.0}, "resolution must be a positive length"),
+        ({"resolution": 1e-3}, "too fine"),
+        ({"tolerance": np.nan}, "tolerance must be a positive length"),
+        ({"resolution": 1.0, "tolerance": 1.0}, "not both"),
+        ({"area_error": 1e-4}, "area_error must be from 0.001 to under 1"),
+        ({"area_error": np.nan}, "area_error must be from 0.001 to under 1"),
+        ({"pinion_roll": [0.0, 1.0]}, "both members"),
+        ({"pinion_roll": [0.0, 1.0], "gear_roll": [0.0]}, "two arrays"),
+        ({"pinion_roll": [0.0, 1.0, 0.5], "gear_roll": [0.0, 1.0, 2.0]}, "rise or fall"),
+        ({"pinion_roll": [0.0, 1.0], "gear_roll": [0.0, np.nan]}, "finite"),
+    ],
+)
+def test_refusals(given: dict[str, object], message: str) -> None:
+    call: Callable[..., ContactPattern] = contact_pattern
+    with pytest.raises(ValueError, match=message):
+        call(table1(), "right", **given)
+
+
+def test_patterns_are_of_single_designs_with_a_known_first_contact() -> None:
+    with pytest.raises(ValueError, match="batch"):
+        contact_pattern(table1((0.0, 0.0), Errors(offset=np.zeros(2))))
+    with pytest.raises(ValueError, match=r"first contact .* at (\d+) of \1 rolls \(meets bottom\)"):
+        contact_pattern(table1((0.0, 0.0), Errors(offset=-2.5)))

@@ -1,0 +1,348 @@
+"""How well a design closes: against the mounting's own lines of action, found another way, against
+numbers worked out elsewhere, and against the parallel-axis formulas every handbook has."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+
+from beveloid_geom.design.file import builtin_design
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member, Pair, Quantity, Tool
+from beveloid_geom.findings.layout import remarks_on
+from beveloid_geom.findings.remarks import tip_clearances
+from beveloid_geom.gear.fillet import root_radius
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.pair.closing import (
+    ClosedLayout,
+    Closing,
+    closed_layout,
+    closing_of,
+    zero_backlash_layout,
+)
+from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
+from beveloid_geom.pair.mounting import mounting_of
+from tests.oracle.table1 import table1
+from tests.symmetry import scaled
+
+TABLE1 = builtin_design()
+
+
+def made(
+    helix: tuple[float, float],
+    cone: tuple[float, float] = (0.0, 0.0),
+    teeth: tuple[int, int] = (29, 45),
+    shift: tuple[float, float] = (0.17, 0.2181),
+    alpha: tuple[float, float] = (20.0, 20.0),
+    module: float = 6.0,
+) -> Design:
+    """A pair whose layout is of no importance; angles in degrees. Its tools have one base pitch."""
+    members = []
+    for j in range(2):
+        angle = math.radians(alpha[j])
+        tool = Tool(module * math.cos(math.radians(alpha[0])) / math.cos(angle), angle)
+        turned = math.radians(helix[j]), math.radians(cone[j])
+        members.append(Member(tool, teeth[j], *turned, shift[j], 40.0))
+    return Design(members[0], members[1], Pair(200.0, 0.3))
+
+
+DESIGNS = {
+    "table 1": TABLE1,
+    "left hand": made((-25.0, 10.57), (3.0, 0.8)),
+    "steep cones": made((25.0, -10.57), (9.0, 6.0)),
+    "same hand": made((30.0, 20.0), (4.0, 2.0)),
+    "cylindrical": made((25.0, -10.57)),
+    "one cylindrical": made((25.0, -10.57), (3.0, 0.0)),
+    "thin end outside": made((25.0, -10.57), (-3.0, 5.0)),
+    "right angle": made((50.0, 40.0), (2.0, 1.0), (8, 30)),
+    "two tools": made((25.0, -10.57), (3.0, 0.8), alpha=(20.0, 22.5)),
+}
+
+
+def laid_out(design: Design, offset: Quantity, shaft_angle: Quantity) -> Design:
+    return replace(design, pair=Pair(offset, shaft_angle))
+
+
+def without_backlash(design: Design) -> tuple[ClosedLayout, Design]:
+    layout = zero_backlash_layout(design)
+    return layout, laid_out(design, float(layout.offset), float(layout.shaft_angle))
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_layout_without_backlash_is_one(name: str) -> None:
+    layout, design = without_backlash(DESIGNS[name])
+    mounting = mounting_of(design)
+    assert abs(mounting.gap) < 1e-8
+    assert abs(mounting.normal_backlash) < 1e-10
+    assert abs(layout.normal_backlash) < 1e-11
+    np.testing.assert_allclose(layout.working_radius, mounting.working_radius, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(layout.mounting, mounting.distance, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_a_design_that_closes_has_nothing_left_over(name: str) -> None:
+    closing = closing_of(without_backlash(DESIGNS[name])[1])
+    assert closing.reasons == ()
+    assert closing.gap < 1e-8
+    assert abs(closing.offset_difference) < 1e-9
+    assert abs(closing.shaft_angle_difference) < 1e-10
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_layouts_with_backlash_close_too(name: str) -> None:
+    """The rest of the family: 0.5 deg of working pressure angle apart the teeth stand clear."""
+    base = zero_backlash_layout(DESIGNS[name])
+    wider = closed_layout(DESIGNS[name], base.pressure_angle + math.radians(0.5))
+    mounting = mounting_of(laid_out(DESIGNS[name], float(wider.offset), float(wider.shaft_angle)))
+    assert abs(mounting.gap) < 1e-8
+    assert wider.normal_backlash > 0.05
+    assert mounting.normal_backlash == pytest.approx(float(wider.normal_backlash), abs=1e-9)
+
+
+def test_table_1_without_backlash() -> None:
+    layout = zero_backlash_layout(TABLE1)
+    assert layout.offset == pytest.approx(228.84, abs=0.005)
+    assert math.degrees(layout.shaft_angle) == pytest.approx(14.9934, abs=5e-5)
+
+
+def test_screw_gears_of_a_handbook() -> None:
+    """Exact values of a case that the handbook's own formula gives as 67.19253 mm, 51.10248 deg."""
+    pair = made((20.0, 30.0), teeth=(15, 24), shift=(0.4, 0.2), module=3.0)
+    layout = zero_backlash_layout(pair)
+    assert layout.offset == pytest.approx(67.19306, abs=5e-6)
+    assert math.degrees(layout.pressure_angle) == pytest.approx(22.91258, abs=5e-6)
+    assert math.degrees(layout.shaft_angle) == pytest.approx(51.09151, abs=5e-6)
+
+
+def test_nearly_parallel_axes_have_the_handbook_centre_distance() -> None:
+    """Helical gears on parallel axes: inv(awt) = inv(at) + 2 tan(an) (x1 + x2)/(z1 + z2)."""
+    teeth, shift, beta, alpha = (17, 40), (0.4, 0.1), math.radians(20.0), math.radians(20.0)
+    transverse = math.atan(math.tan(alpha) / math.cos(beta))
+    involute = math.tan(transverse) - transverse + 2.0 * math.tan(alpha) * sum(shift) / sum(teeth)
+    working = brentq(lambda angle: math.tan(angle) - angle - involute, 0.1, 1.0, xtol=1e-14)
+    centre = 3.0 * sum(teeth) / (2.0 * math.cos(beta)) * math.cos(transverse) / math.cos(working)
+    crossed = made((20.0, -20.0 + 1e-3), teeth=teeth, shift=shift, module=3.0)
+    assert zero_backlash_layout(crossed).offset == pytest.approx(centre, abs=1e-3)
+
+
+def test_cylindrical_gears_may_stand_anywhere_on_their_axes() -> None:
+    layout, design = without_backlash(DESIGNS["cylindrical"])
+    np.testing.assert_array_equal(layout.mounting, 0.0)
+    moved = replace(design, pair=replace(design.pair, pinion_mounting=12.5, gear_mounting=-30.0))
+    assert abs(mounting_of(moved).normal_backlash) < 1e-10
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_mirrored_design_has_the_mirrored_layout(name: str) -> None:
+    def mirrored(member: Member) -> Member:
+        return replace(member, helix_angle=-member.helix_angle)
+
+    design = DESIGNS[name]
+    other = zero_backlash_layout(replace(design, pinion=mirrored(design.pinion), gear=mirrored(design.gear)))
+    layout = zero_backlash_layout(design)
+    for field in ("offset", "shaft_angle", "working_radius", "mounting"):
+        np.testing.assert_allclose(getattr(other, field), getattr(layout, field), rtol=1e-11, atol=1e-11)
+
+
+def test_table_1_nearly_closes() -> None:
+    closing = closing_of(TABLE1)
+    assert closing.gap == pytest.approx(2.21, abs=0.005)
+    assert closing.offset == pytest.approx(229.0751, abs=5e-5)
+    assert closing.offset_difference == pytest.approx(0.0751, abs=5e-5)
+    assert math.degrees(closing.shaft_angle_difference) == pytest.approx(-0.0021, abs=5e-5)
+    assert closing.normal_backlash == pytest.approx(0.0416, abs=5e-5)
+
+
+@pytest.mark.parametrize("shaft_angle_deg", [14.9, 14.95, 15.0, 15.2])
+def test_closing_is_where_the_gap_changes_sign(shaft_angle_deg: float) -> None:
+    """Bracketing the signed gap of the two lines of action, which is linear in the offset."""
+
+    def gap(offset: float, shaft_angle: Quantity) -> float:
+        return float(mounting_of(laid_out(TABLE1, offset, shaft_angle)).gap)
+
+    design = laid_out(TABLE1, 229.0, math.radians(shaft_angle_deg))
+    closing = closing_of(design)
+    assert closing.gap == pytest.approx(abs(gap(229.0, design.pair.shaft_angle)))
+    offset = brentq(gap, 215.0, 240.0, args=(design.pair.shaft_angle,), xtol=1e-13)
+    assert closing.offset == pytest.approx(offset, abs=1e-9)
+    angle = brentq(lambda d: gap(229.0, d), math.radians(14.9), math.radians(15.2), xtol=1e-15)
+    assert closing.shaft_angle == pytest.approx(angle, abs=1e-11)
+
+
+def test_errors_and_parabolas_change_nothing() -> None:
+    changed = TABLE1.with_errors(Errors(offset=0.5, shaft_angle=0.01, gear_axial=1.0)).with_parabola(
+        1e-3, 2e-3
+    )
+    assert closing_of(changed) == closing_of(TABLE1)
+    np.testing.assert_array_equal(zero_backlash_layout(changed).offset, zero_backlash_layout(TABLE1).offset)
+
+
+def test_no_common_normal_has_a_reason() -> None:
+    closing = closing_of(laid_out(TABLE1, 229.0, math.radians(14.0)))
+    assert math.isnan(closing.gap)
+    assert math.isnan(closing.offset)
+    assert "no common normal at a shaft angle of 14 deg" in closing.reasons[0]
+    assert math.degrees(closing.shaft_angle) == pytest.approx(14.9979, abs=5e-5)
+
+
+def test_offset_that_no_shaft_angle_closes_has_a_reason() -> None:
+    closing = closing_of(laid_out(TABLE1, 20.0, math.radians(15.0)))
+    assert math.isnan(closing.shaft_angle)
+    assert closing.reasons == ("no shaft angle closes it at an offset of 20 mm",)
+
+
+def test_teeth_too_thin_for_any_layout() -> None:
+    thin = made((25.0, -10.57), (3.0, 0.8), shift=(-1.0, -1.0))
+    with pytest.raises(ValueError, match="no layout without backlash"):
+        zero_backlash_layout(thin)
+
+
+@pytest.mark.parametrize("function", [closing_of, zero_backlash_layout, remarks_on])
+def test_arrays_are_refused(function: Callable[[Design], object]) -> None:
+    with pytest.raises(ValueError, match=r"single one, got arrays of shape \(3,\)"):
+        function(laid_out(TABLE1, np.linspace(228.0, 230.0, 3), 0.26))
+
+
+def warnings_on(design: Design) -> list[str]:
+    return [remark.text for remark in remarks_on(design) if remark.level != "note"]
+
+
+def test_table_1_gives_no_warning() -> None:
+    assert remarks_on(TABLE1) == ()
+
+
+@pytest.mark.parametrize(
+    ("off", "turned_deg", "warned"),
+    [(0.0, 0.0, False), (0.09, 0.009, False), (0.11, 0.0, True), (0.0, 0.011, True), (-0.11, -0.011, True)],
+)
+def test_closing_is_warned_of_past_a_tenth_or_a_hundredth(
+    off: float, turned_deg: float, warned: bool
+) -> None:
+    closing = Closing(0.5, 0.0, 229.0 + off, off, 0.26, math.radians(turned_deg))
+    found = [remark.text for remark in remarks_on(TABLE1, closing)]
+    assert bool(found) is warned
+    assert not warned or found[0].startswith(
+        "the design does not close: the lines of action of right and left flanks are 0.5 mm apart"
+    )
+
+
+def test_interference_is_warned_of() -> None:
+    layout, design = without_backlash(TABLE1)
+    tight = replace(design.pinion, profile_shift=design.pinion.profile_shift + 0.01)
+    assert "interfere by" in " ".join(warnings_on(replace(design, pinion=tight)))
+    assert warnings_on(design) == []
+    assert layout.normal_backlash == pytest.approx(0.0, abs=1e-11)
+
+
+def with_pinion(teeth: int, profile_shift: float, helix: float = 25.0, cone: float = 3.0) -> Design:
+    turned = math.radians(helix), math.radians(cone)
+    return replace(TABLE1, pinion=Member(TABLE1.pinion.tool, teeth, *turned, profile_shift, 50.0))
+
+
+def test_undercut_is_warned_of() -> None:
+    """A spur-like gear of 20 deg is undercut below 17 teeth unless shifted outwards."""
+    few = with_pinion(12, 0.0, helix=1.0, cone=0.0)
+    found = [text for text in warnings_on(few) if "undercut" in text]
+    assert [text.split(" is undercut")[0] for text in found] == [
+        "the right flank of the pinion",
+        "the left flank of the pinion",
+    ]
+    assert "undercut along the whole face, it loses up to 2.7" in found[0]
+    shifted = with_pinion(12, 0.5, helix=1.0, cone=0.0)
+    assert not [text for text in warnings_on(shifted) if "undercut" in text]
+
+
+def test_pointed_and_thin_teeth_are_told_apart() -> None:
+    """Profile shift thins the tip; a cone thins it further towards the heel."""
+    pointed = remarks_on(with_pinion(11, 1.2))
+    texts = {remark.level: remark.text for remark in pointed if "tooth" in remark.text}
+    assert texts["warning"].startswith("the tooth of the pinion is pointed at the heel")
+    assert texts["note"].startswith("the tooth tip of the pinion is thin")
+    assert texts["note"].endswith("at the toe")
+
+
+def test_undercut_says_where_and_how_much() -> None:
+    convex = [text for text in warnings_on(TABLE1.with_parabola(-0.01, 0.0)) if "undercut" in text]
+    where = "the right flank of the pinion is undercut from z = -25 to 19.91 mm"
+    assert convex[0].startswith(f"{where}, it loses up to 2.15 mm of its height")
+    assert convex[1].startswith("the left flank of the pinion is undercut from z = -25 to -7.137 mm")
+    assert len(convex) == 2
+
+
+def test_undercut_below_the_active_flank_is_a_note() -> None:
+    """A deep joint, undercut by little: the fillet takes nothing of the flank above the working depth."""
+    tool = replace(TABLE1.pinion.tool, tip_radius=0.0, addendum=0.8)
+    member = Member(tool, 17, math.radians(1.0), 0.0, 0.2, 20.0)
+    found = [remark for remark in remarks_on(replace(TABLE1, pinion=member)) if "undercut" in remark.text]
+    assert [remark.level for remark in found] == ["note", "note"]
+    assert "is undercut below its active part along the whole face" in found[0].text
+
+
+def test_overlapping_rounds_are_warned_of() -> None:
+    found = warnings_on(TABLE1.with_parabola(0.01, 0.0))
+    expected = (
+        "the fillets of the pinion cannot be cut: tip_radius 0.38 is too large: the tool's rounds overlap"
+    )
+    assert [text.startswith(expected) for text in found] == [True]
+
+
+def test_a_pointed_part_is_named() -> None:
+    texts = warnings_on(with_pinion(11, 1.2))
+    assert any("is pointed at the heel, from -21.36 mm on: take less" in text for text in texts)
+
+
+def test_tip_clearance_of_cylindrical_gears() -> None:
+    """On crossed cylinders it is what the offset leaves on the common perpendicular."""
+    _, design = without_backlash(DESIGNS["cylindrical"])
+    radii = [6.0 * m.teeth / (2.0 * math.cos(m.helix_angle)) + 6.0 * m.profile_shift for m in design.members]
+    expected = float(design.pair.offset) - sum(radii) - 6.0 + 7.5
+    np.testing.assert_allclose(tip_clearances(design), expected, atol=2e-3)
+    assert (tip_clearances(design) >= expected - 1e-9).all()
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_tip_clearance_is_the_distance_of_two_cones(first: int) -> None:
+    """Least distance of a point of one cone from one of the other, by a general minimiser."""
+    layout, stands = layout_of(TABLE1), mounting_of(TABLE1).distance
+    frames = [member_frame(layout, j, 0.0, stands[j]) for j in (0, 1)]
+    radius_of = (tip_radius, root_radius) if first == 0 else (root_radius, tip_radius)
+
+    def points(at: FloatArray) -> list[FloatArray]:
+        found = []
+        for j, member in enumerate(TABLE1.members):
+            z, turn = at[2 * j : 2 * j + 2]
+            radius = float(radius_of[j](member, z))
+            found.append(to_fixed(frames[j], np.array([radius * np.cos(turn), radius * np.sin(turn), z])))
+        return found
+
+    def distance(at: FloatArray) -> float:
+        one, other = points(at)
+        return float(np.linalg.norm(one - other))
+
+    bounds = [(-25.0, 25.0), (-0.5, 0.5)] * 2
+    least = minimize(distance, np.zeros(4), bounds=bounds, method="L-BFGS-B", options={"ftol": 1e-15}).fun
+    assert tip_clearances(TABLE1)[first] == pytest.approx(least, abs=2e-3)
+
+
+def test_small_clearance_is_a_note_and_a_negative_one_a_warning() -> None:
+    for dedendum, level, text in (
+        (1.1, "note", "the tip clearance of the gear is small: 0.5"),
+        (0.95, "warning", "the tips of the gear run 0.3"),
+    ):
+        tool = replace(TABLE1.pinion.tool, dedendum=dedendum, tip_radius=0.2)
+        found = [
+            r
+            for r in remarks_on(replace(TABLE1, pinion=replace(TABLE1.pinion, tool=tool)))
+            if "tip" in r.text
+        ]
+        assert [(remark.level, remark.text.startswith(text)) for remark in found] == [(level, True)]
+
+
+@pytest.mark.parametrize("size", [0.01, 100.0])
+def test_the_same_pair_of_another_size_is_told_the_same(size: float) -> None:
+    for difference in (0.09, 0.11):
+        design = replace(table1(), pair=Pair(229.075 + difference, math.radians(15.0)))
+        told, also = ([r.level for r in remarks_on(each)] for each in (design, scaled(design, size)))
+        assert told == also

@@ -1,0 +1,116 @@
+"""Frames, pitch point, mounting and backlash against Table 1, 50 digits and symmetry."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from beveloid_geom.design.model import Design, Errors, Pair
+from beveloid_geom.pair.frames import common_normal, layout_of, member_frame, normals_to_fixed, to_fixed
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations_mp import mounting_mp
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged, mirrored, scaled
+
+
+def test_table_1() -> None:
+    mounting = mounting_of(table1())
+    assert mounting.distance == pytest.approx([211.594669, 210.211869], abs=1e-6)
+    assert mounting.working_radius == pytest.approx([96.890503, 138.747433], abs=1e-6)
+    assert abs(mounting.gap) == pytest.approx(2.210908, abs=1e-6)
+    assert mounting.normal_backlash == pytest.approx(0.0415892, abs=1e-7)
+
+
+def test_agrees_with_50_digits() -> None:
+    exact, ours = mounting_mp(table1()), mounting_of(table1())
+    assert ours.distance == pytest.approx([float(exact.dw1), float(exact.dw2)], abs=1e-10)
+    assert ours.working_radius == pytest.approx([float(exact.rw1), float(exact.rw2)], abs=1e-10)
+    np.testing.assert_allclose(ours.pitch_point, [float(x) for x in exact.pitch_point], atol=1e-10)
+
+
+def test_neither_errors_nor_parabola_move_the_mounting() -> None:
+    plain = mounting_of(table1())
+    other = mounting_of(table1((0.001, -0.001), Errors(0.5, 0.001, 1.0, -1.0)))
+    assert np.array_equal(plain.distance, other.distance)
+    assert np.array_equal(plain.normal_backlash, other.normal_backlash)
+
+
+def test_given_mounting_distances_are_kept() -> None:
+    design = replace(table1(), pair=Pair(229.0, table1().pair.shaft_angle, 200.0))
+    mounting = mounting_of(design)
+    assert mounting.distance == pytest.approx([200.0, 210.211869], abs=1e-6)
+    assert mounting.pitch_distance == pytest.approx([211.594669, 210.211869], abs=1e-6)
+
+
+def test_exchange_mirror_and_scale() -> None:
+    design = table1()
+    plain, swapped = mounting_of(design), mounting_of(exchanged(design))
+    np.testing.assert_allclose(swapped.distance, plain.distance[::-1], rtol=1e-13)
+    np.testing.assert_allclose(swapped.working_radius, plain.working_radius[::-1], rtol=1e-13)
+    assert swapped.normal_backlash == pytest.approx(plain.normal_backlash, abs=1e-12)
+    mirror, big = mounting_of(mirrored(design)), mounting_of(scaled(design, 10.0))
+    np.testing.assert_allclose(mirror.distance, plain.distance, rtol=1e-13)
+    np.testing.assert_allclose(big.distance, 10.0 * plain.distance, rtol=1e-12)
+    assert mirror.normal_backlash == pytest.approx(plain.normal_backlash, abs=1e-12)
+    assert big.normal_backlash == pytest.approx(10.0 * plain.normal_backlash, abs=1e-11)
+
+
+def test_batches_are_the_single_answers() -> None:
+    offsets = np.array([228.5, 229.0, 229.5])
+    batch = mounting_of(replace(table1(), pair=Pair(offsets, table1().pair.shaft_angle)))
+    for k, offset in enumerate(offsets):
+        one = mounting_of(replace(table1(), pair=Pair(float(offset), table1().pair.shaft_angle)))
+        np.testing.assert_allclose(batch.distance[:, k], one.distance, rtol=1e-14)
+        np.testing.assert_allclose(batch.pitch_point[k], one.pitch_point, rtol=1e-14)
+
+
+def test_no_common_normal_gives_nan() -> None:
+    """At 14.8 deg the right flanks of Table 1 share no normal."""
+    mounting = mounting_of(replace(table1(), pair=Pair(229.0, np.radians(14.8))))
+    assert np.isnan(mounting.distance).all()
+    assert np.isnan(mounting.normal_backlash)
+
+
+def frames(design: Design) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    return [member_frame(layout_of(design), j, 0.3, 200.0) for j in (0, 1)]
+
+
+def test_frames_are_right_handed_and_stand_on_their_axes() -> None:
+    design = table1(errors=Errors(offset=0.5, shaft_angle=0.01))
+    angle = np.radians(15.0) + 0.01
+    for rotation, _ in frames(design):
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-15)
+        assert np.linalg.det(rotation) == pytest.approx(1.0)
+    on_axis = np.array([0.0, 0.0, 10.0])
+    np.testing.assert_allclose(to_fixed(frames(design)[0], on_axis), [0.0, 0.0, 210.0])
+    expected = [229.5, 210.0 * np.sin(angle), 210.0 * np.cos(angle)]
+    np.testing.assert_allclose(to_fixed(frames(design)[1], on_axis), expected)
+
+
+def test_a_positive_roll_turns_about_the_members_own_axis() -> None:
+    layout = layout_of(table1())
+    for j in (0, 1):
+        turned, straight = (member_frame(layout, j, roll, 0.0)[0] for roll in (0.2, 0.0))
+        axis = straight[:, 2]
+        spin = turned @ straight.T
+        assert np.trace(spin) == pytest.approx(1.0 + 2.0 * np.cos(0.2))
+        np.testing.assert_allclose(spin @ axis, axis, atol=1e-15)
+        assert np.cross(straight[:, 0], spin @ straight[:, 0]) @ axis == pytest.approx(np.sin(0.2))
+
+
+@pytest.mark.parametrize("degrees", [15.0, -15.0, 90.0, 1e-5])
+def test_common_normal_has_the_asked_axial_components(degrees: float) -> None:
+    design = replace(table1(), pair=Pair(229.0, np.radians(degrees)))
+    layout = layout_of(design)
+    turn = np.radians(degrees)
+    v = np.array([-0.4, 0.4 + 0.3 * np.sin(turn)])
+    normal = common_normal(layout, v)
+    n = np.array([np.sqrt(normal.x_squared), normal.y[0], v[0]])
+    assert n @ n == pytest.approx(1.0, abs=1e-12)
+    assert n @ [0.0, np.sin(turn), np.cos(turn)] == pytest.approx(-v[1], abs=1e-12)
+    y2 = np.array([0.0, -np.cos(turn), np.sin(turn)])  # k2 x (-x)
+    assert -n @ y2 == pytest.approx(normal.y[1], abs=1e-9)
+    assert np.allclose(normals_to_fixed(member_frame(layout, 1, 0.0, 0.0), np.eye(3)[1]), y2)

@@ -1,0 +1,276 @@
+"""The five equations followed by curve length: turns, n_x = 0, pieces; other positions moved on to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from beveloid_geom.contact.path import ContactPath, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference import five_equations
+from beveloid_geom.reference.five_equations import Refined, path_of_contact_five_equations, refine
+from beveloid_geom.reference.five_equations_curve import (
+    FiveEquations,
+    five_equations_of,
+    follow_five_equations,
+)
+from beveloid_geom.reference.five_equations_mp import solve_mp
+from tests.contact.test_path import NUMBERS, five_equation_residual, margins
+from tests.oracle.table1 import table1
+from tests.symmetry import exchanged
+
+L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
+
+
+def steep(pinion_deg: float, gear_deg: float) -> Design:
+    """Table 1 with a = (-0.002, 0.002) and other cones, in the layout that closes."""
+    design = table1((-0.002, 0.002))
+    pinion, gear = (
+        replace(member, cone_angle=radians(cone))
+        for member, cone in zip(design.members, (pinion_deg, gear_deg), strict=True)
+    )
+    layout = zero_backlash_layout(replace(design, pinion=pinion, gear=gear))
+    return Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+
+
+def refined(design: Design, path: ContactPath) -> Refined:
+    names = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
+    return refine(design, path.flank, *(getattr(path, name) for name in names))
+
+
+def error_at_60_digits(design: Design, path: ContactPath, held: str, positions: list[int]) -> float:
+    """Largest difference (mm, rad) from 60 digits at the same l1, or at the same pinion roll."""
+    distance, worst = mounting_of(design).distance, 0.0
+    for k in positions:
+        rows = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
+        guess = tuple(float(row[k]) for row in rows)
+        fixed = (held, guess[0] if held == "l1" else guess[4])
+        exact = solve_mp(design, path.flank, guess, fixed, (float(distance[0]), float(distance[1])))
+        same = (exact.l1, exact.u1, exact.l2, exact.u2, exact.phi1, exact.phi2, *exact.point)
+        worst = max(worst, *(abs(float(e - x)) for e, x in zip(same, (*guess, *path.point[k]), strict=True)))
+    return worst
+
+
+@pytest.mark.parametrize("a", [0.0004, 0.0005, 0.0006, 0.001])
+def test_a_roll_that_turns_back_is_followed(a: float) -> None:
+    design = table1((a, a))
+    ours, other = path_of_contact_five_equations(design, points=7), path_of_contact(design, points=7)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(ours, name), getattr(other, name), atol=1e-10, err_msg=name)
+    np.testing.assert_array_equal(ours.ends.limit, other.ends.limit)
+    assert ours.ends.contact_ratio == pytest.approx(float(other.ends.contact_ratio), abs=1e-12)
+    assert error_at_60_digits(design, ours, "l1", [0, 3]) < 2e-11
+
+
+def test_a_path_that_crosses_nx_0() -> None:
+    design = steep(4.11, 1.98)
+    path = path_of_contact_five_equations(design, points=9)
+    assert (path.status == Status.SOLVED).all()
+    assert path.normal[0, 0] < -0.002
+    assert path.normal[-1, 0] > 0.013
+    assert five_equation_residual(design, path) < 1e-12
+    assert margins(design, path).min() > -1e-10
+    assert path.ends.contact_ratio == pytest.approx(1.2536141506, abs=1e-9)
+    assert error_at_60_digits(design, path, "phi1", [0, 1, 2]) < 1e-10
+
+
+def test_an_l1_that_turns_back_has_two_contacts() -> None:
+    path = path_of_contact_five_equations(L1_TURNS, points=101)
+    turn = int(path.l1.argmin())
+    assert 0 < turn < 100
+    assert path.l1[turn] == pytest.approx(-4.2134, abs=1e-3)
+    assert path.l1[0] > path.l1[turn] < path.l1[-1]
+    steps = np.diff(path.pinion_roll)
+    np.testing.assert_allclose(steps, steps.mean(), atol=1e-13)
+    assert five_equation_residual(L1_TURNS, path) < 1e-12
+    assert error_at_60_digits(L1_TURNS, path, "phi1", [0, turn]) < 1e-11
+
+
+def test_members_exchanged_give_the_same_path() -> None:
+    path = path_of_contact_five_equations(L1_TURNS, points=3)
+    other = path_of_contact_five_equations(exchanged(L1_TURNS), points=3)
+    np.testing.assert_allclose(np.sort(other.ends.l1), np.sort(path.ends.l2), atol=1e-10)
+    np.testing.assert_allclose(np.sort(other.ends.l2), np.sort(path.ends.l1), atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("parabola", "offset", "shaft_deg", "l1"),
+    [
+        ((-0.0025, -0.0007), -7.0, -0.09, -2.9473),
+        ((-0.0023, -0.0008), -9.0, -0.06, -5.1517),
+        ((-0.0011, -0.0010), -9.3, -0.13, -5.5744),
+        ((-0.0022, -0.0017), -6.1, -0.12, -2.8432),
+        ((0.0, 0.0), 1.2335, 0.0, 4.65),
+    ],
+)
+def test_doubtful_paths(parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float) -> None:
+    """Each has a contact on the flanks at this l1, and starts far off where the one equation has no path."""
+    design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
+    path = path_of_contact_five_equations(design, points=5)
+    assert path.l1.min() < l1 < path.l1.max()
+    assert (path.status == Status.SOLVED).all()
+    assert five_equation_residual(design, path) < 1e-12
+    assert np.abs(margins(design, path)[path.ends.limit, [0, -1]]).max() < 1e-10
+
+
+@pytest.mark.parametrize(("parabola", "face"), [((-0.003, 0.005), 4.3705), ((-0.01, 0.02), 21.41315)])
+def test_a_path_that_leaves_and_comes_back_is_in_pieces(parabola: tuple[float, float], face: float) -> None:
+    design = table1(parabola)
+    design = replace(design, pinion=replace(design.pinion, face_width=face))
+    path = path_of_contact_five_equations(design, "left", 3)
+    other = path_of_contact(design, "left", 3)
+    assert path.ends.pieces == other.ends.pieces == 2
+    assert path.ends.contact_ratio == pytest.approx(float(other.ends.contact_ratio), abs=1e-9)
+
+
+def test_almost_parallel_axes_with_a_path_in_a_thread_of_l1() -> None:
+    """Shaft angle 0.24 deg: l1 runs over 0.0011 mm while the contact runs over the whole face."""
+    tool = Tool(2.674174420370804, 0.35771465159433397)
+    pinion = Member(replace(tool, parabola=-0.0034813824), 31, -0.2979215780, 0.0, 0.0218740396, 17.4895193)
+    gear = Member(tool, 70, 0.3021235629, 0.0, 0.3690762276, 26.1825386)
+    design = Design(pinion, gear, Pair(142.4181478149, 0.0042323378, 0.0, 0.0))
+    path = path_of_contact_five_equations(design, "left", 3)
+    assert (path.status == Status.SOLVED).all()
+    assert np.ptp(path.l1) < 0.0012
+    assert np.ptp(path.point[:, 2]) > 17.0
+    assert five_equation_residual(design, path) < 1e-12
+
+
+@pytest.mark.parametrize("design", [table1((0.001, -0.001), Errors(0.2, 1e-4, 0.3, 0.1)), L1_TURNS])
+def test_the_start_does_not_rest_on_the_one_equation(design: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = path_of_contact_five_equations(design, points=3)
+
+    def lost(design: Design, flank: str, points: int) -> ContactPath:
+        ends = replace(known.ends, status=np.asarray(Status.NOT_CONVERGED, dtype=np.int8))
+        return replace(known, ends=ends)
+
+    monkeypatch.setattr(five_equations, "path_of_contact", lost)
+    again = path_of_contact_five_equations(design, points=3)
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(again, name), getattr(known, name), atol=2e-11, err_msg=name)
+    with pytest.raises(ArithmeticError, match="find no contact on the flanks"):
+        path_of_contact_five_equations(table1(errors=Errors(offset=3.0)))
+    apart = replace(design, pair=Pair(229.0, radians(14.8)))
+    with pytest.raises(ArithmeticError, match="find no contact to start from"):
+        path_of_contact_five_equations(apart)
+
+
+def test_points_are_checked() -> None:
+    with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
+        path_of_contact_five_equations(table1(), points=1)
+
+
+def test_no_contact_is_an_empty_path() -> None:
+    for design in (
+        table1(errors=Errors(offset=5.0)),
+        replace(table1(), pair=Pair(229.0, radians(14.8), 211.6, 210.2)),
+    ):
+        assert path_of_contact_five_equations(design).l1.size == 0
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (-0.002, 0.002), (0.0002, 0.0002)])
+def test_the_one_equation_is_on_the_curve(parabola: tuple[float, float], flank: str) -> None:
+    design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))
+    path = path_of_contact(design, flank, 9)
+    there = refined(design, path)
+    assert (there.status == Status.SOLVED).all()
+    assert there.moved.max() < 2e-11
+    assert there.turned.max() < 1e-12
+    assert there.gap.max() < 2e-11
+    assert there.normal_gap.max() < 1e-12
+    np.testing.assert_allclose(there.point, path.point, atol=2e-11)
+    np.testing.assert_allclose(there.normal, path.normal, atol=1e-12)
+
+
+def test_positions_beside_the_curve_are_moved_square_to_it() -> None:
+    """Moved off by a small step square to the tangent, they come back to where they were."""
+    path = path_of_contact_five_equations(L1_TURNS, points=5)
+    rows = (path.l1, path.u1, path.l2, path.u2, path.gear_roll, path.pinion_roll)
+    system, given = five_equations_of(L1_TURNS, "right"), np.stack(rows, axis=-1)
+    beside = given.copy()
+    for k, scaled in enumerate(given / system.scale):
+        tangent = system.tangent(scaled)
+        assert tangent is not None
+        step = np.eye(6)[k] - tangent[k] * tangent
+        beside[k] = (scaled + 1e-5 * step) * system.scale
+    there = refine(L1_TURNS, "right", *beside.T)
+    back = np.stack((there.l1, there.u1, there.l2, there.u2, there.gear_roll, there.pinion_roll), axis=-1)
+    np.testing.assert_allclose(back, given, atol=1e-7)
+    np.testing.assert_allclose(there.moved, np.abs(back - beside)[:, :4].max(axis=-1), atol=1e-15)
+    np.testing.assert_allclose(there.turned, np.abs(back - beside)[:, 4:].max(axis=-1), atol=1e-15)
+    assert (there.moved + there.turned > 1e-7).all()
+    assert (there.gap + there.normal_gap > 1e-9).all()
+
+
+def test_positions_without_a_contact_are_named() -> None:
+    l1 = np.array([[0.0, np.nan], [np.inf, 1e6]])
+    there = refine(table1(), "right", l1, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert there.point.shape == (2, 2, 3)
+    assert there.status.shape == there.l1.shape == (2, 2)
+    bad = there.status != Status.SOLVED
+    assert bad.ravel()[1:].all()
+    assert (there.status[bad] == Status.NOT_CONVERGED).all()
+    assert np.isnan(there.moved[bad]).all()
+    assert np.isnan(there.point[bad]).all()
+    with pytest.raises(ValueError, match="single designs"):
+        refine(table1(errors=Errors(offset=np.zeros(3))), "right", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Ring:
+    """A unit circle in the first two unknowns in place of the contacts; margins are straight lines."""
+
+    scale, reach = np.ones(6), np.full(8, 10.0)
+
+    def __init__(self, normals: NDArray[np.float64], heights: NDArray[np.float64]) -> None:
+        self.normals, self.heights = normals, heights
+
+    def correct(
+        self, start: NDArray[np.float64], across: NDArray[np.float64], xtol: float = 0.0
+    ) -> NDArray[np.float64]:
+        normal = np.array((across[1], -across[0]))
+        normal *= np.sign(normal @ start[:2]) / np.linalg.norm(normal)
+        along = across[:2] / np.linalg.norm(across[:2])
+        t = along @ start[:2]
+        return np.concatenate((t * along + np.sqrt(1.0 - t * t) * normal, np.zeros(4)))
+
+    def tangent(
+        self, scaled: NDArray[np.float64], along: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        tangent = np.array((-scaled[1], scaled[0], 0.0, 0.0, 0.0, 0.0))
+        return tangent if along is None or tangent @ along >= 0.0 else -tangent
+
+    def margins(self, scaled: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(scaled[..., :2] @ self.normals.T + self.heights)
+
+
+@pytest.mark.parametrize("graze", [-1e-6, -2e-8, 1e-6])
+def test_a_closed_curve_and_a_grazed_limit(graze: float) -> None:
+    """Inside for x > 0.5 and, with a limit at x < 1, grazed at x = 1: one piece or two."""
+    normals = np.array([[1.0, 0.0], [-1.0, 0.0]] + [[0.0, 0.0]] * 6)
+    heights = np.array([-0.5, 1.0 + graze] + [1.0] * 6)
+    start = np.array((np.cos(0.9), np.sin(0.9), 0.0, 0.0, 0.0, 0.0))
+    curve = follow_five_equations(cast(FiveEquations, Ring(normals, heights)), start)
+    assert curve.closed
+    pieces = curve.pieces()
+    angles = np.array([np.arctan2(y[1], y[0]) for y in map(curve.at, pieces.ravel())])
+    edge, grazed = np.pi / 3.0, np.arccos(min(1.0, 1.0 + graze))
+    expected = [-edge, edge] if graze > 0.0 else [-edge, -grazed, grazed, edge]
+    np.testing.assert_allclose(angles, expected, atol=1e-9)
+    assert curve.turns(0, (pieces[0, 0], pieces[-1, 1])).size == 1
+    assert curve.turns(1, (pieces[0, 0], pieces[-1, 1])).size == 0
+
+
+def test_a_ring_of_contacts_on_the_flanks_has_no_ends() -> None:
+    ring = Ring(np.zeros((8, 2)), np.ones(8))
+    curve = follow_five_equations(cast(FiveEquations, ring), np.eye(6)[0])
+    with pytest.raises(ArithmeticError, match="without an end"):
+        curve.pieces()

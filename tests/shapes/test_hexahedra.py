@@ -1,0 +1,450 @@
+"""Hexahedra of teeth: nodes on the surfaces, exact volumes and areas, shapes, sets, joints."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from math import pi
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.gear.fillet import root_radius
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
+from beveloid_geom.shapes.elements import (
+    EDGES,
+    ELEMENT_FACES,
+    VolumeMesh,
+    determinants,
+    element_shapes,
+    face_nodes,
+    shape_derivatives,
+)
+from beveloid_geom.shapes.hexahedra import Cells, _require_shape, cells_of, tooth_hexahedra
+from beveloid_geom.shapes.outline import cut_sheets
+from beveloid_geom.shapes.sampling import grid_of
+from beveloid_geom.shapes.solid import NAMES
+from tests.members import GEAR, MEMBERS, PINION
+
+all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
+SOME = {name: MEMBERS[name] for name in ("pinion", "gear", "cone 20", "concave")}
+some_members = pytest.mark.parametrize("member", SOME.values(), ids=SOME)
+both_orders = pytest.mark.parametrize("element", ["C3D8", "C3D20"])
+FEW = Cells(bottom=1, fillet=4, flank=4, tip=4, face=4)
+
+
+@cache
+def few(member: Member, element: str, teeth: int | None = 1) -> VolumeMesh:
+    return tooth_hexahedra(member, teeth, element, cells=FEW, bore_radius=bore_of(member))
+
+
+def bore_of(member: Member) -> float:
+    return 0.8 * float(root_radius(member, -0.5 * float(member.face_width)))
+
+
+def volume(mesh: VolumeMesh) -> float:
+    values, weights = determinants(mesh)
+    return float((values @ weights).sum())
+
+
+def polar(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
+
+
+# Nodes
+
+
+@some_members
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("part", ["flank", "fillet"])
+def test_nodes_stand_on_flank_and_fillet(member: Member, flank: str, part: str) -> None:
+    """By the flank's inverse: the angle that belongs to a node's radius and plane."""
+    mesh, surface = few(member, "C3D20"), surface_of(member, flank)
+    points = mesh.points[mesh.node_sets[f"{flank} {part}"]]
+    radius, angle = polar(points)
+    with np.errstate(invalid="ignore"):
+        s = profile_at(surface, radius**2, points[:, 2])
+    floor = surface.bottom + 0.1 * (surface.joint - surface.bottom)
+    inner = s > floor  # below, where the fillet runs along the root cone, a radius says little
+    assert inner.sum() > 0.7 * len(s)
+    found = angle_of(cut_at(surface, s[inner], points[inner, 2]))
+    apart = radius[inner] * np.abs(np.remainder(found - angle[inner] + pi, 2.0 * pi) - pi)
+    assert apart.max() < 1e-9
+    if part == "flank":
+        assert (s[inner] > surface.joint - 1e-9).all()
+    else:
+        assert (s[inner] < surface.joint + 1e-9).all()
+
+
+@some_members
+def test_nodes_stand_on_the_other_surfaces(member: Member) -> None:
+    mesh, half = few(member, "C3D20"), 0.5 * float(member.face_width)
+    on = {name: mesh.points[mesh.node_sets[name]] for name in NAMES}
+    for name, expected in (("tip", tip_radius), ("bottom", root_radius)):
+        radius = polar(on[name])[0]
+        np.testing.assert_allclose(radius, expected(member, on[name][:, 2]), rtol=1e-12)
+    np.testing.assert_allclose(polar(on["bore"])[0], bore_of(member), rtol=1e-13)
+    assert (on["toe"][:, 2] == -half).all()
+    assert (on["heel"][:, 2] == half).all()
+    first, last = (
+        points[np.lexsort(np.round((polar(points)[0], points[:, 2]), 8))]
+        for points in (on["first side"], on["last side"])
+    )
+    turn = np.exp(2.0j * pi / float(member.teeth))
+    np.testing.assert_allclose((first[:, :2] @ (1.0, 1.0j)) * turn, last[:, :2] @ (1.0, 1.0j), atol=1e-10)
+
+
+def test_elements_with_8_and_20_nodes_share_their_corners() -> None:
+    small, large = few(PINION, "C3D8"), few(PINION, "C3D20")
+    np.testing.assert_array_equal(small.points[small.hexahedra], large.points[large.hexahedra[:, :8]])
+
+
+@both_orders
+def test_every_node_is_used_and_stands_alone(element: str) -> None:
+    mesh = few(PINION, element, 3)
+    assert np.array_equal(np.unique(mesh.hexahedra), np.arange(len(mesh.points)))
+    assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
+
+
+# Volumes and areas
+
+
+def sections_area(member: Member, bore: float) -> float:
+    """Volume by the areas of exact sections: Gauss along the face, series along the outline."""
+    z, weights = np.polynomial.legendre.leggauss(9)
+    half, areas = 0.5 * float(member.face_width), np.zeros(9)
+    nodes = np.cos(pi * (np.arange(60) + 0.5) / 60)
+    at, across = np.polynomial.legendre.leggauss(60)
+    for name, sheet in cut_sheets(member).items():
+        points = grid_of(sheet, 0.5 * (nodes + 1.0), half * z).points[..., :2] @ (1.0, 1.0j)
+        series = np.polynomial.chebyshev.chebfit(nodes, points, 50)
+        value = np.polynomial.chebyshev.chebval(at, series)
+        slope = np.polynomial.chebyshev.chebval(at, np.polynomial.chebyshev.chebder(series))
+        sign = -1.0 if name.startswith("right") else 1.0
+        areas += sign * 0.5 * (value.conj() * slope).imag @ across
+    return float(half * weights @ (areas - pi / float(member.teeth) * bore**2))
+
+
+@some_members
+@pytest.mark.parametrize(("element", "order", "error"), [("C3D8", 2, 5e-4), ("C3D20", 4, 2e-6)])
+def test_volume_converges_to_the_exact_one(member: Member, element: str, order: int, error: float) -> None:
+    bore = bore_of(member)
+    exact = sections_area(member, bore)
+    off = [
+        abs(volume(tooth_hexahedra(member, 1, element, bore_radius=bore, cells=cells)) / exact - 1.0)
+        for cells in (Cells(1, 4, 5, 4, 4), Cells(2, 8, 10, 8, 8))
+    ]
+    assert off[0] < 4.0 * error
+    assert off[0] / off[1] == pytest.approx(2.0**order, rel=0.35)
+
+
+def area(mesh: VolumeMesh, name: str) -> float:
+    """Area of a surface by Gauss points of its 8-node faces."""
+    nodes = face_nodes(mesh, mesh.surfaces[name])
+    x = mesh.points[nodes]
+    place, weights = np.polynomial.legendre.leggauss(4)
+    total = 0.0
+    for u, first in zip(place, weights, strict=True):
+        for v, second in zip(place, weights, strict=True):
+            # The face z = 1 of an element; its nodes 4 5 6 7 and mid-sides 12 13 14 15.
+            derivatives = shape_derivatives(20, np.array([u, v, 1.0]))[[4, 5, 6, 7, 12, 13, 14, 15], :2]
+            along, across = np.einsum("ka,mkc->amc", derivatives, x)
+            total += first * second * float(np.linalg.norm(np.cross(along, across), axis=-1).sum())
+    return total
+
+
+@some_members
+def test_areas_are_those_of_the_surfaces(member: Member) -> None:
+    mesh = few(member, "C3D20")
+    sheets, half = cut_sheets(member), 0.5 * float(member.face_width)
+    s = np.linspace(0.0, 1.0, 161)
+    exact: dict[str, float] = {"bore": 2.0 * pi / float(member.teeth) * bore_of(member) * 2.0 * half}
+    for name, sheet in sheets.items():
+        points = grid_of(sheet, s, half * np.linspace(-1.0, 1.0, 161)).points
+        a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+        own = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b), axis=-1).sum())
+        key = "bottom" if name.endswith("bottom") else name
+        exact[key] = exact.get(key, 0.0) + own
+    for name, value in exact.items():
+        assert area(mesh, name) == pytest.approx(value, rel=1e-4)
+    total = 0.0
+    for name in ("toe", "heel"):
+        total += area(mesh, name)
+    ends = sections_area(
+        replace(member, face_width=1e-9, profile_shift=shifted(member, -half)), bore_of(member)
+    )
+    ends += sections_area(
+        replace(member, face_width=1e-9, profile_shift=shifted(member, half)), bore_of(member)
+    )
+    assert total == pytest.approx(1e9 * ends, rel=1e-4)
+
+
+def shifted(member: Member, z: float) -> float:
+    """Profile shift of the same member in the plane `z`, turned."""
+    return float(member.profile_shift) + z * float(np.tan(member.cone_angle) / member.tool.normal_module)
+
+
+# Shapes
+
+
+@all_members
+@pytest.mark.parametrize("share", [0.4, 0.95])
+def test_elements_are_well_shaped(member: Member, share: float) -> None:
+    mesh = tooth_hexahedra(member, tolerance=0.1, bore_radius=share / 0.8 * bore_of(member))
+    assert element_shapes(mesh)[0].min() > 0.5
+    values, _ = determinants(mesh)
+    assert (values.min(axis=1) / values.max(axis=1)).min() > 0.25
+    x = mesh.points[mesh.hexahedra]
+    a, b = (x[:, [ends[k] for ends in EDGES]] for k in (0, 1))
+    off = np.linalg.norm(x[:, 8:] - 0.5 * (a + b), axis=-1) / np.linalg.norm(b - a, axis=-1)
+    assert off.max() < 0.1
+
+
+@pytest.mark.parametrize("name", ["pinion", "gear", "spur", "12 teeth"])
+def test_sizes_do_not_jump_along_the_profile(name: str) -> None:
+    mesh = tooth_hexahedra(MEMBERS[name], 1, "C3D8")
+    for flank in ("left", "right"):
+        nodes = np.union1d(mesh.node_sets[f"{flank} flank"], mesh.node_sets[f"{flank} fillet"])
+        points = mesh.points[np.intersect1d(nodes, mesh.node_sets["heel"])]
+        points = points[np.argsort(polar(points)[0])]
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        jump = steps[1:] / steps[:-1]
+        assert jump.min() > 0.55
+        assert jump.max() < 1.7
+
+
+@pytest.mark.parametrize("name", ["pinion", "cone 20"])
+def test_scaled_jacobian_is_that_of_verdict(name: str) -> None:
+    mesh = few(MEMBERS[name], "C3D8")
+    cells = np.column_stack((np.full(len(mesh.hexahedra), 8), mesh.hexahedra))
+    grid = pv.UnstructuredGrid(cells.ravel(), np.full(len(cells), pv.CellType.HEXAHEDRON), mesh.points)
+    expected = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
+    np.testing.assert_allclose(element_shapes(mesh)[0], expected, rtol=1e-9)
+    rng = np.random.default_rng(1)
+    bent = replace(mesh, points=mesh.points + rng.normal(0.0, 0.4, mesh.points.shape))
+    grid.points = bent.points
+    expected = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
+    assert expected.min() < 0.0
+    np.testing.assert_allclose(element_shapes(bent)[0], expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("member", "least"), [(PINION, 0.72), (GEAR, 0.81)], ids=["pinion", "gear"])
+def test_scaled_jacobians_that_the_readme_states(member: Member, least: float) -> None:
+    """Those of the default mesh; by corners alone they would be 0.76 and 0.87."""
+    assert element_shapes(tooth_hexahedra(member))[0].min() == pytest.approx(least, abs=0.005)
+
+
+def test_mid_side_nodes_count() -> None:
+    """A box whose mid-side node stands off by d: there the edges along y and z lean, and at both corners
+    of the edge the tangent along it turns by 2 d of half its length."""
+    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)
+    corners = np.concatenate((corners, corners * (1.0, 1.0, -1.0)))
+    points = np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))
+    box = VolumeMesh(points, np.arange(20)[None], {}, {}, {})
+    assert np.array(element_shapes(box)).ravel() == pytest.approx((1.0, 1.0), abs=1e-14)
+    points[8] += (0.0, 0.2, 0.0)
+    scaled, ratio = element_shapes(box)
+    assert scaled[0] <= 1.0 / np.sqrt(1.0 + 0.4**2) + 1e-12  # both corners of that edge
+    assert ratio[0] < 0.91
+
+
+NEXT_TO_UNDERCUT = replace(
+    PINION,
+    teeth=31,
+    cone_angle=0.17040353,
+    helix_angle=0.01422685,
+    profile_shift=0.102787976,
+    face_width=41.45772,
+    tool=replace(PINION.tool, tip_radius=0.354412242, parabola=-0.001),
+)
+"""Drawn at random: mid-side nodes in the middle of their parameter left a ratio of determinants of 0.13."""
+
+
+def test_mid_side_nodes_stand_over_the_middle_of_their_edges() -> None:
+    mesh = tooth_hexahedra(NEXT_TO_UNDERCUT, tolerance=0.2)
+    scaled, ratio = element_shapes(mesh)
+    assert scaled.min() > 0.6
+    assert ratio.min() > 0.3
+    x = mesh.points[mesh.hexahedra]
+    a, b = (x[:, [ends[k] for ends in EDGES]] for k in (0, 1))
+    share = np.einsum("mei,mei->me", x[:, 8:] - a, b - a) / np.einsum("mei,mei->me", b - a, b - a)
+    np.testing.assert_allclose(share[:, :8], 0.5, rtol=0, atol=0.01)
+
+
+def test_distorted_elements_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"too distorted \(scaled Jacobian"):
+        _require_shape(squeezed())
+
+
+def squeezed() -> VolumeMesh:
+    mesh = few(PINION, "C3D8")
+    points = mesh.points.copy()
+    corner, other = mesh.hexahedra[0, :2]
+    points[corner] += 0.97 * (points[other] - points[corner])
+    return replace(mesh, points=points)
+
+
+@pytest.mark.parametrize("size", [8, 20])
+def test_shape_functions_reproduce_polynomials(size: int) -> None:
+    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)
+    corners = np.concatenate((corners, corners * (1.0, 1.0, -1.0)))
+    nodes = np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))[:size]
+    at = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 3))
+    derivatives = shape_derivatives(size, at)
+    powers = [(1, 0, 0), (1, 1, 0), (1, 1, 1)] + ([(2, 0, 0), (2, 1, 0), (2, 1, 1)] if size == 20 else [])
+    for i, j, k in powers:
+        value = nodes[:, 0] ** i * nodes[:, 1] ** j * nodes[:, 2] ** k
+        x, y, z = at.T
+        exact = np.stack(
+            (
+                i * x ** (i - 1) * y**j * z**k,
+                j * x**i * y ** max(j - 1, 0) * z**k,
+                k * x**i * y**j * z ** max(k - 1, 0),
+            ),
+            axis=-1,
+        )
+        np.testing.assert_allclose(np.einsum("gka,k->ga", derivatives, value), exact, atol=1e-13)
+    np.testing.assert_allclose(derivatives.sum(axis=1), 0.0, atol=1e-14)
+
+
+# Sets
+
+
+@both_orders
+@pytest.mark.parametrize("teeth", [1, 3])
+def test_each_free_face_is_in_one_surface(element: str, teeth: int) -> None:
+    mesh = few(PINION, element, teeth)
+    every = np.stack(np.meshgrid(np.arange(len(mesh.hexahedra)), np.arange(6), indexing="ij"), -1).reshape(
+        -1, 2
+    )
+    keys = np.sort(mesh.hexahedra[every[:, :1], np.array(ELEMENT_FACES)[every[:, 1]]], axis=1)
+    _, place, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    free = every[counts[place.ravel()] == 1]
+    assert counts.max() == 2
+    assert set(NAMES) <= set(mesh.surfaces)
+    named = np.concatenate([mesh.surfaces[name] for name in NAMES])
+    assert len(named) == len(free)
+    np.testing.assert_array_equal(np.unique(named, axis=0), np.unique(free, axis=0))
+
+
+@both_orders
+@pytest.mark.parametrize("teeth", [1, 3, None])
+def test_sets_are_sorted_and_of_all_teeth(element: str, teeth: int | None) -> None:
+    member = MEMBERS["12 teeth"]
+    mesh = few(member, element, teeth)
+    count = int(member.teeth) if teeth is None else teeth
+    names = set(NAMES) if teeth else set(NAMES) - {"first side", "last side"}
+    plain = {name for name in mesh.surfaces if not re.search(r" \d+$", name)}
+    assert plain == names
+    assert set(mesh.surfaces) == set(mesh.node_sets) == set(mesh.element_sets)
+    for name, faces in mesh.surfaces.items():
+        np.testing.assert_array_equal(mesh.node_sets[name], np.unique(face_nodes(mesh, faces)))
+        np.testing.assert_array_equal(mesh.element_sets[name], np.unique(faces[:, 0]))
+        each = [mesh.surfaces.get(f"{name} {number}") for number in range(1, count + 1)]
+        if name in plain and count > 1 and "side" not in name:
+            np.testing.assert_array_equal(np.concatenate([own for own in each if own is not None]), faces)
+
+
+def test_surfaces_face_outwards() -> None:
+    mesh = few(PINION, "C3D8")
+    for name in NAMES:
+        nodes = face_nodes(mesh, mesh.surfaces[name])
+        a, b, c, d = np.moveaxis(mesh.points[nodes], 1, 0)
+        inside = mesh.points[mesh.hexahedra[mesh.surfaces[name][:, 0]]].mean(axis=1)
+        normal = np.cross(c - a, d - b)
+        assert (np.einsum("ni,ni->n", normal, 0.25 * (a + b + c + d) - inside) < 0.0).all()
+
+
+# Teeth
+
+
+@both_orders
+def test_teeth_join(element: str) -> None:
+    one, three = few(PINION, element), few(PINION, element, 3)
+    shared = len(one.node_sets["first side"])
+    assert len(three.points) == 3 * len(one.points) - 2 * shared
+    assert volume(three) == pytest.approx(3.0 * volume(one), rel=1e-12)
+    for name in ("right flank", "tip"):
+        angle = [polar(three.points[three.node_sets[f"{name} {number}"]])[1] for number in (1, 2, 3)]
+        np.testing.assert_allclose(angle[1].mean() - angle[0].mean(), 2.0 * pi / 29.0, rtol=1e-9)
+        np.testing.assert_allclose(angle[2].mean() - angle[1].mean(), 2.0 * pi / 29.0, rtol=1e-9)
+
+
+@both_orders
+@pytest.mark.parametrize("teeth", [None, 12])
+def test_a_whole_gear_is_closed(element: str, teeth: int | None) -> None:
+    member = MEMBERS["12 teeth"]
+    one, whole = few(member, element), few(member, element, teeth)
+    assert len(np.unique(np.round(whole.points, 6), axis=0)) == len(whole.points)
+    assert not any("side" in name for name in (*whole.surfaces, *whole.node_sets))
+    assert len(whole.points) == 12 * (len(one.points) - len(one.node_sets["first side"]))
+    assert volume(whole) == pytest.approx(12.0 * volume(one), rel=1e-12)
+
+
+# Sizes
+
+
+@pytest.mark.parametrize("member", [PINION, GEAR], ids=["pinion", "gear"])
+def test_decks_of_table_1_are_of_a_handy_size(member: Member) -> None:
+    assert 5_000 < len(tooth_hexahedra(member).points) < 30_000
+
+
+def distance_from_flanks(member: Member, mesh: VolumeMesh) -> float:
+    """Greatest distance of the middles of the flanks' faces with 4 nodes."""
+    worst = 0.0
+    for flank in ("left", "right"):
+        surface, nodes = surface_of(member, flank), face_nodes(mesh, mesh.surfaces[f"{flank} flank"])
+        middle = mesh.points[nodes].mean(axis=1)
+        radius, angle = polar(middle)
+        cut = cut_at(surface, s := profile_at(surface, radius**2, middle[:, 2]), middle[:, 2])
+        assert np.isfinite(s).all()
+        apart = (angle_of(cut) - angle) * (cut.x * cut.ny - cut.y * cut.nx)
+        worst = max(worst, float(np.abs(apart).max()))
+    return worst
+
+
+@some_members
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_elements_with_8_nodes_stay_near_the_flank(member: Member, tolerance: float) -> None:
+    mesh = tooth_hexahedra(member, 1, "C3D8", tolerance)
+    assert distance_from_flanks(member, mesh) < tolerance
+
+
+def test_fine_elements_of_a_bent_flank_stay_near_it() -> None:
+    """Near the base cylinder distances fall more slowly at first than with the square of the number."""
+    member = replace(MEMBERS["12 teeth"], face_width=70.0, helix_angle=-0.33)
+    cells = replace(cells_of(member, 0.0006), tip=6)
+    mesh = tooth_hexahedra(member, 1, "C3D8", cells=cells, bore_radius=1.2 * bore_of(member))
+    assert 0.0002 < distance_from_flanks(member, mesh) < 0.0006
+
+
+def test_smaller_tolerances_take_more_elements() -> None:
+    cells = [cells_of(PINION, tolerance) for tolerance in (0.1, 0.02, 0.004)]
+    for name in ("fillet", "flank", "tip", "face"):
+        numbers = [getattr(own, name) for own in cells]
+        assert numbers == sorted(numbers)
+        assert numbers[0] < numbers[-1]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"teeth": 0}, "teeth must be between 1 and 29, got 0"),
+        ({"teeth": 30}, "teeth must be between 1 and 29, got 30"),
+        ({"element": "C3D10"}, "element must be one of C3D20, C3D20R, C3D8I, C3D8, got 'C3D10'"),
+        ({"tolerance": 0.0}, "tolerance must be a positive length in mm, got 0"),
+        ({"tolerance": 1e-320}, "tolerance must be at least 1e-09 mm, got"),
+        ({"tolerance": 1e-5}, r"the mesh takes about .* nodes for 1 tooth, the limit is 5e\+06"),
+        ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh takes about .* nodes for 29 teeth"),
+        ({"bore_radius": 89.0}, "bore_radius must be between 1.76387 and 87.5934 mm, got 89"),
+        ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet needs two cells"),
+        ({"cells": Cells(1, 4, 0, 4, 4)}, "cells must be 1 or more, got flank=0"),
+    ],
+)
+def test_what_cannot_be_is_refused(values: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        tooth_hexahedra(PINION, **values)  # type: ignore[arg-type]

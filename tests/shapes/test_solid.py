@@ -1,0 +1,381 @@
+"""Closed solids: topology, shape of triangles, distance from the true surfaces, volume, thickness, and
+two of them in mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, radians, tan
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.optimize import brentq
+
+from beveloid_geom.contact.placing import MeshingPair, meshing_pair
+from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.gear.fillet import root_radius
+from beveloid_geom.gear.flank import tip_radius, tip_thickness
+from beveloid_geom.gear.rack import reference_radius
+from beveloid_geom.pair.frames import normals_to_fixed, to_fixed
+from beveloid_geom.shapes.outline import cut_sheets, outline_grids
+from beveloid_geom.shapes.sampling import Sheet, SheetGrid, grid_faces
+from beveloid_geom.shapes.section import SIDES
+from beveloid_geom.shapes.solid import NAMES, Solid, gear_solid, least_angle, turned
+from tests.oracle.table1 import table1
+
+intersections: Any = trimesh.intersections
+proximity: Any = trimesh.proximity
+
+PINION, GEAR = table1().members
+SPUR = replace(PINION, cone_angle=0.0, helix_angle=0.0)
+MEMBERS = {
+    "pinion": PINION,
+    "gear": GEAR,
+    "left-hand": replace(PINION, helix_angle=radians(-25.0)),
+    "convex": replace(PINION, tool=replace(PINION.tool, parabola=-0.004)),
+    "concave": replace(PINION, tool=replace(PINION.tool, parabola=0.002)),
+    "cylindrical": replace(PINION, cone_angle=0.0),
+    "spur": SPUR,
+    "spur cone": replace(PINION, helix_angle=0.0),
+    "steep": replace(PINION, cone_angle=radians(10.0), face_width=20.0, profile_shift=0.3),
+    "sharp tool": replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.0)),
+    "narrow bottom": replace(PINION, tool=replace(PINION.tool, parabola=0.0079)),
+    "steep helix": replace(PINION, helix_angle=radians(45.0)),
+    "few teeth": Member(PINION.tool, 12, 0.1, 0.02, 0.6, 20.0),
+    "many teeth": replace(PINION, teeth=110),
+}
+all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
+
+
+def as_trimesh(solid: Solid) -> trimesh.Trimesh:
+    return trimesh.Trimesh(solid.points, solid.faces, process=False)
+
+
+def assert_closed(solid: Solid, holes: int) -> None:
+    """Every edge in two faces, once each way; every point used; Euler number of so many holes."""
+    mesh = as_trimesh(solid)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume > 0.0
+    assert mesh.euler_number == 2 - 2 * holes
+    assert mesh.body_count == 1
+    np.testing.assert_array_equal(np.unique(solid.faces), np.arange(len(solid.points)))
+
+
+@pytest.mark.parametrize(
+    "name", ["pinion", "left-hand", "cylindrical", "spur", "narrow bottom", "sharp tool"]
+)
+def test_one_tooth_and_two_are_closed(name: str) -> None:
+    member = MEMBERS[name]
+    one, two = (gear_solid(member, 0.05, teeth) for teeth in (1, 2))
+    assert_closed(one, 0)
+    assert_closed(two, 0)
+    assert as_trimesh(two).volume == pytest.approx(2.0 * as_trimesh(one).volume, rel=1e-12)
+    assert np.array_equal(np.unique(one.part), np.arange(len(NAMES)))
+
+
+@pytest.mark.parametrize("name", ["gear", "left-hand", "cylindrical", "spur"])
+def test_whole_gears_are_closed(name: str) -> None:
+    member = MEMBERS[name]
+    whole, some = gear_solid(member, 0.05), gear_solid(member, 0.05, int(member.teeth))
+    assert_closed(whole, 1)
+    assert_closed(some, 1)
+    np.testing.assert_array_equal(some.faces, whole.faces)
+    assert not np.isin(whole.part, [NAMES.index(side) for side in SIDES]).any()
+    assert as_trimesh(whole).volume == pytest.approx(as_trimesh(some).volume, rel=1e-12)
+
+
+FINE = ("pinion", "convex", "spur", "spur cone", "steep", "steep helix", "few teeth")
+NEEDLES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)] + [
+    (name, 0.001) for name in FINE
+]
+
+
+@pytest.mark.parametrize(("name", "tolerance"), NEEDLES + [(name, 0.001) for name in FINE])
+def test_no_triangle_is_a_needle(name: str, tolerance: float) -> None:
+    solid = gear_solid(MEMBERS[name], tolerance, 1)
+    assert np.degrees(least_angle(solid.points, solid.faces).min()) > 1.0
+
+
+@pytest.mark.parametrize("share", [0.02, 0.97])
+def test_a_small_or_a_large_bore_makes_no_needles(share: float) -> None:
+    for member in (SPUR, PINION):
+        solid = gear_solid(member, 0.05, 1, share * float(root_radius(member, -25.0)))
+        assert np.degrees(least_angle(solid.points, solid.faces).min()) > 1.0
+        assert_closed(solid, 0)
+
+
+def test_least_angle_is_that_of_the_triangle() -> None:
+    points = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, tan(radians(2.0)), 0.0), (0.5, 0.5, 0.7)])
+    angles = least_angle(points, np.array([(0, 1, 2), (2, 0, 1), (0, 3, 1)]))
+    assert np.degrees(angles[:2]) == pytest.approx(2.0)
+    a, b, c = points[[0, 3, 1]]
+    sides = sorted(float(np.linalg.norm(side)) for side in (b - a, c - b, a - c))
+    cosine = (sides[1] ** 2 + sides[2] ** 2 - sides[0] ** 2) / (2.0 * sides[1] * sides[2])
+    assert float(angles[2]) == pytest.approx(np.arccos(cosine))
+
+
+def distance_bound(sheet: Sheet, points: FloatArray, p: FloatArray, z: FloatArray) -> FloatArray:
+    """Distance (n,) from a surface to points, by damped Newton from parameters nearby, or more."""
+    span = sheet.upper(z) - sheet.lower(z)
+    best = np.full(len(points), np.inf)
+    for _ in range(12):
+        here, _ = sheet.place(p, z)
+        away = points - here
+        best = np.minimum(best, np.linalg.norm(away, axis=-1))
+        steps = (1e-5 * span, 0.0 * z), (0.0 * p, np.full_like(z, 1e-5))
+        tangents = [sheet.place(p + dp, z + dz)[0] - sheet.place(p - dp, z - dz)[0] for dp, dz in steps]
+        tangent = np.stack(tangents, axis=-1) / 2e-5
+        metric = np.einsum("nia,nib->nab", tangent, tangent)
+        metric += 1e-6 * np.eye(2) * np.trace(metric, axis1=1, axis2=2)[:, None, None]
+        move = np.linalg.solve(metric, np.einsum("nia,ni->na", tangent, away)[..., None])[..., 0]
+        p, z = p + move[:, 0] * span, z + move[:, 1]
+    return best
+
+
+def inside(grid: SheetGrid) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points (n, 3) in the triangles of a grid, with the parameters interpolated there."""
+    faces = grid_faces(grid.points, grid.normals)
+    weights = np.random.default_rng(1).dirichlet((1.0, 1.0, 1.0), 3)
+    weights = np.concatenate((weights, [[0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]]))
+    z = np.broadcast_to(grid.z, grid.parameter.shape)
+    p, z = ((weights @ values.ravel()[faces].T).T.ravel() for values in (grid.parameter, z))
+    points = np.einsum("kc,mci->mki", weights, grid.points.reshape(-1, 3)[faces])
+    return points.reshape(-1, 3), p, z
+
+
+@all_members
+def test_triangles_stay_within_the_tolerance(member: Member) -> None:
+    sheets = cut_sheets(member)
+    for name, grid in outline_grids(sheets, 0.01).items():
+        assert distance_bound(sheets[name], *inside(grid)).max() <= 0.01, name
+
+
+def test_the_grids_are_those_of_the_solid() -> None:
+    """Corners of a solid's cut surfaces are points of the grids, which lie on the true surfaces."""
+    solid, grids = gear_solid(GEAR, 0.01, 1), outline_grids(cut_sheets(GEAR), 0.01)
+    for name in ("left flank", "right flank", "left fillet", "right fillet"):
+        corners = solid.points[np.unique(solid.faces[solid.part == NAMES.index(name)])]
+        expected = grids[name].points.reshape(-1, 3)
+        for points in (corners, expected):
+            points[...] = points[np.lexsort(np.round(points, 6).T)]
+        np.testing.assert_allclose(corners, expected, atol=1e-9)
+
+
+@all_members
+def test_parts_lie_where_they_should(member: Member) -> None:
+    solid, half = gear_solid(member, 0.02, 2, 20.0), 0.5 * float(member.face_width)
+
+    def of(name: str) -> FloatArray:
+        return np.asarray(solid.points[np.unique(solid.faces[solid.part == NAMES.index(name)])])
+
+    np.testing.assert_array_equal(of("toe")[:, 2], -half)
+    np.testing.assert_array_equal(of("heel")[:, 2], half)
+    np.testing.assert_allclose(np.hypot(*of("bore")[:, :2].T), 20.0, rtol=1e-12)
+    tip = of("tip")
+    np.testing.assert_allclose(np.hypot(*tip[:, :2].T), tip_radius(member, tip[:, 2]), rtol=1e-12)
+    first, last = (of(name) for name in SIDES)
+    shifted = turned(first, np.array([4.0 * pi / float(member.teeth)]))[0]
+    for points in (shifted, last):
+        points[...] = points[np.lexsort(np.round(points, 5).T)]
+    np.testing.assert_allclose(shifted, last, atol=1e-9)
+
+
+def test_the_bore_is_round_to_the_tolerance() -> None:
+    solid = gear_solid(Member(PINION.tool, 12, 0.1, 0.02, 0.6, 20.0), 0.001, 1, 28.0)
+    bore = solid.faces[solid.part == NAMES.index("bore")]
+    middles = solid.points[bore[:, :2]].mean(axis=1)
+    assert np.hypot(*middles[:, :2].T).min() > 28.0 - 0.001
+
+
+def exact_volume(member: Member, bore: float) -> float:
+    """Volume (mm^3) by Gauss quadrature of (x dy - y dx) dz / 2 over the exact surfaces."""
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    along = np.polynomial.polynomial.polyvander(nodes, 23)
+    powers = np.arange(24)
+    slope = np.zeros_like(along)
+    slope[:, 1:] = along[:, :-1] * powers[1:]
+    derivative = np.linalg.solve(along.T, slope.T).T
+    half, total = 0.5 * float(member.face_width), 0.0
+    z = half * nodes
+    for name, sheet in cut_sheets(member).items():
+        lower, upper = sheet.lower(z), sheet.upper(z)
+        p = lower + 0.5 * (nodes[:, None] + 1.0) * (upper - lower)
+        points, _ = sheet.place(p, np.broadcast_to(z, p.shape))
+        x, y = points[..., 0], points[..., 1]
+        turning = weights @ (x * (derivative @ y) - y * (derivative @ x)) @ weights
+        total += (-1.0 if name.startswith("right") else 1.0) * 0.5 * half * float(turning)
+    return float(member.teeth * total) - 2.0 * half * pi * bore**2
+
+
+@pytest.mark.parametrize("name", ["pinion", "gear", "spur", "convex", "steep helix", "few teeth"])
+def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
+    """That of one tooth; whole gears are so many times as large (tested above)."""
+    member, errors = MEMBERS[name], []
+    exact = exact_volume(member, 20.0) / float(member.teeth)
+    for tolerance in (0.01, 0.001):
+        errors.append(abs(as_trimesh(gear_solid(member, tolerance, 1, 20.0)).volume / exact - 1.0))
+    assert errors[1] < 1e-5
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_exact_volume_of_a_spur_gear_is_area_times_width() -> None:
+    """The section's area, from a polygon of a hundred thousand points of the same curves."""
+    area = 0.0
+    for name, sheet in cut_sheets(SPUR).items():
+        p = np.linspace(float(sheet.lower(np.zeros(1))[0]), float(sheet.upper(np.zeros(1))[0]), 20001)
+        points, _ = sheet.place(p, np.zeros_like(p))
+        x, y = points[:, 0], points[:, 1]
+        area += (-0.5 if name.startswith("right") else 0.5) * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+    assert exact_volume(SPUR, 40.0) == pytest.approx(50.0 * (29.0 * area - pi * 40.0**2), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["pinion", "gear", "left-hand", "spur", "spur cone", "steep helix"])
+def test_thickness_at_mid_face(name: str) -> None:
+    """Rolling on the pitch circle copies the rack's space there: (pi/2 + 2 x tan(alpha) cos(gamma))
+    m_n / cos(beta) along the arc in the transverse plane."""
+    shift = 0.3
+    member = replace(MEMBERS[name], profile_shift=shift)
+    radius = float(reference_radius(member))
+    mesh = as_trimesh(gear_solid(member, 0.002, 1))
+    cuts = intersections.mesh_plane(mesh, (0.0, 0.0, 1.0), (0.0, 0.0, 1e-9))[..., :2]
+    size = np.hypot(cuts[..., 0], cuts[..., 1]) - radius
+    crossing = cuts[size[:, 0] * size[:, 1] < 0.0]
+    share = np.hypot(*crossing[:, 0].T) - radius, np.hypot(*crossing[:, 1].T) - radius
+    at = crossing[:, 0] + (share[0] / (share[0] - share[1]))[:, None] * (crossing[:, 1] - crossing[:, 0])
+    angle = np.sort(np.arctan2(at[:, 1], at[:, 0]))
+    assert len(np.unique(np.round(angle, 4))) == 2
+    lean = tan(radians(20.0)) * cos(float(member.cone_angle))
+    expected = (0.5 * pi + 2.0 * shift * lean) * 6.0 / cos(float(member.helix_angle))
+    assert radius * (angle[-1] - angle[0]) == pytest.approx(expected, abs=2.2e-3)
+
+
+DESIGN = table1()
+
+
+def posed(pose: MeshingPair, push: float = 0.0) -> list[trimesh.Trimesh]:
+    """Three teeth of either member at 0.01 mm about the contact; the gear turned until its flank
+    stands `push` (mm along the normal) nearer to the pinion's."""
+    found = []
+    for j, (member, (rotation, origin)) in enumerate(zip(DESIGN.members, pose.frames, strict=True)):
+        solid = gear_solid(member, 0.01, 3)
+        arm = np.cross((0.0, 0.0, 1.0), pose.point[1]) @ pose.normal[1]
+        turn = -2.0 * pi / float(member.teeth) + (push / float(arm) if j == 1 else 0.0)
+        points = to_fixed((rotation, origin), turned(solid.points, np.array([turn]))[0])
+        found.append(trimesh.Trimesh(points, solid.faces, process=False))
+    return found
+
+
+def overlap(
+    one: trimesh.Trimesh, other: trimesh.Trimesh, about: FloatArray, reach: float, order: int
+) -> float:
+    """Greatest depth (mm) found of points on the triangles of `one` inside `other`, negative while
+    they are apart; triangles with a corner within `reach` (mm) of a place."""
+    near = np.linalg.norm(one.triangles - about, axis=2).min(axis=1) < reach
+    i, j = (index.ravel() for index in np.mgrid[: order + 1, : order + 1])
+    weights = (np.stack((order - i - j, i, j), axis=-1) / order)[i + j <= order]
+    points = np.unique(np.round((weights @ one.triangles[near]).reshape(-1, 3), 9), axis=0)
+    return float(proximity.signed_distance(other, points).max())
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_the_posed_pair_touches_and_does_not_intersect(flank: str) -> None:
+    pose = meshing_pair(DESIGN, flank)
+    pinion, gear = posed(pose)
+    assert -0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 1e-6
+    assert overlap(gear, pinion, pose.contact, 30.0, 2) < 1e-6
+    assert overlap(pinion, gear, pose.contact, 30.0, 2) < 1e-6
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_an_overlap_of_20_micrometres_is_seen(flank: str) -> None:
+    pose = meshing_pair(DESIGN, flank)
+    pinion, gear = posed(pose, 0.02)
+    assert 0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 0.0205
+    pinion, gear = posed(pose, -0.02)
+    assert overlap(pinion, gear, pose.contact, 12.0, 5) < -0.015
+
+
+def test_pushing_is_along_the_normal() -> None:
+    pose = meshing_pair(DESIGN)
+    np.testing.assert_allclose(
+        normals_to_fixed(pose.frames[0], pose.normal[0]),
+        -normals_to_fixed(pose.frames[1], pose.normal[1]),
+        atol=1e-9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"teeth": 9, "profile_shift": 0.9}, r"the tooth is pointed at z = 25 mm, its flanks cross"),
+        (
+            {"tool": replace(PINION.tool, parabola=-0.01)},
+            r"the right flank is undercut from z = -25 to 1",
+        ),
+        ({"tool": replace(PINION.tool, parabola=0.01)}, r"tip_radius 0.38 is too large: the tool's rounds"),
+    ],
+)
+def test_teeth_that_cannot_be_are_refused(changed: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        gear_solid(replace(PINION, **changed), 0.05)  # type: ignore[arg-type]
+
+
+def test_a_tip_too_thin_to_draw_is_refused() -> None:
+    def member(shift: float) -> Member:
+        return Member(PINION.tool, 12, 0.1, 0.0, shift, 20.0)
+
+    shift = brentq(lambda shift: float(tip_thickness(member(shift), 0.0)) - 0.06, 0.6, 0.9)
+    with pytest.raises(ValueError, match=r"is pointed at z = .*: its tip is 0.06 mm thick, the least"):
+        gear_solid(member(shift + 1e-6), 0.1, 1)
+    for tolerance in (0.1, 0.01):
+        solid = gear_solid(member(shift - 1e-6), tolerance, 1)
+        assert np.degrees(least_angle(solid.points, solid.faces).min()) > 1.0
+
+
+@pytest.mark.parametrize("teeth", [0, -1, 30])
+def test_a_number_of_teeth_the_gear_has_not_is_refused(teeth: int) -> None:
+    with pytest.raises(ValueError, match=f"teeth must be between 1 and 29, got {teeth}"):
+        gear_solid(PINION, 0.1, teeth)
+
+
+@pytest.mark.parametrize("bore", [0.0, -1.0, 1e-9, 1.7638, 87.6, 88.19, 88.193, 88.6, float("nan")])
+def test_a_bore_that_is_none_or_too_large_is_refused(bore: float) -> None:
+    with pytest.raises(ValueError, match=r"bore_radius must be between 1.76387 and 87.5934 mm"):
+        gear_solid(PINION, 0.1, 1, bore)
+
+
+def test_a_tolerance_too_fine_is_refused_with_an_estimate() -> None:
+    text = r"tolerance 1e-05 mm is too fine: for 29 teeth it takes about 2.\de\+07 points and \d.\d GB of"
+    with pytest.raises(ValueError, match=text):
+        gear_solid(PINION, 1e-5)
+
+
+def test_a_bore_may_be_at_the_limits_that_messages_show() -> None:
+    for bore in (1.76387, 87.5934):
+        solid = gear_solid(PINION, 0.05, 1, bore)
+        assert np.degrees(least_angle(solid.points, solid.faces).min()) > 1.0
+        assert len(solid.faces) < 15_000
+
+
+def test_a_tolerance_that_cannot_be_meant_is_refused() -> None:
+    with pytest.raises(ValueError, match="tolerance must be at least 1e-09 mm, got"):
+        gear_solid(PINION, 1e-320)
+
+
+def test_a_fillet_that_vanishes_at_one_end_is_refused_with_the_reason() -> None:
+    """A cell of the toe's is a needle at the heel, where nearly nothing is left of the fillet: to keep in
+    shape took 11 million triangles."""
+    tool = replace(PINION.tool, normal_module=9.36, normal_pressure_angle=radians(30.0), tip_radius=0.0)
+    member = Member(tool, 58, radians(33.0), radians(7.1), 0.0, 93.6)
+    with pytest.raises(ValueError, match=r"fillet is only 0.178 mm wide at z = 46.8 mm.* larger tip_radius"):
+        gear_solid(member, 0.0187)
+    round_ = replace(member, tool=replace(tool, tip_radius=0.05))
+    assert len(gear_solid(round_, 0.0187, 1).faces) < 25_000
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -0.1, float("nan")])
+def test_a_tolerance_that_is_no_length_is_refused(tolerance: float) -> None:
+    with pytest.raises(ValueError, match="tolerance must be a positive length"):
+        gear_solid(PINION, tolerance)

@@ -1,0 +1,174 @@
+"""Surfaces of one tooth: fillets against the sweep of the tool, lands, section; meshes to look at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, radians, tan
+
+import numpy as np
+import pytest
+
+from beveloid_geom.design.model import Member
+from beveloid_geom.gear.fillet import root_radius, tool_round
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.rack import reference_radius
+from beveloid_geom.shapes.outline import NARROW, bottom_sheet, cut_sheets, fillet_sheet, outline_grids
+from beveloid_geom.shapes.sampling import SheetGrid
+from beveloid_geom.shapes.section import SIDES
+from beveloid_geom.shapes.solid import gear_solid
+from beveloid_geom.shapes.surface_mesh import gear_mesh, transverse_section
+from tests.oracle.table1 import table1
+from tests.oracle.tool_sweep import clearance_of_round
+
+PINION, GEAR = table1().members
+MEMBERS = {
+    "pinion": PINION,
+    "gear": GEAR,
+    "convex": replace(PINION, tool=replace(PINION.tool, parabola=-0.004)),
+    "concave": replace(PINION, tool=replace(PINION.tool, parabola=0.002)),
+    "left-hand": replace(PINION, helix_angle=radians(-25.0)),
+    "cylindrical": replace(PINION, cone_angle=0.0),
+    "spur": replace(PINION, cone_angle=0.0, helix_angle=0.0, profile_shift=0.0),
+    "sharp-tool": replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.0)),
+    "narrow": replace(PINION, tool=replace(PINION.tool, parabola=0.0079)),
+}
+all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
+
+
+def grids_of(member: Member) -> dict[str, SheetGrid]:
+    return outline_grids(cut_sheets(member), 0.02)
+
+
+@all_members
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_fillet_joins_flank_and_bottom_land_smoothly(member: Member, flank: str) -> None:
+    grids = grids_of(member)
+    flat, fillet, side = (grids[f"{flank} {name}"] for name in ("bottom", "fillet", "flank"))
+    for lower, upper in ((flat, fillet), (fillet, side)):
+        np.testing.assert_allclose(lower.points[-1], upper.points[0], atol=1e-10)
+        np.testing.assert_allclose(lower.normals[-1], upper.normals[0], atol=1e-11)
+        np.testing.assert_array_equal(lower.z, upper.z)
+    edge = grids["tip"].points[-1 if flank == "right" else 0]
+    np.testing.assert_allclose(side.points[-1], edge, atol=1e-10)
+
+
+@all_members
+def test_sides_of_a_tooth_lie_one_pitch_apart(member: Member) -> None:
+    grids, pitch = grids_of(member), 2.0 * pi / float(member.teeth)
+    left, right = (grids[f"{side} bottom"].points[0] @ (1.0, 1.0j, 0.0) for side in ("left", "right"))
+    np.testing.assert_allclose(right, left * np.exp(1.0j * pitch), atol=1e-10)
+
+
+@all_members
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_fillet_is_as_deep_as_the_round_sweeps(member: Member, flank: str) -> None:
+    p = np.linspace(0.5 * pi, tool_round(member.tool, flank).angle, 7)
+    for z in (-20.0, 0.0, 15.0):
+        points, _ = fillet_sheet(member, flank).place(p, np.full(7, z))
+        np.testing.assert_allclose(clearance_of_round(member, flank, points), 0.0, atol=1e-6)
+
+
+@all_members
+def test_lands_are_cones(member: Member) -> None:
+    grids, module = grids_of(member), float(member.tool.normal_module)
+    tip = grids["tip"].points
+    np.testing.assert_allclose(
+        np.hypot(tip[..., 0], tip[..., 1]), tip_radius(member, tip[..., 2]), rtol=1e-13
+    )
+    root = grids["left bottom"].points[0]
+    pitch = float(reference_radius(member)) + float(member.profile_shift) * module
+    cone = float(member.cone_angle)
+    expected = pitch - 1.25 * module / np.cos(cone) + root[..., 2] * tan(cone)
+    np.testing.assert_allclose(np.hypot(root[..., 0], root[..., 1]), expected, rtol=1e-12)
+    np.testing.assert_allclose(root_radius(member, root[..., 2]), expected, rtol=1e-14)
+
+
+def test_a_narrow_bottom_land_takes_in_the_end_of_the_fillet() -> None:
+    member = MEMBERS["narrow"]
+    assert 0.0 < 0.5 * pi * 6.0 - tool_round(member.tool, "right").centre[1] < 0.02
+    sheet, fillet = bottom_sheet(member, "right"), fillet_sheet(member, "right")
+    assert float(sheet.upper(np.zeros(1))[0] - sheet.lower(np.zeros(1))[0]) == pytest.approx(NARROW * 6.0)
+    assert float(fillet.lower(np.zeros(1))[0]) < 0.5 * pi - 0.04
+
+
+def test_round_meets_the_flank_where_it_should() -> None:
+    for parabola, height in ((0.0, -0.99997), (-0.001, -0.9954), (0.001, -1.0046)):
+        tool = replace(PINION.tool, parabola=parabola)
+        l, alpha = tool_round(tool, "right").joint, float(tool.normal_pressure_angle)
+        x = l * np.cos(alpha) + parabola * l * l * np.sin(alpha)
+        assert x / 6.0 == pytest.approx(height, abs=1e-4)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3])
+def test_thickness_of_a_spur_gear(shift: float) -> None:
+    member = replace(MEMBERS["spur"], profile_shift=shift)
+    outline = transverse_section(member, 0.0, 1e-6)
+    tooth = outline[: (len(outline) - 1) // 29]
+    radius, angle = np.hypot(*tooth.T), np.arctan2(tooth[:, 1], tooth[:, 0])
+    pitch = float(reference_radius(member))
+    rising = slice(0, int(np.argmax(radius)) + 1)
+    half = -np.interp(pitch, radius[rising], angle[rising])
+    assert 2.0 * half * pitch == pytest.approx(6.0 * (0.5 * pi + 2.0 * shift * tan(radians(20.0))), abs=2e-6)
+
+
+def test_section_has_no_point_twice_and_ends_where_it_starts() -> None:
+    outline = transverse_section(GEAR, 3.0, 0.01)
+    assert np.linalg.norm(np.diff(outline, axis=0), axis=1).min() > 1e-3
+    np.testing.assert_array_equal(outline[0], outline[-1])
+
+
+@pytest.mark.parametrize("name", ["gear", "spur"])
+@pytest.mark.parametrize("teeth", [None, range(2)])
+def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
+    """The same triangles, with points of their own for each part."""
+    member = MEMBERS[name]
+    mesh = gear_mesh(member, 0.05, teeth)
+    solid = gear_solid(member, 0.05, None if teeth is None else len(teeth))
+    shown, true = (
+        np.sort(np.round(surface.points[surface.faces].sum(axis=1), 7), axis=0) for surface in (mesh, solid)
+    )
+    np.testing.assert_allclose(shown, true, atol=1e-6)
+    assert np.array_equal(np.bincount(mesh.part), np.bincount(solid.part))
+
+
+@all_members
+def test_normals_are_those_of_the_surfaces(member: Member) -> None:
+    """Triangles face along them, closer the finer they are; cones, planes and cylinders exactly."""
+    mesh, gamma = gear_mesh(member, 0.05, range(-1, 1)), float(member.cone_angle)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
+    a, b, c = mesh.points[mesh.faces.T]
+    normal = np.cross(b - a, c - a)
+    facing = np.einsum("ni,nki->nk", normal, mesh.normals[mesh.faces]) / np.linalg.norm(
+        normal, axis=1, keepdims=True
+    )
+    assert facing.min() > 0.9
+    for name, axial in (("toe", -1.0), ("heel", 1.0), ("bore", 0.0), ("tip", -np.sin(gamma))):
+        np.testing.assert_allclose(mesh.of(name).normals[:, 2], axial, atol=1e-12)
+    for name in SIDES:
+        angle = np.arctan2(*mesh.of(name).points[:, 1::-1].T)
+        assert (angle < 0.0).all() if name == SIDES[0] else (angle > -0.25).all()
+
+
+def test_parts_can_be_taken_out() -> None:
+    mesh = gear_mesh(GEAR, 0.05, range(2))
+    flank = mesh.of("right flank")
+    assert 0 < len(flank.faces) < len(mesh.faces)
+    assert len(flank.points) == len(np.unique(flank.faces))
+    assert {"first side", "last side", "bore", "toe", "heel", "tip", "bottom"} <= set(mesh.names)
+
+
+def test_a_pointed_tooth_is_refused() -> None:
+    pointed = replace(PINION, teeth=9, profile_shift=0.9)
+    with pytest.raises(ValueError, match=r"the tooth is pointed at z = 25 mm"):
+        gear_mesh(pointed, 0.05)
+
+
+def test_rounds_that_overlap_are_refused() -> None:
+    concave = replace(PINION, tool=replace(PINION.tool, parabola=0.01))
+    with pytest.raises(ValueError, match=r"tip_radius 0.38 is too large: the tool's rounds overlap by"):
+        gear_mesh(concave, 0.05)
+
+
+def test_a_bore_larger_than_the_root_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"bore_radius must be between 1.76387 and 87.5934 mm"):
+        gear_mesh(PINION, 0.05, bore_radius=95.0)

@@ -1,0 +1,351 @@
+"""The comparison of methods: complete, with the errors that each method has, and no failure dropped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom.design.model import Errors
+from beveloid_geom.studies import comparison, job_size
+from beveloid_geom.studies.comparison import ARCSEC, Row, Settings, compare
+from beveloid_geom.studies.comparison_methods import (
+    COUNT,
+    Answer,
+    Positions,
+    along,
+    batches,
+    five_answer,
+    given_answer,
+    newton_answer,
+    prepared,
+    true_positions,
+)
+from viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
+from viz.stage import theme
+
+from ..oracle.table1 import table1
+
+SMALL = Settings(
+    tolerances=(0.1, 0.01),
+    xtols=(1e-2, 1e-6, 1e-14),
+    iterations=(0, 1, 2, 3, 4),
+    batches=(1, 10, 100),
+    batch=10,
+    run=11,
+    repeat=0,
+)
+FLANKS = ("right", "left")
+PARABOLAS = ((0.0, 0.0), (0.001, -0.001))
+CASES = [(flank, parabola) for parabola in PARABOLAS for flank in FLANKS]
+BATCHED = ("one equation, given l1", "Newton on F", "Newton on F, single precision")
+
+
+@cache
+def rows_of(flank: str, parabola: tuple[float, float]) -> tuple[Row, ...]:
+    return compare(table1(parabola), flank, SMALL)
+
+
+def errors(rows: tuple[Row, ...], method: str, kind: str | None = None) -> list[float]:
+    return [row.error_mm for row in rows if row.method == method and kind in (None, row.kind)]
+
+
+@pytest.mark.parametrize(("flank", "parabola"), CASES)
+def test_every_method_has_a_row_at_every_setting(flank: str, parabola: tuple[float, float]) -> None:
+    rows = rows_of(flank, parabola)
+    found: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        found.setdefault((row.method, row.kind), []).append(row.value)
+        assert row.status == "solved"
+        assert np.isfinite([row.error_mm, row.transmission_error_arcsec]).all()
+        assert row.seconds_per_position > 0.0
+        assert row.setup_seconds > 0.0
+    expected = {(method, "tolerance"): SMALL.tolerances for method in ("mesh alone", "mesh, polished")}
+    for code in ("math", "NumPy"):
+        expected |= {(f"five equations, {code}, {start}", "xtol"): SMALL.xtols for start in ("cold", "warm")}
+    expected |= {(method, "batch"): SMALL.batches for method in BATCHED}
+    expected |= {(method, "iterations"): SMALL.iterations for method in BATCHED[1:]}
+    expected[("one equation, path", "batch")] = (11, 101)
+    assert {key: tuple(values) for key, values in found.items()} == expected
+
+
+@pytest.mark.parametrize(("flank", "parabola"), CASES)
+def test_errors_are_those_of_the_method(flank: str, parabola: tuple[float, float]) -> None:
+    rows = rows_of(flank, parabola)
+    for method in ("mesh, polished", "one equation, path", "one equation, given l1"):
+        assert max(errors(rows, method)) < 1e-10, method
+    assert max(errors(rows, "Newton on F", "batch")) < 1e-10
+    for code in ("math", "NumPy"):
+        for start in ("cold", "warm"):
+            loose, closer, tight = errors(rows, f"five equations, {code}, {start}")
+            assert tight < 1e-10
+            assert loose > 1e-6
+            assert closer < 1e-2 * loose
+    assert min(errors(rows, "mesh alone")) > (1.0 if flank == "right" else 0.1)
+    single = errors(rows, "Newton on F, single precision", "batch")
+    assert min(single) > 1e-6
+    assert max(single) < 1e-2
+
+
+@pytest.mark.parametrize(("flank", "parabola"), CASES)
+def test_transmission_errors_are_those_of_the_method(flank: str, parabola: tuple[float, float]) -> None:
+    by_method: dict[str, list[float]] = {}
+    for row in rows_of(flank, parabola):
+        if row.kind != "iterations":
+            by_method.setdefault(row.method, []).append(row.transmission_error_arcsec)
+    for method in ("mesh, polished", "one equation, path", "one equation, given l1", "Newton on F"):
+        assert max(by_method[method]) < 1e-7, method
+    # A separation of 0.01 mm is 15 arcsec on the gear; only its change along the path counts.
+    assert 1.0 < by_method["mesh alone"][1] < by_method["mesh alone"][0] < 300.0
+    assert 1e-3 < max(by_method["Newton on F, single precision"]) < 1.0
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_newton_converges_quadratically(flank: str) -> None:
+    exact = errors(rows_of(flank, PARABOLAS[1]), "Newton on F", "iterations")
+    assert exact[0] > 1.0
+    for before, after in pairwise(exact[1:4]):
+        assert after < before**1.5
+    single = errors(rows_of(flank, PARABOLAS[1]), "Newton on F, single precision", "iterations")
+    assert single[1] == pytest.approx(exact[1], rel=1e-2)
+    assert single[4] > 1e4 * exact[4]
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_one_step_is_exact_without_parabola(flank: str) -> None:
+    """F is linear then; the rolls say so, as the point does not depend on l2 at all."""
+    rows = rows_of(flank, PARABOLAS[0])
+    steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
+    assert steps[0].transmission_error_arcsec > 100.0
+    assert steps[1].transmission_error_arcsec < 1e-7
+
+
+@cache
+def truth() -> Positions:
+    return true_positions(table1(PARABOLAS[1]), "right")
+
+
+def test_the_truth_is_that_of_the_path() -> None:
+    positions, path = truth(), path_of_contact(table1(PARABOLAS[1]), "right", 2 * COUNT + 1)
+    assert np.abs(positions.point - path.point[1::2]).max() < 1e-10
+    assert np.abs(positions.l1 - path.l1[1::2]).max() < 1e-10
+    assert np.abs(positions.gear_roll - path.gear_roll[1::2]).max() < 1e-12
+    for size in (2, 11, 37, 1000):
+        points, picked = along(size)
+        rolls = path_of_contact(table1(PARABOLAS[1]), "right", points).pinion_roll[picked]
+        assert np.abs(rolls - positions.pinion_roll).max() < 1e-14
+    assert [along(size)[0] for size in (1, 14, 17, 100_000)] == [11, 11, 21, 100_001]
+
+
+def row_for(work: object) -> Row:
+    trial = comparison._Trial(("some method", "batch", 5), work, COUNT, 0.25)  # type: ignore[arg-type]
+    return comparison._row(truth(), trial, 0)
+
+
+def true_answer() -> Answer:
+    return truth().point.copy(), np.stack((truth().pinion_roll, truth().gear_roll))
+
+
+def test_a_wrong_answer_has_its_error() -> None:
+    """Against known shifts: of one point by 3-4-5, of one roll, and of all rolls, which is no error."""
+    point, roll = true_answer()
+    point[3] += (3e-6, 0.0, -4e-6)
+    roll[1] += 0.125
+    row = row_for(lambda: (point, roll))
+    assert row.error_mm == pytest.approx(5e-6, rel=1e-6)
+    assert row.transmission_error_arcsec < 1e-9
+    roll[1, 0] += 1e-6
+    row = row_for(lambda: (point, roll))
+    assert row.transmission_error_arcsec == pytest.approx(1e-6 * ARCSEC, rel=1e-6)
+    roll[1, 2] += 2e-6  # the middle is the level
+    assert row_for(lambda: (point, roll)).transmission_error_arcsec == pytest.approx(2e-6 * ARCSEC, rel=1e-6)
+
+
+def test_a_failure_has_its_row() -> None:
+    def fails() -> Answer:
+        raise ArithmeticError("it went astray")
+
+    row = row_for(fails)
+    assert (row.status, row.setting, row.setup_seconds) == ("it went astray", "batch 5", 0.25)
+    assert np.isnan([row.error_mm, row.transmission_error_arcsec, row.seconds_per_position]).all()
+    point, roll = true_answer()
+    point[1, 2] = roll[0, 4] = np.nan
+    row = row_for(lambda: (point, roll))
+    assert row.status == "2 of 5 positions not found"
+    assert np.isnan([row.error_mm, row.transmission_error_arcsec]).all()
+    assert row.seconds_per_position > 0.0
+
+
+def test_a_mesh_too_coarse_has_its_row() -> None:
+    """Meshes that take too many points are refused by `sample_flank`: every row says so."""
+    rows = compare(
+        table1(), "right", replace(SMALL, tolerances=(1e-15,), xtols=(), iterations=(), batches=())
+    )
+    meshes = [row for row in rows if row.kind == "tolerance"]
+    assert [row.method for row in meshes] == ["mesh alone", "mesh, polished"]
+    for row in meshes:
+        assert np.isnan([row.error_mm, row.setup_seconds]).all()
+        assert "tolerance" in row.status
+
+
+def test_five_equations_that_do_not_converge_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    from beveloid_geom.reference import pitch_region
+
+    monkeypatch.setattr(pitch_region, "pitch_guess", lambda *_: (60.0, 400.0, -60.0, 400.0, 3.0, 1.0))
+    settings = replace(SMALL, tolerances=(), xtols=(1e-10,), iterations=(), batches=())
+    rows = [row for row in compare(table1(), "left", settings) if row.kind == "xtol"]
+    assert len(rows) == 4
+    for row in rows:
+        assert row.status != "solved" or row.error_mm > 1.0, row
+
+
+def test_cold_starts_are_cold_and_lost_positions_are_nan() -> None:
+    from beveloid_geom.reference.five_equations_math import Contacts, solve_math
+
+    def found(cold: bool) -> Answer:
+        return five_answer(truth(), solve_math, 1e-2, truth().pinion_roll, slice(None), cold)
+
+    (cold, rolls), (warm, _) = found(True), found(False)
+    assert np.array_equal(cold[0], warm[0])
+    assert (np.abs(cold[1:] - warm[1:]).max(axis=-1) > 0.0).all()
+    assert np.array_equal(rolls[0], truth().pinion_roll)
+
+    def unsure(*args: object, **options: object) -> Contacts:
+        return replace(solve_math(*args, **options), converged=np.arange(COUNT) != 3)  # type: ignore[arg-type]
+
+    point, _ = five_answer(truth(), unsure, 1e-2, truth().pinion_roll, slice(1, None), True)
+    assert np.array_equal(np.isnan(point).all(axis=-1), [False, False, True, False])
+
+
+def test_cases_are_spread_evenly() -> None:
+    offset = np.array([-0.1, 0.0, 0.1])
+    expected = [float(contact_ratio(table1(errors=Errors(offset=float(x))))) for x in offset]
+    for size, wanted in ((3, max(expected)), (1, expected[0])):
+        (found,) = job_size.blocks_of(table1(), "right", job_size.CASES, None, size)
+        assert found == pytest.approx(wanted, rel=1e-12)
+    assert np.ptp(expected) > 1e-4
+
+
+def test_an_l1_without_its_contact_is_named() -> None:
+    """Far off the flanks there is no common normal, and so no contact at this l1."""
+    astray = replace(truth(), l1=truth().l1 + np.array([0.0, 900.0, 0.0, 0.0, 0.0]))
+    with pytest.raises(ArithmeticError, match=r"1 of 5 positions not found by their l1 \([A-Z_]+\)"):
+        given_answer(astray, batches(astray, 1))
+
+
+def test_batches_hold_the_positions_compared_first() -> None:
+    for size, calls in ((1, 5), (2, 3), (5, 1), (10, 1), (100, 1)):
+        found = batches(truth(), size)
+        assert len(found) == calls
+        assert max(part.size for part in found) == size
+        assert np.array_equal(np.concatenate(found)[:COUNT], truth().l1)
+    assert batches(truth(), 10, np.float32)[0].dtype == np.float32
+
+
+def test_single_precision_is_single_throughout() -> None:
+    pairing = prepared(table1(), "right", np.float32)
+    parts = (vars(pairing), vars(pairing.rack), vars(pairing.layout))
+    arrays = [value for part in parts for value in part.values() if isinstance(value, np.ndarray)]
+    assert len(arrays) > 10
+    assert {array.dtype for array in arrays} == {np.dtype(np.float32)}
+    with pytest.raises(ValueError, match=r"float64, not in float32"):
+        newton_answer(prepared(table1(), "right"), batches(truth(), 10, np.float32), 2)
+
+
+def test_without_contact_there_is_nothing_to_compare() -> None:
+    with pytest.raises(ValueError, match=r"right flanks have no contact .*\(OFF_FLANK\)"):
+        compare(table1(errors=Errors(offset=20.0)))
+    with pytest.raises(ValueError, match=r"batch of the shape \(3,\)"):
+        compare(table1(errors=Errors(offset=np.zeros(3))))
+    with pytest.raises(ValueError, match="left flanks have no path"):
+        job_size.job_sizes(table1(errors=Errors(offset=20.0)), "left")
+
+
+def test_jobs_in_blocks_do_the_same_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = table1(PARABOLAS[1])
+    monkeypatch.setattr(job_size, "POSITIONS_PER_BLOCK", 1_000)
+    for unit, size, number in ((job_size.POSITIONS, 20_000, 20), (job_size.CASES, 60, 8)):
+        (whole,) = job_size.blocks_of(design, "right", unit, None, size)
+        blocks = list(job_size.blocks_of(design, "right", unit, -(-size // number), size))
+        assert len(blocks) == number
+        assert max(blocks) == pytest.approx(whole, rel=1e-13)
+        assert np.ptp(blocks) > 1e-6
+    sizes = {(job_size.POSITIONS, way): (2_000, 20_000) for way in (False, True)}
+    one, ten, block, blocks_ten = job_size.job_sizes(design, "right", sizes)
+    assert ten.peak_bytes > 5.0 * one.peak_bytes
+    assert blocks_ten.peak_bytes < 1.2 * block.peak_bytes
+    assert min(job.seconds for job in (one, ten, block, blocks_ten)) > 0.0
+
+
+def test_a_job_that_would_take_too_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(job_size, "LONGEST", 0.0)
+    done, undone = job_size.job_sizes(table1(), "right", {(job_size.POSITIONS, True): (100, 1_000)})
+    assert done.status == "solved"
+    assert undone.status.startswith("not done: would take about")
+    assert np.isnan(undone.seconds)
+    text = fig_job_size.finding(fig_job_size.JobFigure((*jobs_of(10), done, undone)))
+    assert text.count("Not done, as they would take more than") == 1
+    assert f"{job_size.POSITIONS} in blocks: 1,000 (about" in text
+    assert undone.expected > 0.0
+
+
+def jobs_of(size: int) -> tuple[job_size.Job, ...]:
+    units = (job_size.POSITIONS, job_size.CASES)
+    return tuple(job_size.Job(u, way, size, 0.1234, 5.67e6) for u in units for way in (None, 50))
+
+
+def test_the_speed_figures_words_and_numbers() -> None:
+    cases = [
+        fig_speed.SpeedCase(flank, parabola, rows_of(flank, parabola))
+        for parabola in PARABOLAS
+        for flank in FLANKS
+    ]
+    data = (*cases[:3], fig_speed.SpeedCase("left", PARABOLAS[1], (), "the left flanks have no contact"))
+    header, lines = fig_speed.rows(data)
+    assert list(header)[:4] == ["flank", "a1_per_mm", "a2_per_mm", "status"]
+    assert list(header)[4:] == [
+        "method",
+        "setting",
+        "error_mm",
+        "transmission_error_arcsec",
+        "seconds_per_position",
+        "setup_seconds",
+    ]
+    body = [list(line) for line in lines]
+    assert len(body) == sum(len(case.rows) for case in cases[:3]) + 1
+    assert all(len(line) == len(header) for line in body)
+    assert body[0][4:6] == ["mesh alone", "tolerance 0.1"]
+    assert body[-1][3] == "the left flanks have no contact"
+    text = fig_speed.finding(data)
+    exact = rows_of("right", PARABOLAS[1])
+    mesh = next(row for row in exact if (row.method, row.value) == ("mesh alone", 0.01))
+    assert f"a mesh to 0.01 mm alone is {mesh.error_mm:.2g} mm off" in text
+    assert "4 Newton steps do" in text
+    assert "times as fast" in text
+    with theme.style():
+        page = fig_speed.draw(data, (400, 300)).page
+    words = [text.get_text().replace("\n", " ") for axes in page.axes for text in axes.texts]
+    assert "the left flanks have no contact" in words
+    assert "0 steps" in words
+    assert "ot found" not in " ".join(text.get_text() for text in page.texts)
+    failed = replace(exact[0], status="astray", error_mm=float("nan"))
+    with theme.style():
+        page = fig_speed.draw((replace(cases[0], rows=(failed, *exact[1:])), *cases[1:]), (400, 300)).page
+    below = " ".join(" ".join(text.get_text().split()) for text in page.texts)
+    assert "for reasons in the table: (a) mesh alone (1 of 2)." in below
+
+
+def test_the_job_figures_words_and_numbers() -> None:
+    text = fig_job_size.finding(fig_job_size.JobFigure(jobs_of(1_000)))
+    assert "1,000 positions of a path in blocks take 123 ms, 123 \u00b5s each, and 5.67 MB" in text
+    header, lines = fig_job_size.rows(fig_job_size.JobFigure(jobs_of(1_000)))
+    assert [len(line) for line in lines] == [len(header)] * 4
+    none = fig_job_size.JobFigure((), "no path")
+    assert fig_job_size.finding(none) == ""
+    with theme.style():
+        page = fig_job_size.draw(none, (400, 300)).page
+    assert [text.get_text() for axes in page.axes for text in axes.texts] == ["no path"] * 2

@@ -1,0 +1,86 @@
+"""The paper's statements under other readings: each changes one thing, and says what that does."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom.cli.statements import statements as command
+from beveloid_geom.contact.path import contact_ratio
+from beveloid_geom.design.file import builtin_design
+from beveloid_geom.design.model import Errors
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.statements import readings_table
+from beveloid_geom.studies.statement_readings import readings_of
+from beveloid_geom.studies.statement_verdicts import Verdict
+from beveloid_geom.studies.statements import paper_statements
+
+from ..oracle.table1 import table1
+
+
+def test_readings_change_one_thing_each() -> None:
+    design = table1(errors=Errors(0.1))
+    readings = readings_of(design)
+    assert readings[0].design == table1()
+    assert [one.sign for one in readings].count(-1) == 1
+    for one in readings[2:]:
+        assert one.design != table1()
+        assert one.design.errors == Errors()
+        changed = [
+            vars(one.design.pair)[name] != value
+            for name, value in vars(table1().pair).items()
+            if name != "errors"
+        ]
+        assert any(changed) != (one.design.pinion != table1().pinion), one.name
+    for word, sign in (("heels", 1.0), ("toes", -1.0)):
+        for step, pair in zip((10.0, 22.5), (r.design.pair for r in readings if word in r.name), strict=True):
+            assert pair.pinion_mounting == pytest.approx(211.594669 + sign * step, abs=1e-6)
+            assert pair.gear_mounting == pytest.approx(210.211869 + sign * step, abs=1e-6)
+    offset, angle, ideal = (one.design.pair for one in readings[-3:])
+    assert (offset.offset, offset.shaft_angle) == pytest.approx((229.0751, math.radians(15.0)), abs=1e-4)
+    assert (angle.offset, angle.shaft_angle) == pytest.approx((229.0, math.radians(14.9979)), abs=1e-6)
+    assert (ideal.offset, ideal.shaft_angle) == pytest.approx((228.8373, math.radians(14.9934)), abs=1e-4)
+    assert (ideal.pinion_mounting, ideal.gear_mounting) == pytest.approx((213.305, 211.939), abs=1e-3)
+    backlash = mounting_of(readings[-1].design).normal_backlash
+    assert float(backlash) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_layouts_that_do_not_close_are_left_out() -> None:
+    """Too thin for a layout without backlash."""
+    thin = replace(table1(), pinion=replace(table1().pinion, profile_shift=-3.0))
+    assert not any("backlash" in one.name for one in readings_of(thin))
+    assert any("backlash" in one.name for one in readings_of(table1()))
+
+
+def test_a_path_that_toe_or_heel_cut_off_is_what_brings_r1_back() -> None:
+    """Mounted so that the path runs off the face a small coefficient turns it back onto it."""
+    heels = next(one for one in readings_of(table1()) if one.name == "mounted 22.5 mm to the heels")
+    one = {s.id: s for s in paper_statements(heels.design, "right")}["R1"]
+    assert one.verdict == Verdict.DEPENDS
+    claim = one.claims[0]
+    assert claim.holds == {"Eq. 16": True, "Eq. 16 without toe and heel": False}
+    row = claim.numbers["Eq. 16"]
+    expected = contact_ratio(heels.design.with_parabola(*[np.linspace(0.0, 0.0002, 21)] * 2))
+    np.testing.assert_allclose(row, expected, rtol=0.0, atol=1e-12)
+    assert row.max() > 1.3 * row[0]
+    assert row[-1] < 0.5 * row[0]
+
+
+def test_readings_of_the_command() -> None:
+    result = CliRunner().invoke(command, ["--readings", "--json", "--flank", "right"])
+    assert (result.exit_code, result.stderr) == (0, "")
+    data = json.loads(result.stdout)
+    assert {one["flank"] for one in data} == {"right"}
+    assert [one["reading"] for one in data] == [one.name for one in readings_of(builtin_design())]
+    given = {one.id: one.verdict for one in paper_statements(table1(), "right")}
+    assert data[0]["verdicts"] == {name: verdict.value for name, verdict in given.items()}
+    wide = next(one["verdicts"] for one in data if "wide" in one["reading"])
+    assert wide["C2"] == "does not hold"
+    table = readings_table("x", {"right": {"as given": given}})
+    assert max(len(row) for row in table.splitlines()) <= 100
+    assert table.splitlines()[-1].split()[2:] == list("ymmmy--yymyyymyy")

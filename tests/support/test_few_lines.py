@@ -1,0 +1,53 @@
+"""Results as the interpreter shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import beveloid_geom as bg
+from beveloid_geom.support.few_lines import few_lines
+from tests.oracle.table1 import table1
+
+DESIGN = table1((0.001, -0.001))
+RESULTS: dict[str, Callable[[], object]] = {
+    "path": lambda: bg.path_of_contact(DESIGN, points=2001),
+    "ends": lambda: bg.path_ends(DESIGN),
+    "cycle": lambda: bg.mesh_cycle(DESIGN, "right"),
+    "pattern": lambda: bg.contact_pattern(DESIGN).pinion,
+    "map": lambda: bg.map_of(DESIGN, "parabola", steps=2),
+    "study": lambda: bg.tolerance_study(DESIGN, bg.Tolerances(0.05), cases=2000),
+    "sensitivity": lambda: bg.path_sensitivity(DESIGN),
+    "solid": lambda: bg.gear_solid(DESIGN.pinion, tolerance=0.1),
+    "hexahedra": lambda: bg.tooth_hexahedra(DESIGN.pinion, tolerance=0.1),
+    "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.01),
+    "meshes": lambda: bg.mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
+}
+
+
+@pytest.mark.parametrize("result", RESULTS.values(), ids=RESULTS)
+def test_results_are_a_few_lines(result: Callable[[], object]) -> None:
+    found = result()
+    lines = repr(found).splitlines()
+    assert lines[0] == type(found).__name__
+    assert 3 < len(lines) < 25
+    assert max(map(len, lines)) <= 110
+    assert "array(" not in repr(found)
+
+
+def test_what_is_shown_of_an_array() -> None:
+    path = bg.path_of_contact(DESIGN, points=3)
+    assert f"l1                  [3] {path.l1.min():.6g} ... {path.l1.max():.6g}" in repr(path)
+    lost = bg.path_of_contact(table1(), l1=[0.0, 1e3])
+    assert ", 1 NaN" in next(line for line in repr(lost).splitlines() if " u2 " in line)
+    assert "[0]" in repr(bg.path_of_contact(table1(errors=bg.Errors(offset=9.0))))
+    assert few_lines(bg.Errors(offset=np.zeros((4, 5)))).splitlines()[1].split()[1:] == [
+        "[4",
+        "x",
+        "5]",
+        "0",
+        "...",
+        "0",
+    ]

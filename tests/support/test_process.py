@@ -1,0 +1,163 @@
+"""Commands that are interrupted at any time, and whose output cannot be written: a status of its own, a line
+at most, and nothing left behind. Status 1 is kept for "no contact"."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+import beveloid_geom
+
+BIN = Path(sys.executable).parent
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no signals between processes here")
+LONG = {
+    "figures": ("render-figures", "--out", "{}", "--size", "400x300"),
+    "film": ("render-animation", "--out", "{}/mesh.gif", "--size", "300x200", "--pitches", "20"),
+    "report": ("render-report", "--out", "{}/page.html", "--cases", "500000"),
+    "jobs": ("beveloid-geom", "tolerance", "--offset", "0.05", "--cases", "1000000", "--jobs", "2"),
+    "map": ("beveloid-geom", "map", "--steps", "201"),
+    "mesh": ("beveloid-geom", "mesh", "--part", "pair", "--tolerance", "1e-4", "--out", "{}/pair.stl"),
+}
+COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-report")
+
+
+def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
+    """The command, in a group of its own as in a terminal, once it answers to signals."""
+    process = subprocess.Popen(
+        [BIN / arguments[0], *(word.format(folder) for word in arguments[1:])],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # Shells let what they start in the background ignore Ctrl-C, and children inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    state = Path(f"/proc/{process.pid}/status")
+    while state.exists() and process.poll() is None and not _catches(state.read_text(), signal.SIGTERM):
+        time.sleep(0.002)
+    return process
+
+
+def _catches(state: str, number: int) -> bool:
+    caught = next((line for line in state.splitlines() if line.startswith("SigCgt:")), "SigCgt: 0")
+    return bool(int(caught.split()[1], 16) >> (number - 1) & 1)
+
+
+@POSIX
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
+@pytest.mark.parametrize("command", LONG)
+def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path: Path) -> None:
+    """From the first import to the middle of the work; the moments are drawn anew in every run."""
+    for longest in (0.0, 0.1, 0.5, 1.0, 2.0, 3.0):
+        delay = random.uniform(0.5, 1.0) * longest
+        with started(LONG[command], tmp_path) as process:
+            time.sleep(delay)
+            assert process.poll() is None, "it was done too soon"
+            os.killpg(process.pid, number)
+            out, errors = process.communicate(timeout=60)
+        assert (process.returncode, out) == (128 + number, ""), (delay, errors)
+        last = errors.splitlines()[-1]
+        assert last.startswith("Error: interrupted"), (delay, errors)
+        assert "Traceback" not in errors
+        assert errors.count("Error") == errors.count("interrupted") == 1, (delay, errors)
+        assert all(file.suffix in (".png", ".csv") for file in tmp_path.iterdir()), delay
+        with pytest.raises(ProcessLookupError):  # noqa: PT012
+            end = time.monotonic() + 20.0  # for a probe of OpenGL to end, or a tracker of resources
+            while time.monotonic() < end:
+                os.killpg(process.pid, 0)
+                time.sleep(0.02)
+
+
+@POSIX
+def test_an_interrupt_during_a_message() -> None:
+    """Python refuses to write to a stream that is being written to."""
+    code = (
+        "import os, signal, sys, beveloid_geom.support.process as process\n"
+        "process.import_module = lambda _: type('Talker', (), {'main': staticmethod(talk)})\n"
+        "def talk():\n"
+        "    while True:\n"
+        "        sys.stderr.write('.' * 100)\n"
+        "process.run('talker')\n"
+    )
+    for _ in range(10):
+        with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE) as process:
+            assert process.stderr is not None
+            process.stderr.read(random.randrange(1, 100_000))
+            process.send_signal(signal.SIGTERM)
+            errors = process.communicate(timeout=60)[1]
+        assert process.returncode == 143
+        assert errors.strip(b".") == b"\nError: interrupted\n"
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+
+
+@POSIX
+@pytest.mark.parametrize(
+    ("command", "status", "errors"),
+    [
+        *((f"{name} --help > /dev/full", 2, "No space left on device") for name in COMMANDS),
+        ("beveloid-geom --version >&-", 2, "Bad file descriptor"),
+        ("beveloid-geom tca --points 9 --csv >&-", 2, "Bad file descriptor"),
+        ("beveloid-geom tca --points 9 --csv 2>&- >table.csv", 0, ""),
+        ("beveloid-geom tca missing.toml 2>&-", 2, ""),
+        ("beveloid-geom tca missing.toml 2>/dev/full", 2, ""),
+        ("beveloid-geom map --steps 3 2>/dev/full >table.csv", 0, ""),
+        ("beveloid-geom mesh --part pinion-tooth --out tooth.stl 2>&-", 0, ""),
+        ("render-figures --only fig-11 --size 300x200 --out . 2>/dev/full", 0, ""),
+        ("render-figures --only fig-11 --size 300x200 --out . 2>&-", 0, ""),
+        ("beveloid-geom tca --points 20000 --no-certify --csv | head -n 1", 141, ""),
+        ("beveloid-geom tca missing.toml 2>&1 >table.csv | true", 2, ""),
+    ],
+    ids=lambda value: str(value) if isinstance(value, str) and "-" in value else "",
+)
+def test_output_that_cannot_be_written(command: str, status: int, errors: str, tmp_path: Path) -> None:
+    done = shell(command, tmp_path)
+    line = f"Error: cannot write to standard output: {errors}\n" if errors else ""
+    assert (done.returncode, done.stderr) == (status, line)
+
+
+def test_a_fault_of_the_program_does_not_look_like_no_contact() -> None:
+    code = "from beveloid_geom.support.process import run; run('beveloid_geom.no_such_module')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 70
+    assert "ModuleNotFoundError" in done.stderr
+
+
+@POSIX
+def test_signals_that_are_ignored_stay_ignored() -> None:
+    code = "import os, signal\nfrom beveloid_geom.support.process import _answer_signals\n_answer_signals()\n"
+    code += "os.kill(os.getpid(), signal.SIGHUP)\nos.kill(os.getpid(), signal.SIGINT)\n"
+    ignored = "trap '' HUP; exec " + f"{sys.executable} -c '{code}'"
+    done = subprocess.run(["bash", "-c", ignored], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "Error: interrupted\n")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_its_version(command: str) -> None:
+    done = subprocess.run([BIN / command, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{command}, version {beveloid_geom.__version__}\n"
+
+
+def test_the_package_is_a_command() -> None:
+    command = [sys.executable, "-m", "beveloid_geom", "tca", "--points", "3"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "dw1 = 211.594669 mm" in done.stdout

@@ -1,0 +1,145 @@
+"""What is kept for the next who asks is read-only, wherever it is kept."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator
+from dataclasses import is_dataclass
+from functools import cached_property
+from importlib import import_module
+from inspect import isclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+import beveloid_geom
+import viz
+from beveloid_geom.contact.equation import _kept_flanks, pairing_of
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.gear.tooth_side import _kept_surface
+from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
+from beveloid_geom.shapes.mesh_contact import flank_mesh, mesh_separation
+from beveloid_geom.studies.statement_verdicts import Case
+from beveloid_geom.support.chebyshev import _derivation
+from beveloid_geom.support.read_only import kept, read_only
+from tests.oracle.table1 import table1
+
+TABLE = table1()
+ROOTS = [Path(package.__file__ or "").parent for package in (beveloid_geom, viz)]
+CACHES = {"lru_cache", "cache", "cached_property"}
+KEPT: dict[str, Callable[[], object]] = {
+    "beveloid_geom.contact.equation._kept_flanks": lambda: _kept_flanks(*TABLE.members, "right"),
+    "beveloid_geom.support.chebyshev._derivation": lambda: _derivation(9),
+    "beveloid_geom.design.model.Design.batch_shape": lambda: TABLE.batch_shape,
+    "beveloid_geom.pair.mounting._kept_mounting": lambda: _kept_mounting(*TABLE.members, TABLE.pair),
+    "beveloid_geom.shapes.mesh_contact.flank_mesh": lambda: flank_mesh(TABLE.pinion, "right", 0.05),
+    "beveloid_geom.studies.statement_verdicts.Case.face": lambda: Case(TABLE, "right").face,
+    "beveloid_geom.studies.statement_verdicts.Case.modified": lambda: Case(TABLE, "right").modified,
+    "beveloid_geom.studies.statement_verdicts.Case.sweeps": lambda: Case(TABLE, "right").sweeps,
+    "beveloid_geom.gear.tooth_side._kept_surface": lambda: _kept_surface(TABLE.pinion, "right"),
+    "viz.report.data.PageData.found": lambda: True,  # it is a bool
+}
+"""An example of every result that a module keeps."""
+
+
+def modules() -> Iterator[tuple[str, ast.Module]]:
+    for root in ROOTS:
+        for path in sorted(root.rglob("*.py")):
+            parts = path.relative_to(root.parent).with_suffix("").parts
+            yield ".".join(parts), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def caches() -> set[str]:
+    """All functions and properties of the library and of viz that keep results."""
+    found = set()
+    for name, tree in modules():
+        words = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        if not words & (CACHES | {"kept"}) or name.endswith("__init__"):
+            continue
+        module = import_module(name)
+        for key, value in vars(module).items():
+            if getattr(value, "__module__", None) != name:
+                continue
+            if hasattr(value, "cache_info"):
+                found.add(f"{name}.{key}")
+            elif isclass(value):
+                own = (k for k, part in vars(value).items() if isinstance(part, cached_property))
+                found |= {f"{name}.{key}.{k}" for k in own}
+    return found
+
+
+def arrays(value: object) -> Iterator[np.ndarray]:
+    if isinstance(value, np.ndarray):
+        yield value
+    elif is_dataclass(value) or isinstance(value, dict | MappingProxyType):
+        for part in (dict(value) if not is_dataclass(value) else vars(value)).values():
+            yield from arrays(part)
+    elif isinstance(value, list | tuple):
+        for part in value:
+            yield from arrays(part)
+
+
+def test_there_is_an_example_of_every_kept_result() -> None:
+    assert caches() == set(KEPT)
+
+
+def test_only_one_module_keeps_results_of_functions() -> None:
+    """All others use `kept`, which makes them read-only."""
+    users = [
+        name
+        for name, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Name) and node.id in {"lru_cache", "cache"}
+    ]
+    assert users == ["beveloid_geom.support.read_only"]
+
+
+@pytest.mark.parametrize("make", KEPT.values(), ids=KEPT)
+def test_kept_results_cannot_be_written_to(make: Callable[[], object]) -> None:
+    assert not any(array.flags.writeable for array in arrays(make()))
+
+
+def test_all_arrays_are_found() -> None:
+    """In dataclasses, mappings and rows; one in another."""
+    path = path_of_contact(TABLE, points=5)
+    assert len(list(arrays(read_only([{"a": (path, 1.0)}, "b"])))) > 15
+    assert not any(array.flags.writeable for array in arrays(path))
+
+
+def test_functions_are_called_once() -> None:
+    calls = []
+
+    @kept(1)
+    def squares(count: int) -> np.ndarray:
+        calls.append(count)
+        return np.arange(count) ** 2
+
+    assert squares(3) is squares(3)
+    assert calls == [3]
+    assert squares.__name__ == "squares"
+    with pytest.raises(ValueError, match="read-only"):
+        squares(3)[0] = 1
+
+
+def test_writing_to_a_separation_moves_no_other() -> None:
+    """It did, by millimetres: the grid was that of the mesh which is kept."""
+    pose = {"pinion_roll": 0.1, "gear_roll": -0.06}
+    first = mesh_separation(TABLE, "right", 0, 0.05, **pose, polish=False)
+    before = {name: value.copy() for name, value in vars(first).items()}
+    for array in vars(first).values():
+        if array.flags.writeable:
+            array += 1
+        else:
+            with pytest.raises(ValueError, match="read-only"):
+                array += 1
+    again = mesh_separation(TABLE, "right", 0, 0.05, **pose, polish=False)
+    for name, value in before.items():
+        np.testing.assert_array_equal(value, getattr(again, name))
+
+
+def test_writing_to_a_pairing_or_a_mounting_is_refused() -> None:
+    for array in (mounting_of(TABLE).distance, pairing_of(TABLE, "left").rack.normal):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0.0

@@ -1,0 +1,65 @@
+"""Files that appear whole: what they may take the place of. Pipes stand for devices, which as root
+would be replaced for everyone."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from beveloid_geom.support.whole_file import whole_file
+
+BIN = Path(sys.executable).parent
+COMMANDS = (
+    ("render-report", "--cases", "1", "--out", "{}.html"),
+    ("beveloid-geom", "mesh", "--part", "pinion-flank", "--out", "{}.stl"),
+)
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Path:
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("no pipes among files here")
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    return path
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_pipe_is_left_alone(pipe: Path, linked: bool) -> None:
+    out = pipe.with_name("link") if linked else pipe
+    if linked:
+        out.symlink_to(pipe)
+    with pytest.raises(OSError, match="Not a regular file"), whole_file(out):
+        pytest.fail("it would be replaced")
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert set(pipe.parent.iterdir()) == {pipe, out}
+
+
+def test_a_folder_is_left_alone(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError), whole_file(tmp_path):
+        pytest.fail("it would be replaced")
+
+
+@pytest.mark.parametrize("arguments", COMMANDS)
+def test_commands_refuse_a_pipe(pipe: Path, arguments: tuple[str, ...]) -> None:
+    program, *rest = (text.format(pipe) for text in arguments)
+    out = Path(rest[-1])
+    pipe.rename(out)
+    run = subprocess.run([BIN / program, *rest], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.startswith(f"Error: cannot write {out} (Not a regular file): choose ")
+    assert run.stderr.count("\n") == 1
+    assert stat.S_ISFIFO(out.stat().st_mode)
+    assert list(out.parent.iterdir()) == [out]
+
+
+def test_a_report_without_a_name_is_refused_at_once(tmp_path: Path) -> None:
+    command = [str(BIN / "render-report"), "--out", ""]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert run.returncode == 2
+    assert run.stderr == "Error: cannot write . (Is a directory): choose a file with --out\n"

@@ -1,0 +1,158 @@
+"""The command `render-figures`: what it writes, what it refuses, and a machine without OpenGL."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from matplotlib.image import imread
+
+from beveloid_geom.design.file import builtin_text
+from viz.cli import main
+from viz.figures import FIGURES
+from viz.stage import opengl
+
+COMMAND = Path(sys.executable).with_name("render-figures")
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, check=False)
+
+
+def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "figures"
+    done = run("--only", "fig-07", "--only", "fig-11", "--out", str(out), "--size", "640x480")
+    assert done.returncode == 0, done.stderr
+    assert str(out) in done.stdout
+    assert "triangles" in done.stdout
+    assert sorted(p.name for p in out.iterdir()) == ["fig-07.csv", "fig-07.png", "fig-11.csv", "fig-11.png"]
+    assert imread(out / "fig-07.png").shape[:2] == (480, 640)
+    with open(out / "fig-07.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["member"] for row in rows} == {"pinion", "gear"}
+    assert {row["status"] for row in rows} == {"solved"}
+    assert len(rows) == 5 * 2 * 101
+    straight = next(row for row in rows if float(row["a1_per_mm"]) == 0.0)
+    assert float(straight["contact_ratio"]) == pytest.approx(1.651001, abs=1e-6)
+
+
+def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
+    done = run("--list")
+    assert done.returncode == 0
+    names = [f"fig-{k:02d}" for k in range(1, 16)]
+    names += [
+        "separation",
+        "pattern",
+        "transmission-error",
+        "sliding",
+        "sensitivity",
+        "tolerance-cloud",
+        "map-parabola",
+        "map-mounting",
+        "map-shift",
+        "mesh-convergence",
+        "picture-density",
+        "speed-accuracy",
+        "job-size",
+        "posed-pair",
+        "meshed-tooth",
+    ]
+    assert [line.split()[0] for line in done.stdout.splitlines()] == names
+    assert [figure.name for figure in FIGURES] == names
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--only", "fig-16"], "no figure named 'fig-16'"),
+        (["--size", "1600"], "write it as 1600x1200"),
+        (["--size", "10x10"], "200 to 8000 pixels"),
+        (["--design", "nowhere.toml"], "nowhere.toml"),
+        (["--nonsense"], "--nonsense"),
+    ],
+)
+def test_bad_input_is_refused_in_a_line(arguments: list[str], message: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:
+    design = tmp_path / "design.toml"
+    design.write_text(
+        builtin_text().replace("teeth = 29", "teeth = 0").replace("offset = 229.0", "offset = nan")
+    )
+    done = CliRunner().invoke(main, ["--design", str(design), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "[pinion] teeth" in done.stderr
+    assert "[pair] offset" in done.stderr
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    done = CliRunner().invoke(main, ["--only", "fig-11", "--out", str(blocked / "out")])
+    assert done.exit_code == 2
+    assert "cannot write to" in done.stderr
+
+
+def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", full)
+    done = CliRunner().invoke(main, ["--only", "fig-11", "--out", str(tmp_path), "--size", "400x300"])
+    assert done.exit_code == 2
+    assert "No space left on device" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_opengl_the_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(opengl, "draws", lambda _: False)
+    monkeypatch.delenv(opengl.VARIABLE, raising=False)
+    done = CliRunner().invoke(main, ["--only", "fig-09", "--out", str(tmp_path)])
+    assert done.exit_code == 3
+    assert "sudo apt-get install libosmesa6" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_window_class_that_crashes_is_not_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The probe's child process may die; the program does not."""
+    monkeypatch.setattr(opengl, "PROBE", "import os; os.abort()")
+    assert not opengl.draws("")
+
+
+def test_window_classes() -> None:
+    assert list(opengl.window_classes({opengl.VARIABLE: "mine", "DISPLAY": ":0"})) == ["mine"]
+    assert list(opengl.window_classes({}, "darwin")) == [""]
+    assert "" not in list(opengl.window_classes({}, "linux"))
+    assert next(opengl.window_classes({"DISPLAY": ":0"}, "linux")) == ""
+
+
+def test_a_design_without_contact_is_drawn_and_said(tmp_path: Path) -> None:
+    design = tmp_path / "design.toml"
+    design.write_text(builtin_text().replace("offset = 0.0", "offset = 20.0"))
+    out = tmp_path / "out"
+    done = run(
+        "--design",
+        str(design),
+        "--out",
+        str(out),
+        "--size",
+        "400x300",
+        *only("fig-01", "fig-09", "fig-11", "fig-13"),
+    )
+    assert done.returncode == 0, done.stderr
+    assert "off_flank" in (out / "fig-09.csv").read_text()
+    assert os.path.getsize(out / "fig-01.png") > 1000
+
+
+def only(*names: str) -> list[str]:
+    return [word for name in names for word in ("--only", name)]

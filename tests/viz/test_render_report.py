@@ -1,0 +1,382 @@
+"""The command `render-report`: one page that needs nothing else, with the numbers of the commands."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from html.parser import HTMLParser
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom.analysis.tolerance import UNIT, USUAL, Tolerances, tolerance_study
+from beveloid_geom.cli.main import main as beveloid_geom
+from beveloid_geom.design.file import builtin_design, builtin_text
+from beveloid_geom.design.model import Design, Errors, Pair
+from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.report.tolerance import tolerance_json, tolerance_remarks
+from viz.report import svg
+from viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
+from viz.report.page import looked_up, number_of, script_json, with_code
+
+COMMAND = [str(Path(sys.executable).with_name("render-report"))]
+WITHOUT_VTK = [
+    *(sys.executable, "-c"),
+    "import sys; from viz.report.cli import main; main(standalone_mode=False);"
+    "sys.exit(9 if {'vtkmodules', 'vtk', 'pyvista'} & set(sys.modules) else 0)",
+]
+NAME = Path("x<", "script><img src=x onerror=alert(1)> & \"'.toml")
+"""A path that closes a script element and opens others."""
+TOLERANCES = ("--offset", "0.04", "--gear-axial", "0.2", "--seed", "7", "--cases", "300")
+MOST_BYTES = 4_000_000
+
+
+class Page(HTMLParser):
+    """Tags with attributes, texts of script elements, and the texts of cells with their attributes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.scripts: list[tuple[dict[str, str], str]] = []
+        self.cells: list[tuple[dict[str, str], str]] = []
+        self.words = ""
+        self.inside = False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, {name: value or "" for name, value in attrs}))
+        self.inside = True
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = False
+
+    def handle_data(self, data: str) -> None:
+        tag, attributes = self.tags[-1] if self.inside else ("", {})
+        if tag == "script":
+            self.scripts.append((attributes, data))
+        elif tag != "style":
+            self.words += f" {' '.join(data.split())}"
+            if "data-key" in attributes:
+                self.cells.append((attributes, data))
+
+    def json(self, name: str) -> Any:
+        return json.loads(next(text for attributes, text in self.scripts if attributes.get("id") == name))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With the paper's pair, modified, under a name that is not to be trusted."""
+    folder = tmp_path_factory.mktemp("report")
+    source = folder / NAME
+    source.parent.mkdir()
+    text = builtin_text().replace("parabola = 0.0  ", "parabola = 0.001  ", 1)
+    source.write_text(text.replace("parabola = 0.0\n", "parabola = -0.001\n"), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def text(folder: Path) -> str:
+    """The page, made without a trace of VTK."""
+    run = subprocess.run(
+        [*WITHOUT_VTK, str(NAME), "--out", "page.html", *TOLERANCES],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    assert re.fullmatch(r".*page\.html: \d\.\d\d MB, made in \d+\.\d s\n", run.stdout)
+    assert 100_000 < (folder / "page.html").stat().st_size < MOST_BYTES
+    return (folder / "page.html").read_bytes().decode()
+
+
+@pytest.fixture(scope="module")
+def page(text: str) -> Page:
+    return Page(text)
+
+
+def test_nothing_is_fetched(page: Page, text: str) -> None:
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(set(ids)) == len(ids)
+    for tag, attributes in page.tags:
+        assert tag not in ("link", "base", "iframe", "object", "embed", "img", "image", "form")
+        for name in ("src", "srcset", "data", "poster", "action", "background"):
+            assert name not in attributes, (tag, attributes)
+        for name in ("href", "xlink:href"):
+            assert name not in attributes or attributes[name].removeprefix("#") in ids, (tag, attributes)
+        for target in re.findall(r"url\(([^)]*)\)", " ".join(attributes.values())):
+            assert target.removeprefix("#") in ids
+    style = text[text.index("<style>") : text.index("</style>")]
+    assert "url(" not in style
+    assert "@import" not in style
+    policy = next(a["content"] for _, a in page.tags if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline';")
+    assert "http" not in policy
+
+
+def test_it_says_which_file_when_and_which_version(page: Page) -> None:
+    """Near the top, before the contents; and the numbers that are saved carry it too."""
+    data, head = page.json("data"), page.words[: page.words.index("Paths and patterns")]
+    assert (data["name"], data["version"]) == (str(NAME), version("beveloid-geom"))
+    made = datetime.fromisoformat(data["made"])
+    assert abs(datetime.now(UTC) - made) < timedelta(hours=2)
+    assert f"Design file {NAME} , page made {made:%Y-%m-%d %H:%M}" in head
+    assert f"by beveloid-geom {data['version']}" in head
+    assert page.words.count(f"Numbers of {NAME}") >= 6
+
+
+def test_what_was_found_leads_the_summary(page: Page) -> None:
+    """All that `check` and `tca` say and the share of lost mountings, warnings before the numbers."""
+    data, words = page.json("data"), " ".join(page.words.split())
+    summary = words[words.index("Summary", words.index("Terms")) :]
+    table = summary.index("contact ratio by Eq. 16")
+    sections = [data["check"], *data["tca"].values(), *data["tolerance"].values()]
+    for level, before in (("errors", True), ("warnings", True), ("notes", False)):
+        for text in (text for section in sections for text in section[level]):
+            assert (summary.index(" ".join(text.replace("`", " ").split())) < table) is before
+    assert any("an edge touches earlier" in text for text in data["check"]["warnings"])
+
+
+def test_lost_mountings_are_a_warning() -> None:
+    """A pair of its own, whose right flanks lose contact in some 15 % of the mountings."""
+    table1 = builtin_design()
+    tool = replace(table1.pinion.tool, normal_module=4.0)
+    pinion = replace(table1.pinion, tool=tool, teeth=25)
+    gear = replace(
+        table1.gear, tool=tool, teeth=31, cone_angle=math.radians(5.0), helix_angle=math.radians(-6.64)
+    )
+    design = Design(pinion, gear, Pair(111.6066, math.radians(20.0)))
+    study = tolerance_study(design, USUAL, "right", 100)
+    (remark,) = tolerance_remarks(study)
+    share = 1.0 - np.count_nonzero(study.mountings.solved) / study.cases
+    assert 0.08 < share < 0.25
+    assert remark.level == "warning"
+    assert remark.text.startswith(f"right flanks: {100.0 * share:.3g} % of mountings have no contact")
+    assert json.loads(tolerance_json("own", design, study))["warnings"] == [remark.text]
+    told = [found.text for found in findings_on(design) if found.level == "warning"]
+    assert told[0].startswith("right flanks: sensitive to errors")
+    assert "0.01 deg of shaft angle shifts the path on the pinion by 57.3 mm along its face" in told[0]
+    assert told[1].endswith("at an error of shaft angle +0.01 deg or shaft angle -0.01 deg")
+    assert tolerance_remarks(tolerance_study(design, USUAL, "left", 100)) == ()
+
+
+def test_a_name_cannot_become_code(page: Page, text: str) -> None:
+    assert str(NAME) in page.words
+    assert page.json("data")["tca"]["left"]["design"] == str(NAME)
+    assert "<img src=x" not in text
+    assert sum(tag == "script" for tag, _ in page.tags) == len(page.scripts) == 6
+
+
+@pytest.mark.parametrize(
+    ("command", "keys"),
+    [
+        (("check",), "check"),
+        (("tca", "--flank", "right"), "tca.right"),
+        (("tca", "--flank", "left"), "tca.left"),
+        (("operation", "--flank", "right"), "operation.right"),
+        (("sliding", "--flank", "left", "--points", "101"), "sliding.left"),
+        (("pattern",), "pattern.right"),
+        (("sensitivity", "--flank", "right"), "sensitivity.right"),
+        (("sensitivity", "--flank", "left"), "sensitivity.left"),
+        (("tolerance", "--flank", "left", *TOLERANCES), "tolerance.left"),
+        (("statements",), "statements"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_its_data_are_those_of_the_command(
+    page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], keys: str
+) -> None:
+    monkeypatch.chdir(folder)
+    name, *options = command
+    result = CliRunner().invoke(beveloid_geom, [name, str(NAME), *options, "--json"])
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert json.loads(result.stdout) == looked_up(page.json("data"), keys)
+
+
+def test_every_number_shown_is_that_of_the_data(page: Page) -> None:
+    data = page.json("data")
+    assert len(page.cells) > 250
+    for attributes, text in page.cells:
+        found: Any = data
+        for part in attributes["data-key"].split("."):
+            found = found[int(part)] if isinstance(found, list) else found[part]
+        value, digits = found * float(attributes["data-scale"]), int(attributes["data-digits"])
+        shown = float(text.replace("\u2212", "-"))
+        if attributes.get("data-format") == "g":
+            assert shown == pytest.approx(value, rel=10.0 ** (1 - digits), abs=1e-300)
+        else:
+            assert len(text.partition(".")[2]) == digits
+            assert abs(shown - value) <= 0.5000001 * 10.0**-digits, attributes
+    keys = {attributes["data-key"].partition(".")[0] for attributes, _ in page.cells}
+    sections = {"check", "tca", "operation", "sliding", "sensitivity", "tolerance", "pattern", "design"}
+    assert keys == sections
+
+
+def test_every_chart_has_a_title_and_the_pages_colours(page: Page, text: str) -> None:
+    charts = re.findall(r'<svg class="drawing".*?</svg>', text, flags=re.S)
+    assert len(charts) == 14
+    titles = {re.search(r"<title[^>]*>(.*?)</title>", chart)[1] for chart in charts}  # type: ignore[index]
+    assert len(titles) == 14
+    for chart in charts:
+        assert not re.search(r"#[0-9a-fA-F]{6}\b|rgb\(|<style|font-family", chart)
+        assert 'role="img"' in chart
+
+
+def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
+    options = ["--shaft-angle-error", "-3", "--cases", "20", "--out", "none.html"]
+    run = subprocess.run([*COMMAND, *options], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr.count("\n") == 2
+    assert run.stderr.startswith("No contact, right flanks: the right flanks have no common normal")
+    page = Page((tmp_path / "none.html").read_text(encoding="utf-8"))
+    assert "There is no path of contact on either flank of this pair." in page.words
+    data = page.json("data")
+    for flank in ("right", "left"):
+        assert data["tca"][flank]["reason"] in page.words
+        assert data["operation"][flank]["reason"] in page.words
+        assert data["tolerance"][flank]["status"]["no_common_normal"] == 20
+    assert any(text == "\u2013" for _, text in page.cells)
+    assert "nan" not in page.words.lower().split()
+
+
+def test_a_section_that_fails_leaves_the_others_and_two_runs_give_the_same_bytes(tmp_path: Path) -> None:
+    """Here the tool's rounds overlap: there are paths of contact, but no fillets to look for others."""
+    options = ["--parabola-pinion", "0.01", "--cases", "20", "--out"]
+    runs = [
+        subprocess.Popen(
+            [*COMMAND, *options, f"{seed}.html"],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONHASHSEED": seed, "SOURCE_DATE_EPOCH": "86400"},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for seed in "12"
+    ]
+    for run in runs:
+        _, errors = run.communicate(timeout=300)
+        assert (run.returncode, errors) == (0, "")
+    one, two = ((tmp_path / f"{seed}.html").read_bytes() for seed in "12")
+    assert one == two
+    page = Page(one.decode())
+    assert page.json("data")["made"] == "1970-01-02T00:00:00+00:00"
+    data, shown = page.json("data"), {attributes["data-key"]: text for attributes, text in page.cells}
+    for flank in ("right", "left"):
+        assert data["operation"][flank]["reason"].startswith("no first contact: pinion: tip_radius 0.38")
+        assert data["pattern"][flank]["reason"] == data["operation"][flank]["reason"]
+        assert page.words.count(data["operation"][flank]["reason"]) >= 2
+        assert shown[f"operation.{flank}.peak_to_peak"] == "\u2013"
+        assert float(shown[f"tca.{flank}.contact_ratio"]) > 0.0
+    titles = {attributes.get("id", "") for tag, attributes in page.tags if tag == "title"}
+    assert {"path-left-title", "sliding-left-title", "cloud-right-title"} <= titles
+    assert "error-left-title" not in titles
+
+
+def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
+    """Their errors add to those of the design, each to its own."""
+    design = builtin_design().with_parabola(0.001, -0.001)
+    design = design.with_errors(Errors(0.1, 1e-4, 0.2, -0.1))
+    study = tolerance_study(design, Tolerances(0.05, 1e-4, 0.3, 0.1), "right", 2 * CLOUD)
+    cloud = _cloud(design, study)
+    np.testing.assert_array_equal(cloud.ends.contact_ratio, study.mountings.contact_ratio[:CLOUD])
+
+
+def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
+    design = replace(builtin_design(), pair=replace(builtin_design().pair, offset=0.01))
+    solve, done = SECTIONS["tolerance"], lambda: None
+    result, text, reason = solve("small", design, "right", Settings(cases=5), done)
+    assert result is None
+    assert json.loads(text)["reason"] == reason
+    assert "tolerance of offset must be less" in str(reason)
+    with pytest.raises(ValueError, match="tolerance of offset must be less"):
+        solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.toml"], "nowhere.toml"),
+        (["--out", "nowhere/page.html"], "the folder nowhere does not exist"),
+        (["--out", "."], "is a directory"),
+        (
+            ["--out", "page.pdf"],
+            "ends in neither .html nor .htm, which the page is: name it so",
+        ),
+        (["--out", "file/page.html"], "the folder file does not exist"),
+        (
+            ["--shaft-angle-deg", "4", "--offset", "300"],
+            "tolerance of offset must be less than the pair's own 229 mm",
+        ),
+        (["--parabola-pinion", "100"], "--parabola-pinion must be"),
+        (["--offset", "-1"], "--offset"),
+        (["--cases", "0"], "--cases"),
+        (["--flank", "left"], "--flank"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_bad_input_ends_with_one_line(tmp_path: Path, arguments: list[str], words: str) -> None:
+    (tmp_path / "file").touch()
+    run = subprocess.run([*COMMAND, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.count("Error: ") == 1
+    assert words in run.stderr.splitlines()[-1]
+    assert [path.name for path in tmp_path.rglob("*.html*")] == []
+
+
+def test_start_up_is_light() -> None:
+    code = "import viz.report.cli, sys; print({'numpy', 'jinja2', 'matplotlib'} & set(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "set()\n"
+
+
+def test_whose_statements_are_on_the_page() -> None:
+    design = builtin_design()
+    assert is_papers(design.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.1)))
+    assert not is_papers(replace(design, pair=replace(design.pair, offset=229.1)))
+
+
+def test_pieces_of_text() -> None:
+    numbers = {"a": {"b": [1.0, -2e-9, None]}, "c": 0.5}
+    assert ">\u22120.25<" in number_of({"x": -0.25}, "x", 2)
+    assert ">0.000<" in number_of(numbers, "a.b.1", 3)
+    assert [">\u2013<" in number_of(numbers, key, 3) for key in ("a.b.2", "a.b.9", "a.z.1", "c.d")] == [
+        True
+    ] * 4
+    assert ">28.65<" in number_of(numbers, "c", 2, 57.29577951308232)
+    assert "</" not in script_json({"<": "</script>&"})
+    assert json.loads(script_json({"<": "</script>&"})) == {"<": "</script>&"}
+    assert with_code("see `<a>` & b") == "see <code>&lt;a&gt;</code> &amp; b"
+
+
+def test_charts_keep_their_numbers_and_share_no_ids() -> None:
+    with svg.style():
+        chart = svg.new_chart(100.0)
+        axes = chart.add_subplot()
+        axes.plot([0.0, 1.0], [0.0, 1.0])
+        axes.text(0.1234567, 0.5, "0.0006 & 1.23456 <b>")
+        one, two = (svg.svg_of(chart, name, "<&>") for name in ("one", "two"))
+    assert "0.0006 &amp; 1.23456 &lt;b&gt;" in one
+    assert ">&lt;&amp;&gt;</title>" in one
+    ids = re.findall(r'\bid="([^"]*)"', one)
+    assert ids
+    assert not set(ids) & set(re.findall(r'\bid="([^"]*)"', two))
+    assert set(re.findall(r'(?:href="|url\()#([^")]*)', one)) <= set(ids)
+    assert not re.search(r'd="[^"]*\d\.\d{3}', one)
+
+
+def test_progress_counts_the_mountings() -> None:
+    calls: list[str] = []
+    settings = Settings(cases=2 * UNIT + 1)
+    compute("ni-2017", builtin_design(), settings, calls.append)
+    assert len(calls) == settings.steps
+    assert calls.count("tolerance, right") == calls.count("tolerance, left") == 1 + 3

@@ -1,0 +1,149 @@
+"""The figures of sensitivity and tolerance: what they show is the library's, and odd designs say why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+
+from beveloid_geom.analysis.sensitivity import path_sensitivity
+from beveloid_geom.analysis.tolerance import USUAL, tolerance_study
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.file import builtin_design
+from beveloid_geom.design.model import Design, Errors
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.report.sensitivity import ARCSEC
+from viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
+from viz.stage import theme
+from viz.stage.opengl import require_opengl
+from viz.stage.theme import Page
+
+SIZE = (800, 600)
+STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
+
+
+@pytest.fixture(autouse=True)
+def _few_mountings(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_opengl()
+    for name, value in (("MOUNTINGS", 200), ("DRAWN", 20), ("FEWER", 50), ("FACTORS", (1.0, 10.0))):
+        monkeypatch.setattr(fig_cloud, name, value)
+
+
+def pages(design: Design) -> Iterator[tuple[Page, list[list[object]]]]:
+    for module, name in ((fig_sensitivity, "sensitivity"), (fig_cloud, "tolerance-cloud")):
+        recipe: Any = module.RECIPES[name]
+        data = recipe.compute(design)
+        with theme.style():
+            page = recipe.draw(data, SIZE).page
+        header, rows = recipe.rows(data)
+        table = [list(row) for row in rows]
+        assert all(len(row) == len(header) for row in table)
+        yield page, table
+
+
+def words(page: Page) -> str:
+    texts = [*page.texts, *(text for axes in page.axes for text in axes.texts)]
+    return " ".join(" ".join(text.get_text().split()) for text in texts)
+
+
+def test_sensitivity_is_the_librarys() -> None:
+    design = builtin_design()
+    data = fig_sensitivity.compute(design)
+    for case, changed in zip(data, (design, design.with_parabola(0.001, -0.001)), strict=True):
+        for flank in ("right", "left"):
+            found = path_sensitivity(changed, flank)
+            along, square, ratio, swing = (case.values(quantity) for quantity in fig_sensitivity.QUANTITIES)
+            for j, member in enumerate(("pinion", "gear")):
+                np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)
+                np.testing.assert_array_equal(square[flank, member], found.square_shift_by[1, j] * STEPS)
+            np.testing.assert_allclose(ratio[flank,], 1e3 * found.contact_ratio_by * STEPS, rtol=1e-14)
+            np.testing.assert_allclose(swing[flank,], ARCSEC * found.peak_to_peak_by * STEPS, rtol=1e-14)
+    page, table = next(pages(design))
+    shown = words(page)
+    for value in ("+2.54", "\u221210.2", "\u22120.575", "+0.389", "\u221218.9", "0 under every error"):
+        assert value in shown
+    one = next(
+        row for row in table if row[:5] == ["as designed", "left", "face_shift", "gear", "shaft angle"]
+    )
+    assert one[7] == pytest.approx(0.385224, abs=1e-6)
+    assert one[9] == pytest.approx(path_sensitivity(design, "left").face_shift_by[1, 1, 1], rel=1e-12)
+
+
+def test_values_of_a_panel_are_not_overprinted() -> None:
+    data = fig_sensitivity.compute(builtin_design())
+    with theme.style():
+        page = fig_sensitivity.draw(data, (1600, 1200)).page
+    for axes in page.axes:
+        boxes = [(text, text.get_window_extent()) for text in axes.texts]
+        for (text, one), (other, two) in combinations(boxes, 2):
+            assert not one.padded(-2.0).overlaps(two.padded(-2.0)), (text.get_text(), other.get_text())
+        assert all(box.x0 >= 0.0 and box.x1 <= 1600.0 for _, box in boxes)
+
+
+def test_clouds_and_counts_are_the_librarys() -> None:
+    design = builtin_design()
+    right, left = fig_cloud.compute(design)
+    for side in (right, left):
+        study = tolerance_study(design, USUAL, side.flank, 200)
+        drawn = side.cases[0].study
+        assert drawn is not None
+        np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
+        for factor, cloud in zip((5.0, 1.0), side.clouds, strict=True):
+            errors = Errors(*(factor * drawn.mountings.errors[3]))
+            path = path_of_contact(design.with_errors(errors), side.flank, fig_cloud.POINTS)
+            for points, member, l, u in zip(
+                cloud, design.members, (path.l1, path.l2), (path.u1, path.u2), strict=True
+            ):
+                np.testing.assert_allclose(
+                    points[3], flank_point(member, side.flank, l, u), rtol=0.0, atol=1e-9
+                )
+    changed, without = right.cases[0].shares[:, 1]
+    ten = tolerance_study(design, fig_cloud._times(USUAL, 10.0), "right", 50)
+    assert (changed, without) == pytest.approx(
+        (ten.limits_changed() / 50, 1.0 - ten.mountings.solved.mean()), abs=1e-12
+    )
+    assert without > 0.1
+    assert (left.cases[0].shares == 0.0).all()
+
+
+def test_the_cloud_is_drawn_over_the_flanks() -> None:
+    _, (page, table) = pages(builtin_design())
+    lines = [c for axes in page.axes for c in axes.collections if isinstance(c, LineCollection)]
+    assert len(lines) == 2 * 2 * 2
+    assert max(len(one.get_paths()) for one in lines) == 20
+    assert "all 200 mountings have a path on the flanks, 0 of these ended by another limit" in words(page)
+    assert len(table) == 2 * 2 * 200
+
+
+@pytest.mark.parametrize(
+    ("design", "sensitivity", "cloud"),
+    [
+        (
+            builtin_design().with_errors(Errors(offset=20.0)),
+            "right flanks: no path of contact, the path misses the flanks",
+            "no mounting has a path on the flanks",
+        ),
+        (
+            replace(builtin_design(), pair=replace(builtin_design().pair, offset=0.04)),
+            "no path of contact",
+            "tolerance of offset must be less than the pair's own 0.04 mm",
+        ),
+        (
+            builtin_design().with_parabola(0.0005, 0.0005),
+            "no middle, the roll turns back along the path",
+            "path on the flanks",
+        ),
+        (builtin_design().with_parabola(pinion=-0.01), "+2.55", "have a path on the flanks"),
+        (builtin_design().with_parabola(pinion=0.03), "no path of contact", "no flank"),
+    ],
+    ids=["astray", "small", "turning", "undercut", "no flank"],
+)
+def test_odd_designs_say_why(design: Design, sensitivity: str, cloud: str) -> None:
+    for (page, table), expected in zip(pages(design), (sensitivity, cloud), strict=True):
+        assert expected in words(page), words(page)
+        assert table

@@ -1,0 +1,265 @@
+"""The view of the pair in the report: what it is given poses solid teeth that touch and do not overlap."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import lru_cache
+from math import cos, pi, radians
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import pyvista as pv
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Design, Errors, FloatArray
+from beveloid_geom.operation.first_contact import FirstContact, first_contact
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.shapes.solid import gear_solid
+from beveloid_geom.shapes.surface_mesh import gear_mesh
+from tests.oracle.table1 import table1
+from viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
+
+TABLE = table1()
+LEFT_HAND = replace(
+    TABLE,
+    pinion=replace(TABLE.pinion, helix_angle=-TABLE.pinion.helix_angle),
+    gear=replace(TABLE.gear, helix_angle=-TABLE.gear.helix_angle),
+)
+DESIGNS = {
+    "table 1": TABLE,
+    "modified": table1((0.001, -0.001)),
+    "misaligned": table1((-0.0005, -0.0005), Errors(offset=0.2, shaft_angle=radians(0.01), pinion_axial=0.3)),
+    "left hand": LEFT_HAND,
+}
+VIEWS = {name: view_data(design) for name, design in DESIGNS.items()}
+TOLERANCE = 0.012
+"""mm: what `view_data` takes for a module of 6 mm."""
+every_case = pytest.mark.parametrize("flank", ["right", "left"])
+every_design = pytest.mark.parametrize("name", DESIGNS)
+
+
+def of_path(view: dict[str, Any], flank: str, name: str) -> FloatArray:
+    values = cast("FloatArray", unpacked(view["flanks"][flank]["path"][name]))
+    return values if name in ("roll", "phase") else values.reshape(-1, 3)
+
+
+def gear_roll(view: dict[str, Any], phase: FloatArray, roll: FloatArray) -> FloatArray:
+    teeth = [member["teeth"] for member in view["members"]]
+    return np.asarray(phase - teeth[0] / teeth[1] * roll)
+
+
+def placed(member: dict[str, Any], points: FloatArray, roll: FloatArray) -> FloatArray:
+    """Points of a member's frame in S_f, each at its roll, as the page places them."""
+    cos, sin = np.cos(roll), np.sin(roll)
+    x, y, z = points.T
+    spun = np.stack((cos * x - sin * y, sin * x + cos * y, z), axis=-1)
+    return np.asarray(spun @ np.reshape(member["rotation"], (3, 3)).T + member["origin"])
+
+
+def cycle_at(view: dict[str, Any], flank: str) -> tuple[FloatArray, FloatArray]:
+    """Rolls and phases of one mesh cycle."""
+    cycle = view["flanks"][flank]["cycle"]
+    phase = cast("FloatArray", unpacked(cycle["phase"]))
+    return np.linspace(0.0, cycle["pitch"], phase.size) + float(cycle["start"]), phase
+
+
+@every_design
+@every_case
+def test_both_paths_meet_in_the_point_of_contact(name: str, flank: str) -> None:
+    view, path = VIEWS[name], path_of_contact(DESIGNS[name], flank, 65)
+    roll = of_path(view, flank, "roll")
+    rolls = roll, gear_roll(view, of_path(view, flank, "phase"), roll)
+    np.testing.assert_allclose(of_path(view, flank, "point"), path.point, atol=1e-12)
+    for member, own in zip(view["members"], rolls, strict=True):
+        seen = placed(member, of_path(view, flank, member["name"]), own)
+        np.testing.assert_allclose(seen, path.point, atol=1e-9)
+
+
+@every_design
+@every_case
+def test_tooth_pair_k_is_tooth_k_of_the_pinion_on_tooth_minus_k_of_the_gear(name: str, flank: str) -> None:
+    view = VIEWS[name]
+    pitch = [2.0 * pi / member["teeth"] for member in view["members"]]
+    path_roll, point = of_path(view, flank, "roll"), of_path(view, flank, "point")
+    for pair in (-3, 1, 2):
+        roll = path_roll - pair * pitch[0]
+        rolls = roll, gear_roll(view, of_path(view, flank, "phase"), roll)
+        for member, own, step, tooth in zip(view["members"], rolls, pitch, (pair, -pair), strict=True):
+            points = of_path(view, flank, member["name"])
+            np.testing.assert_allclose(placed(member, points, own + step * tooth), point, atol=1e-9)
+
+
+def tooth_of(member: dict[str, Any]) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Points, normals and faces of the stored tooth."""
+    points, normals, faces = (unpacked(member["tooth"][key]) for key in ("points", "normals", "faces"))
+    return (
+        points.reshape(-1, 3).astype(float),
+        normals.reshape(-1, 3).astype(float),
+        faces.reshape(-1, 3).astype(np.int64),
+    )
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_turned_teeth_are_the_gear(number: int) -> None:
+    member = DESIGNS["modified"].members[number]
+    points, _, faces = tooth_of(VIEWS["modified"]["members"][number])
+    whole = gear_mesh(member, TOLERANCE)
+    angles = 2.0 * pi / member.teeth * np.arange(int(member.teeth))
+    every = np.concatenate([placed({"rotation": np.eye(3), "origin": 0.0}, points, a) for a in angles])
+    assert len(faces) * int(member.teeth) == len(whole.faces)
+    for one, other in ((every, whole.points), (whole.points, every)):
+        np.testing.assert_allclose(cKDTree(one).query(other)[0], 0.0, atol=2e-5)  # single precision
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_faces_wind_outwards_and_those_of_the_ends_come_last(number: int) -> None:
+    """The page takes the inside of faces for the cut face of sections."""
+    data = VIEWS["table 1"]["members"][number]
+    points, normals, faces = tooth_of(data)
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    out = np.cross(b - a, c - a)
+    assert (np.einsum("ij,ij->i", out, normals[faces[:, 0]]) > 0.0).all()
+    flat = np.abs(np.ptp(points[faces, 2], axis=1)) < 1e-9
+    assert flat[-data["tooth"]["end_faces"] :].all()
+    assert not flat[: -data["tooth"]["end_faces"]].any()
+
+
+@lru_cache
+def gear_body(name: str) -> Any:
+    solid = gear_solid(DESIGNS[name].gear, TOLERANCE)
+    return pv.PolyData(solid.points, np.column_stack((np.full(len(solid.faces), 3), solid.faces)).ravel())
+
+
+def clearance(view: dict[str, Any], name: str, roll: float, gear: float) -> float:
+    """Least signed distance (mm) of the pinion's drawn teeth in mesh from the gear as a solid."""
+    pinion, other = view["members"]
+    tooth, step = tooth_of(pinion)[0], 2.0 * pi / pinion["teeth"]
+    nearest = round(-(roll + np.arctan2(tooth[:, 1].mean(), tooth[:, 0].mean())) / step)
+    teeth = [placed(pinion, tooth, np.array(roll + (nearest + k) * step)) for k in range(-2, 4)]
+    seen = (np.concatenate(teeth) - other["origin"]) @ np.reshape(other["rotation"], (3, 3))
+    seen = seen @ np.array([[np.cos(gear), -np.sin(gear), 0], [np.sin(gear), np.cos(gear), 0], [0, 0, 1]])
+    tips = max(other["tip_radius"]) + 0.5
+    near = seen[(np.hypot(seen[:, 0], seen[:, 1]) < tips) & (np.abs(seen[:, 2]) < other["half_width"])]
+    return float(pv.PolyData(near).compute_implicit_distance(gear_body(name))["implicit_distance"].min())
+
+
+@every_case
+@pytest.mark.parametrize("name", ["table 1", "modified", "left hand"])
+def test_posed_teeth_do_not_overlap_but_touch(name: str, flank: str) -> None:
+    """Driven the wrong way by 0.1 mm, or from the wrong side, they would."""
+    view, lever = VIEWS[name], VIEWS[name]["flanks"][flank]["lever"]
+    roll, phase = cycle_at(view, flank)
+    push = (1.0 if flank == "right" else -1.0) * 0.1 / lever
+    for i in (7, 47, 88):
+        gear = float(gear_roll(view, phase[i], roll[i]))
+        assert clearance(view, name, roll[i], gear) > -2.0 * TOLERANCE
+        assert clearance(view, name, roll[i], gear + push) < -0.05
+
+
+@every_design
+@every_case
+def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
+    """By first contacts; the path alone, which knows no edges, leaves it within what they push it ahead."""
+    view, design = VIEWS[name], DESIGNS[name]
+    roll, phase = cycle_at(view, flank)
+    cycle = view["flanks"][flank]["cycle"]
+    edges = np.array([edge is not None for edge in cycle["edges"]])
+    assert cycle["by"] == "first contact"
+    assert phase[0] == pytest.approx(phase[-1], abs=1e-12)
+    ahead = phase - carried_phase(path_of_contact(design, flank, 65), roll)
+    ahead *= 1.0 if flank == "left" else -1.0
+    assert len(cycle["edges"]) == CYCLE_STEPS + 1
+    np.testing.assert_allclose(ahead[~edges], 0.0, atol=1e-7)  # a straight line from point to point
+    assert (ahead[edges] > -1e-7).all()
+    assert edges.any() == (name == "modified")
+    assert (ahead.max() > 5e-6) == (name == "modified")
+
+
+def test_edges_are_named_with_their_place() -> None:
+    edges = [edge for edge in VIEWS["modified"]["flanks"]["right"]["cycle"]["edges"] if edge]
+    assert {edge["edge"] for edge in edges} == {"gear tip"}
+    assert all(90.0 < np.hypot(*edge["point"][:2]) < 105.0 for edge in edges)
+
+
+ODD = {
+    "undercut": replace(TABLE, pinion=replace(TABLE.pinion, teeth=9, profile_shift=-0.3)),
+    "no normal": replace(TABLE, pair=replace(TABLE.pair, shaft_angle=radians(60.0))),
+    "off the flanks": TABLE.with_errors(Errors(offset=12.0)),
+    "pointed": replace(TABLE, gear=replace(TABLE.gear, profile_shift=3.0)),
+    "no fillet": replace(
+        TABLE, pinion=replace(TABLE.pinion, tool=replace(TABLE.pinion.tool, tip_radius=0.9))
+    ),
+    "one tooth": replace(TABLE, pinion=replace(TABLE.pinion, teeth=1)),
+}
+
+
+@pytest.mark.parametrize("design", ODD.values(), ids=ODD)
+def test_odd_designs_are_shown_with_words(design: Design) -> None:
+    view = view_data(design)
+    assert json.loads(json.dumps(view, allow_nan=False)) == view
+    for member in view["members"]:
+        assert (member["tooth"] is None) == bool(member["note"])
+    for flank in view["flanks"].values():
+        assert (flank["path"] is None) == bool(flank["note"])
+        assert np.isfinite(unpacked(flank["cycle"]["phase"])).all()
+    assert any(part["note"] for part in (*view["members"], *view["flanks"].values()))
+
+
+def test_an_unmodified_pair_has_the_lever_of_its_base_helix() -> None:
+    """Base radius times the cosine of the base helix angle: m_n N cos(alpha)/2 on both flanks."""
+    for name in ("table 1", "left hand"):
+        for flank in VIEWS[name]["flanks"].values():
+            assert flank["lever"] == pytest.approx(0.5 * 6.0 * 45.0 * cos(radians(20.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_corners_are_root_and_tip_at_the_toe_then_at_the_heel(number: int) -> None:
+    member = VIEWS["table 1"]["members"][number]
+    for corners in member["tooth"]["corners"].values():
+        radius, z = np.hypot(*np.transpose(corners)[:2]), np.transpose(corners)[2]
+        np.testing.assert_allclose(z, np.repeat((-1.0, 1.0), 2) * member["half_width"], atol=1e-9)
+        np.testing.assert_allclose(radius[1::2], member["tip_radius"], atol=1e-6)
+        assert (radius[::2] < radius[1::2] - 6.0).all()
+        assert radius[3] > radius[1]  # the tooth grows towards its heel
+
+
+def test_where_the_view_begins() -> None:
+    """In the middle of the right flanks' path; of the left ones' where they alone have one."""
+    view, none = VIEWS["table 1"], view_data(ODD["no normal"])
+    assert view["roll"] == view["flanks"]["right"]["middle"]
+    assert none["roll"] == none["flanks"]["right"]["middle"]
+    np.testing.assert_array_equal(view["mesh_point"], mounting_of(TABLE).pitch_point)
+    far = view_data(replace(TABLE, pair=replace(TABLE.pair, shaft_angle=radians(14.84))), 0.1)
+    assert np.hypot(*far["mesh_point"][:2]) <= max(far["members"][0]["tip_radius"]) + 1e-9
+
+
+def test_where_a_first_contact_is_not_known_the_path_poses_the_gear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No edge is then named, as none is known elsewhere."""
+
+    def first(*arguments: Any) -> FirstContact:
+        found = first_contact(*arguments)
+        found.gear_roll[3] = np.nan
+        return found
+
+    monkeypatch.setattr("viz.report.view_data.first_contact", first)
+    cycle = view_data(DESIGNS["modified"], 0.1)["flanks"]["right"]["cycle"]
+    assert cycle["by"] == "path"
+    assert not any(cycle["edges"])
+    assert np.isfinite(unpacked(cycle["phase"])).all()
+
+
+def test_without_fillets_the_path_poses_the_gear() -> None:
+    view = view_data(ODD["no fillet"])
+    assert {flank["cycle"]["by"] for flank in view["flanks"].values()} == {"path"}
+    assert np.ptp(cycle_at(view, "right")[1]) < 1e-12
+
+
+def test_the_view_stays_small_and_takes_single_designs() -> None:
+    assert len(json.dumps(VIEWS["table 1"])) < 200_000
+    assert len(json.dumps(view_data(TABLE, 0.1))) < 110_000
+    with pytest.raises(ValueError, match="one design"):
+        view_data(TABLE.with_errors(Errors(offset=np.zeros(3))))

@@ -1,0 +1,140 @@
+"""Error of the mesh method against the tolerance of its meshes, with and without the polish."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.shapes.mesh_contact import Convergence, convergence
+
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.theme import Size
+
+FLANKS = ("right", "left")
+TOLERANCES = np.logspace(-1.0, -4.0, 13)
+SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
+"""Poses: how far along the path, in pinion roll."""
+FLOOR = 1e-16
+LOOKS = {
+    "point": ("contact point", theme.RED, "o"),
+    "separation": ("separation", theme.BLUE, "s"),
+}
+NOTE = (
+    "Meshes of both flanks are sampled to the tolerance and posed; the contact is where the distance to the"
+    " other mesh is least. The polish takes that point, and the facet's answer, as the start of Newton on the"
+    " exact flanks. Lines are the greatest error of {poses} poses along the path of contact, dots the single"
+    " poses. The contact point is compared with that of the path of contact, found without meshes; the"
+    " separation, over all points of the pinion's mesh, with the distance to the exact flank by Newton from"
+    " another start. {finding}"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ConvergenceFigure:
+    """Errors at every pose by flank and polish; a reason for each flank that has none."""
+
+    found: dict[tuple[str, bool], tuple[Convergence, ...]]
+    reasons: dict[str, str]
+
+
+def compute(design: Design) -> ConvergenceFigure:
+    """Meshes of all tolerances at all poses, both flanks."""
+    found, reasons = {}, {}
+    for flank in FLANKS:
+        try:
+            for polish in (False, True):
+                found[flank, polish] = tuple(
+                    convergence(design, flank, TOLERANCES, polish, share=share) for share in SHARES
+                )
+        except ValueError as error:
+            reasons[flank] = str(error)
+    return ConvergenceFigure(found, reasons)
+
+
+def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
+    """Errors (poses, tolerances) of one kind, mm."""
+    return np.stack([getattr(result, f"{kind}_error") for result in results])
+
+
+def draw(data: ConvergenceFigure, size: Size) -> Drawing:
+    """A chart for each flank."""
+    page = theme.new_page(
+        size,
+        "Error of the mesh method against the mesh tolerance",
+        "Contact point and separation found by proximity queries on sampled flanks, before and after the"
+        " polish on the exact flanks",
+    )
+    low = theme.caption(page, NOTE.format(poses=len(SHARES), finding=finding(data)))
+    low += theme.inches(page, 0.75)
+    height = theme.top(page) - theme.inches(page, 0.5) - low
+    for column, flank in enumerate(FLANKS):
+        axes = page.add_axes((0.075 + 0.485 * column, low, 0.4, height))
+        axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
+        if flank in data.reasons:
+            text = textwrap.fill(data.reasons[flank], 40)
+            axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
+        else:
+            _panel(axes, data, flank)
+            if column == 0 or FLANKS[0] in data.reasons:
+                axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
+    return Drawing(page, {})
+
+
+def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
+    for polish in (False, True):
+        for kind, (name, colour, marker) in LOOKS.items():
+            errors = np.maximum(errors_of(data.found[flank, polish], kind), FLOOR)
+            label = f"{name}, {'polished' if polish else 'mesh alone'}"
+            axes.plot(
+                TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=("none", colour)[polish]
+            )
+            worst = errors.max(axis=0)
+            axes.plot(TOLERANCES, worst, "-" if polish else "--", color=colour, marker=marker, label=label)
+    axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.invert_xaxis()
+    axes.set_ylim(0.1 * FLOOR, 1e3)
+    axes.set_xlabel("tolerance of the meshes (mm), finer to the right")
+    axes.set_ylabel("error (mm)")
+    axes.grid(True)
+
+
+def finding(data: ConvergenceFigure) -> str:
+    """What the chart shows, in numbers of this run."""
+    parts = []
+    for flank in FLANKS:
+        if flank in data.reasons:
+            continue
+        alone, polished = (errors_of(data.found[flank, polish], "point") for polish in (False, True))
+        near = int(np.argmin(np.abs(TOLERANCES - 0.001)))
+        parts.append(
+            f"{flank} flanks: at {TOLERANCES[near]:.3g} mm the meshes alone put the contact"
+            f" {np.nanmin(alone[:, near]):.2g} to {np.nanmax(alone[:, near]):.2g} mm away; polished, none is"
+            f" more than {np.nanmax(polished):.0e} mm away at any tolerance"
+        )
+    return "; ".join(parts).capitalize() + "." if parts else ""
+
+
+def rows(data: ConvergenceFigure) -> Table:
+    """Errors at every tolerance and pose."""
+    setting = ("flank", "polished", "share_of_path", "tolerance_mm", "triangles")
+    header = (*setting, "contact_point_error_mm", "separation_error_mm")
+
+    def body() -> Iterator[list[object]]:
+        for (flank, polish), results in data.found.items():
+            for share, result in zip(SHARES, results, strict=True):
+                columns = (result.tolerance, result.faces, result.point_error, result.separation_error)
+                for values in zip(*(column.tolist() for column in columns), strict=True):
+                    yield [flank, polish, share, *values]
+
+    return header, body()
+
+
+RECIPES = {"mesh-convergence": Recipe(compute, draw, rows)}

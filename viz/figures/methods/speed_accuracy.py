@@ -1,0 +1,321 @@
+"""Speed against accuracy of every way to find the contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design
+from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
+
+from ...parts.curves import Labels, Look, curve, duration, log_axes, say, whole_decades
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.theme import Page, Size
+
+FLANKS = ("right", "left")
+COLUMNS = 176
+"""Characters in a line of the caption."""
+MODIFIED = (0.001, -0.001)
+BATCHES = (0.6, 3e5)
+"""Limits of panel (e)."""
+SETTINGS = Settings()
+COST = "processor time of a position (s)"
+EXACT, EXACT_TURN = 1e-9, 1e-4
+"""mm, and arcsec of transmission error: errors under them count as exact in the text."""
+FLOOR = 1e-14
+"""mm: what is nearer to the truth than this is drawn there."""
+USUAL = (1.2e-8, 0.4), (0.3 * FLOOR, 3e3)
+"""Limits of the times (s) and errors (mm) of a panel; what is beyond widens them."""
+LOOKS = {
+    "mesh alone": Look("mesh alone (tolerance)", theme.RED, "o", True),
+    "mesh, polished": Look("mesh, then polish (tolerance)", theme.RED, "o"),
+    "five equations, NumPy, cold": Look("five equations, NumPy, cold (xtol)", theme.ORANGE, "^", True),
+    "five equations, NumPy, warm": Look("five equations, NumPy, warm (xtol)", theme.ORANGE, "^"),
+    "five equations, math, cold": Look("five equations, math, cold (xtol)", theme.BLUE, "s", True),
+    "five equations, math, warm": Look("five equations, math, warm (xtol)", theme.BLUE, "s"),
+    "Newton on F, single precision": Look("one equation, Newton in single (steps)", theme.BLACK, "v", True),
+    "Newton on F": Look("one equation, Newton (steps)", theme.BLACK, "v"),
+    "one equation, given l1": Look("one equation, $l_1$ given (batch)", theme.GREEN, "D", True, 8.5),
+    "one equation, path": Look("one equation, path with ends (batch)", theme.GREEN, "D"),
+}
+"""Methods in the order of the legend, each with what varies along its curve."""
+LABELS = (
+    ("Newton on F", 0, "0 steps", ((9, 0, "left"), (-9, 0, "right"))),
+    ("Newton on F", 1, "{:g}", ((9, -1, "left"), (-9, -1, "right"))),
+    ("Newton on F", 2, "{:g}", ((9, 1, "left"), (-9, 1, "right"))),
+    ("Newton on F", 3, "{:g}", ((9, -3, "left"), (-9, -3, "right"))),
+    ("one equation, path", -1, "{:,.0f}", ((-6, -20, "left"), (-6, 10, "left"))),
+    ("one equation, given l1", 0, "batch 1", ((8, -20, "center"), (8, 10, "center"))),
+    ("mesh alone", 0, "{:g} mm", ((-2, 9, "right"), (-2, 9, "left"), (9, 6, "left"), (9, -4, "left"))),
+    ("mesh alone", -1, "{:g} mm", ((6, -17, "right"), (6, 9, "center"), (-9, -17, "left"))),
+    ("five equations, NumPy, cold", 0, "xtol {:g}", ((0, 9, "center"), (9, 6, "left"), (-9, 0, "right"))),
+    ("five equations, NumPy, warm", -1, "{:g}", ((8, 3, "left"), (8, -16, "left"), (-8, 3, "right"))),
+)
+"""Settings written beside their marks: method, which of its rows, text, and where, best first; what has
+no room at any of them is left out."""
+NOTE = (
+    "Errors are the largest of five positions of the path, against the five equations at 60 digits. Times are"
+    " processor times of a call over its positions; what is kept between calls (mounting, meshes, the flanks'"
+    " constants) is listed apart, as setup. Meshes turn the gear until the flanks touch, from 1e-4 rad off. A"
+    " cold start is the pitch point, a warm one the position before. Newton starts in the middle of the"
+    " gear's flank, in batches of 1,000; without parabola one step is exact, and the point does not depend on"
+    " it. {finding}{failures}"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedCase:
+    """One flank pair of one design: rows, or the `reason` why there are none."""
+
+    flank: str
+    parabola: tuple[float, float]
+    rows: tuple[Row, ...]
+    reason: str = ""
+
+    @property
+    def title(self) -> str:
+        """Flanks and parabola coefficients."""
+        pinion, gear = self.parabola
+        values = f"$a_1$ = {pinion:g}, $a_2$ = {gear:g}"
+        if pinion == -gear:
+            values = f"$a_1$ = \u2212$a_2$ = {pinion:g}" if pinion else "unmodified"
+        return f"{self.flank} flanks, {values}".replace("-", "\u2212")
+
+    def curve(self, method: str) -> list[Row]:
+        """The rows of a method in the chart of accuracy: Newton's over its steps, without its batches."""
+        own = [row for row in self.rows if row.method == method]
+        return [row for row in own if row.kind == "iterations"] or own
+
+    @property
+    def failures(self) -> list[str]:
+        """Methods that failed, with at how many of their settings."""
+        methods = dict.fromkeys(row.method for row in self.rows)
+        lost = {
+            method: [row.status != SOLVED for row in self.rows if row.method == method] for method in methods
+        }
+        counts = {
+            m: "all" if all(bad) else f"{sum(bad)} of {len(bad)}" for m, bad in lost.items() if any(bad)
+        }
+        return [f"{_plain(LOOKS[m].label)} ({count})".replace(" ", "\u00a0") for m, count in counts.items()]
+
+
+def compute(design: Design) -> tuple[SpeedCase, ...]:
+    """Both flanks of the design as given, and with opposite parabola coefficients."""
+    cases = []
+    for changed in (design, design.with_parabola(*MODIFIED)):
+        parabola = float(changed.pinion.tool.parabola), float(changed.gear.tool.parabola)
+        for flank in FLANKS:
+            try:
+                cases.append(SpeedCase(flank, parabola, compare(changed, flank, SETTINGS)))
+            except ValueError as error:
+                cases.append(SpeedCase(flank, parabola, (), str(error)))
+    return tuple(cases)
+
+
+def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
+    """A chart for each case; the legend and the cost of a batch beside them."""
+    page = theme.new_page(
+        size,
+        "Speed against accuracy of every way to find the contact",
+        "Processor time of a position against the true error of the contact point: further left is faster,"
+        " further down more exact",
+    )
+    note = NOTE.format(finding=finding(data), failures=failures(data))
+    low = theme.caption(page, note, COLUMNS) + theme.inches(page, 0.75)
+    gap = theme.inches(page, 0.95)
+    height = (theme.top(page) - theme.inches(page, 0.4) - low - gap) / 2.0
+    shown = next((number for number in (2, 3, 0, 1) if data[number].rows), None)
+    for number, case in enumerate(data):
+        row, column = divmod(number, len(FLANKS))
+        axes = page.add_axes((0.065 + 0.325 * column, low + (1 - row) * (height + gap), 0.265, height))
+        axes.set_title(f"({'abcd'[number]})  {case.title}", loc="left", pad=8.0)
+        _panel(axes, case, limits(data), number == shown)
+        if column == 0:
+            axes.set_ylabel("error of the contact point (mm)")
+        if row == 1:
+            axes.set_xlabel(COST)
+    _legend(page, low + 2.0 * height + gap)
+    axes = page.add_axes((0.75, low, 0.235, height))
+    _batches(axes, data, shown)
+    return Drawing(page, {})
+
+
+def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Limits of times and of errors, alike in all panels: the usual ones, widened to hold every mark."""
+    found = [row for case in data for row in case.rows if np.isfinite(row.error_mm)]
+    times = [row.seconds_per_position for row in found]
+    errors = [max(FLOOR, row.error_mm) for row in found]
+    (fast, slow), (low, high) = USUAL
+    return (
+        (min([fast, *(0.5 * time for time in times)]), max([slow, *(2.0 * time for time in times)])),
+        (low, max([high, *(10.0 * error for error in errors)])),
+    )
+
+
+def _panel(
+    axes: Axes, case: SpeedCase, within: tuple[tuple[float, float], tuple[float, float]], labelled: bool
+) -> None:
+    log_axes(axes)
+    for axis, set_limits, ends, step in (
+        (axes.xaxis, axes.set_xlim, within[0], 1),
+        (axes.yaxis, axes.set_ylim, within[1], 2),
+    ):
+        set_limits(*ends)
+        first, last = (int(f(np.log10(end))) for f, end in zip((np.ceil, np.floor), ends, strict=True))
+        axis.set_ticks(10.0 ** np.arange(first + first % step, last + 1, step, dtype=float))
+    axes.minorticks_off()
+    if case.reason:
+        say(axes, case.reason)
+    for order, (method, look) in enumerate(LOOKS.items()):
+        rows = [row for row in case.curve(method) if np.isfinite(row.error_mm)]
+        x, y = [row.seconds_per_position for row in rows], [max(FLOOR, row.error_mm) for row in rows]
+        curve(axes, look, x, y, order)
+    labels = Labels(axes)
+    for method, index, text, shifts in LABELS if labelled else ():
+        rows = case.curve(method)
+        if rows and np.isfinite(rows[index].error_mm):
+            at = (rows[index].seconds_per_position, max(FLOOR, rows[index].error_mm))
+            labels.put(text.format(rows[index].value), at, shifts, LOOKS[method].colour)
+
+
+def _legend(page: Page, top: float) -> None:
+    page.legend(
+        handles=[look.line() for look in LOOKS.values()],
+        title="method (what varies along its curve)",
+        title_fontsize=theme.SMALL,
+        alignment="left",
+        loc="upper left",
+        bbox_to_anchor=(0.7, top + theme.inches(page, 0.4)),
+        fontsize=theme.SMALL,
+        labelspacing=0.6,
+        handlelength=3.2,
+    )
+
+
+def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
+    """Time of a position over the batch, with that of the five equations, which have none, as a level."""
+    axes.set_xlabel("positions in a call (batch)")
+    axes.set_ylabel(COST)
+    log_axes(axes)
+    if shown is None:
+        axes.set_title("(e)  time over the batch", loc="left", pad=8.0)
+        say(axes, "no case with a contact")
+        return
+    axes.set_title(f"(e)  time over the batch, as ({'abcd'[shown]})", loc="left", pad=8.0)
+    for order, (method, look) in enumerate(LOOKS.items()):
+        rows = [row for row in data[shown].rows if row.method == method and row.kind == "batch"]
+        rows = [row for row in rows if np.isfinite(row.seconds_per_position)]
+        curve(axes, look, [row.value for row in rows], [row.seconds_per_position for row in rows], order)
+    axes.autoscale_view()
+    levels = {name: fastest(data[shown].rows, f"five equations, {name}, warm") for name in ("math", "NumPy")}
+    known = {name: row.seconds_per_position for name, row in levels.items() if row}
+    colours = {name: LOOKS[f"five equations, {name}, warm"].colour for name in known}
+    for name, level in known.items():
+        axes.axhline(level, color=colours[name], linewidth=1.6, zorder=1.5)
+    axes.set_xlim(*BATCHES)
+    whole_decades(axes)
+    axes.set_xticks(10.0 ** np.arange(6))
+    axes.minorticks_off()
+    labels = Labels(axes)
+    places = ((BATCHES[1], "right"), (BATCHES[0] * 1.1, "left"))
+    for name, level in known.items():
+        for text, (end, side) in product((f"five equations, {name}", name), places):
+            if labels.put(text, (end, level), ((0, 6, side), (0, -16, side)), colours[name]):
+                break
+
+
+def fastest(rows: Sequence[Row], method: str) -> Row | None:
+    """The fastest row of a method whose error is under EXACT."""
+    own = [row for row in rows if row.method == method and row.error_mm < EXACT]
+    return min(own, key=lambda row: row.seconds_per_position, default=None)
+
+
+def finding(data: Sequence[SpeedCase]) -> str:
+    """What the chart shows, in numbers of this run: of the last case of each flank."""
+    last = {case.flank: case for case in data if case.rows}
+    texts = []
+    for case in last.values():
+        title = _plain(case.title)
+        texts.append(f"{title[:1].upper()}{title[1:]}: {'; '.join(_parts(case.rows))}.")
+    return " ".join(texts)
+
+
+def _plain(text: str) -> str:
+    """A title, or the label of a method without what varies, for the caption."""
+    return text.split(" (")[0].replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
+
+
+def failures(data: Sequence[SpeedCase]) -> str:
+    """Which methods did not find all positions, and where there was nothing to find."""
+    lost = {letter: "; ".join(case.failures) for letter, case in zip("abcd", data, strict=True)}
+    texts = ". ".join(f"({letter}) {words}" for letter, words in lost.items() if words)
+    return (
+        f" Not found at some of their settings, or at all, for reasons in the table: {texts}."
+        if texts
+        else ""
+    )
+
+
+def _parts(rows: Sequence[Row]) -> Iterator[str]:
+    meshes = [row for row in rows if row.method == "mesh alone" and np.isfinite(row.error_mm)]
+    if meshes:
+        last = meshes[-1]
+        took = duration(last.seconds_per_position)
+        yield f"a mesh to {last.value:g} mm alone is {last.error_mm:.2g} mm off after {took}"
+    names = {
+        "mesh, polished": "a polished mesh",
+        "five equations, NumPy, warm": "the five equations in NumPy",
+        "five equations, math, warm": "in math",
+        "one equation, path": "one equation",
+    }
+    best = {name: fastest(rows, method) for method, name in names.items()}
+    found = [f"{name} {duration(row.seconds_per_position)}" for name, row in best.items() if row]
+    one, five = best["one equation"], best["in math"]
+    if found:
+        times = f"{five.seconds_per_position / one.seconds_per_position:,.0f} times" if one and five else ""
+        yield f"under 1e-9 mm takes {', '.join(found)}" + (f" ({times} as fast)" if times else "")
+    never = [name.replace("in math", "the five equations in math") for name, row in best.items() if not row]
+    if never:
+        yield f"{', '.join(never)}: never under 1e-9 mm"
+    yield from _steps(rows)
+
+
+def _steps(rows: Sequence[Row]) -> Iterator[str]:
+    """How many Newton steps give point and rolls, and how near single precision comes."""
+    steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
+    exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
+    single = [row.error_mm for row in rows if row.method == "Newton on F, single precision"]
+    if exact and exact[0].value > 0:
+        count = exact[0].value
+        yield f"{count:.0f} Newton step{'s do' if count > 1 else ' does'}"
+    elif steps and not exact:
+        yield f"Newton does not get there in {steps[-1].value:.0f} steps"
+    if np.isfinite(single).any():
+        yield f"single precision stays {np.nanmin(single):.0e} mm off"
+
+
+def rows(data: tuple[SpeedCase, ...]) -> Table:
+    """Every method at every setting; the status says why an error is missing."""
+    where = ("flank", "a1_per_mm", "a2_per_mm", "status")
+    setting = ("method", "setting", "error_mm", "transmission_error_arcsec")
+    header = (*where, *setting, "seconds_per_position", "setup_seconds")
+
+    def body() -> Iterator[list[object]]:
+        nothing = float("nan")
+        for case in data:
+            if case.reason:
+                yield [case.flank, *case.parabola, case.reason, "", "", nothing, nothing, nothing, nothing]
+            for row in case.rows:
+                errors = (row.error_mm, row.transmission_error_arcsec)
+                cost = (row.seconds_per_position, row.setup_seconds)
+                yield [case.flank, *case.parabola, row.status, row.method, row.setting, *errors, *cost]
+
+    return header, body()
+
+
+RECIPES = {"speed-accuracy": Recipe(compute, draw, rows)}

@@ -1,0 +1,236 @@
+"""Fig. 1: the pair in mesh, with shafts and axes, and a section through the contact point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.pair.frames import to_fixed
+from beveloid_geom.shapes.surface_mesh import transverse_section
+
+from ...parts import annotate, posed
+from ...parts.posed import PosedPair
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import MESH_PX, Camera, Item, Picture, Scene, fit_camera, render
+from ...stage.theme import Box, Page, Size
+
+COLOURS = (theme.STEEL, theme.BRONZE)
+FACES = ("#c9d3dc", "#e4d7bd")
+"""Toe and heel, a little lighter than the teeth."""
+SHAFT = "#9aa1a8"
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+SECTION_MODULES = 3.2
+"""Half the width of the section shown, in normal modules."""
+SECTION_TOLERANCE = 0.001
+"""Of the section, in normal modules."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairFigure:
+    """The pair as posed, and where its flanks touch both transverse sections through the contact
+    point, outlines (n, 3) in S_f."""
+
+    pair: PosedPair
+    sections: tuple[FloatArray, ...]
+
+    @property
+    def touching(self) -> bool:
+        """Whether the right flanks share a point."""
+        return bool(np.isfinite(self.pair.contact).all())
+
+
+def compute(design: Design) -> PairFigure:
+    """The pair with its right flanks touching in the middle of their path."""
+    pair = posed.pose(design)
+    sections = []
+    for member, (rotation, origin) in zip(design.members, pair.frames, strict=True):
+        z = float((pair.contact - origin) @ rotation[:, 2])
+        try:
+            outline = transverse_section(member, z, SECTION_TOLERANCE * float(member.tool.normal_module))
+        except ValueError:
+            break
+        flat = np.column_stack((outline, np.full(len(outline), z)))
+        sections.append(to_fixed((rotation, origin), flat))
+    return PairFigure(pair, tuple(sections))
+
+
+def _ends(pair: PosedPair) -> FloatArray:
+    """Where each shaft starts and ends along its axis, (2, 2) mm from the common perpendicular."""
+    half = 0.5 * np.array([float(member.face_width) for member in pair.design.members])
+    over = 0.2 * float(pair.foot[1, 0])
+    return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
+
+
+def _reach(pair: PosedPair) -> FloatArray:
+    """Points (n, 3) in S_f that the picture must show."""
+    tips = [
+        to_fixed(frame, posed.rings(member)).reshape(-1, 3)
+        for frame, member in zip(pair.frames, pair.design.members, strict=True)
+    ]
+    return np.concatenate((*tips, pair.foot))
+
+
+def camera_of(pair: PosedPair, size: Size) -> Camera:
+    """The camera that shows the whole pair in a picture of this size."""
+    return fit_camera(_reach(pair), VIEW, UP, size, 0.06)
+
+
+def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
+    """Gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
+    items: list[Item] = []
+    remarks = []
+    for number, (member, frame, ends) in enumerate(
+        zip(pair.design.members, pair.frames, _ends(pair), strict=True)
+    ):
+        bore = posed.shaft_radius(member)
+        mesh, reason = posed.teeth_of(member, tolerance, bore_radius=bore)
+        if mesh is None:
+            remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
+            items += posed.blank(member, frame, COLOURS[number], bore)
+        else:
+            faces = mesh.is_of("toe", "heel")
+            items.append(posed.surface(mesh.where(~faces), frame, COLOURS[number]))
+            items.append(posed.surface(mesh.where(faces), frame, FACES[number]))
+        items += posed.shaft(
+            frame, bore, ends[0] - pair.position[number], ends[1] - pair.position[number], SHAFT
+        )
+    return items, remarks
+
+
+def draw(data: PairFigure, size: Size) -> Drawing:
+    """Both gears on their shafts, and the section through the contact point."""
+    pair = data.pair
+    page = theme.new_page(
+        size,
+        "Fig. 1   The crossed beveloid gear pair in mesh",
+        "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
+        " shaft angle $\\delta$",
+    )
+    box = theme.place(page, 0.14, 0.06, 0.83, theme.top(page) - 0.06)
+    camera = camera_of(pair, box.size)
+    items, remarks = items_of(pair, MESH_PX * 2.0 * camera.half_height / box.height)
+    pose = (
+        "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
+        if data.touching
+        else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
+    )
+    theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
+    picture = render(Scene(items, camera), box.size)
+    _annotate(theme.show(page, box, picture), picture, pair)
+    if data.touching and len(data.sections) == 2:
+        shown = picture.project(_reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        _draw_section(page, _free_corner(page, shown), data)
+    return Drawing(page, {"pair": picture})
+
+
+def _annotate(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+    """Axes, offset, shaft angle, toe and heel."""
+    ends = _ends(pair)
+    low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
+    for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
+        annotate.axis_line(axes, picture, foot + first * axis, foot + last * axis, theme.INK)
+    words = f"$E$ = {pair.foot[1, 0]:g} mm"
+    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    annotate.dimension(axes, picture, pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
+    _shaft_angle(axes, picture, pair)
+    right, up, _ = picture.camera.axes
+    for number, member in enumerate(pair.design.members):
+        toe, heel = to_fixed(pair.frames[number], posed.rings(member))
+        for ring, end, offset in ((toe, "toe", (-20.0, 34.0)), (heel, "heel", (-6.0, 28.0))):
+            annotate.note(axes, picture, ring[np.argmax(ring @ up)], end, offset)
+        corner = heel[np.argmax(heel @ (right + up))]
+        annotate.note(axes, picture, corner, _kind(pair, number), (30.0, 34.0), ha="left", va="bottom")
+
+
+def _kind(pair: PosedPair, member: int) -> str:
+    one = pair.design.members[member]
+    angle, cone = float(np.degrees(one.helix_angle)), float(np.degrees(one.cone_angle))
+    hand = "right hand" if angle > 0.0 else "left hand" if angle < 0.0 else "straight"
+    text = f"{int(one.teeth)} teeth, {hand}\nhelix {angle:g}\u00b0, cone {cone:g}\u00b0".replace(
+        "-", "\u2212"
+    )
+    return f"{posed.NAMES[member]}\n{text}"
+
+
+def _shaft_angle(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+    """The gear axis against a parallel to the pinion axis through its foot."""
+    reach = 0.65 * abs(float(_ends(pair)[1, 0]))
+    foot, (first, second) = pair.foot[1], pair.axis
+    annotate.line(
+        axes, picture, np.stack((foot, foot + 1.2 * reach * first)), color=theme.RED, linestyle="--"
+    )
+    annotate.arrow_along(axes, picture, annotate.arc(foot, first, second, reach), theme.RED)
+    degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
+    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
+    annotate.label(
+        axes, picture, foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style
+    )
+
+
+def _free_corner(page: Page, shown: FloatArray) -> Box:
+    """The box for the section: in the corner of the page that covers least of what is shown, pixels
+    (n, 2) from the lower left."""
+    corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
+
+    def covered(box: Box) -> int:
+        inside = np.abs(shown - (box.left, box.bottom) - 0.5 * np.array(box.size)) < 0.55 * np.array(box.size)
+        return int(inside.all(axis=1).sum())
+
+    return min(corners, key=covered)
+
+
+def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
+    """Both transverse sections, seen along the middle of the two axes."""
+    pair = data.pair
+    axes = theme.overlay(page, box)
+    along = pair.axis.sum(axis=0)
+    along /= np.linalg.norm(along)
+    across = np.array([1.0, 0.0, 0.0]) - along[0] * along
+    across /= np.linalg.norm(across)
+    plane = np.stack((across, -np.cross(along, across)))
+    half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
+    for outline, colour in zip(data.sections, COLOURS, strict=True):
+        axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
+    axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
+    high = half * box.height / box.width
+    axes.set_xlim(-half, half)
+    axes.set_ylim(-high, high)
+    axes.set_axis_on()
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(visible=True, color=theme.GREY, linewidth=1.0)
+    axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
+    annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
+    annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
+    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.SMALL}
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), **style)
+    length = theme.round_length(0.6 * half)
+    axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
+    annotate.text(
+        axes, (0.9 * half - 0.5 * length, -0.9 * high), f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL
+    )
+
+
+def rows(data: PairFigure) -> Table:
+    """Layout and pose."""
+    pair = data.pair
+
+    def lines() -> Iterator[tuple[str, str, float]]:
+        yield "offset", "mm", float(pair.foot[1, 0])
+        yield "shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
+        for number, name in enumerate(posed.NAMES):
+            yield f"{name}_mounting", "mm", float(pair.position[number])
+            yield f"{name}_roll", "rad", float(pair.roll[number])
+        for letter, value in zip("xyz", pair.contact, strict=True):
+            yield f"contact_{letter}_f", "mm", float(value)
+
+    return ("quantity", "unit", "value"), lines()
+
+
+RECIPES = {"fig-01": Recipe(compute, draw, rows)}

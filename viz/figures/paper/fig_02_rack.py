@@ -1,0 +1,216 @@
+"""Fig. 2: the rack cutter's normal section, straight and with an exaggerated parabola."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from numpy.typing import ArrayLike
+
+from beveloid_geom.design.model import Design, FloatArray, Tool
+from beveloid_geom.gear.fillet import ToolRound, tool_round
+
+from ...parts import annotate, cutter
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+
+EXAGGERATED = 0.09
+"""Parabola coefficient drawn, in 1 / normal module."""
+BACK = 0.4
+"""Thickness of the tool's back, and half the width drawn, in normal modules."""
+WIDE = 2.08
+SHOWN = 0.82
+"""Flank parameter l at which the parabola is dimensioned, in normal modules."""
+FILL = "#e3e9ee"
+DEEP_PURPLE = "#a0447c"
+
+
+@dataclass(frozen=True, eq=False)
+class RackFigure:
+    """Tools and their right profiles (n, 2), (x_n, y_n) in mm from the middle of the tool's tip
+    upwards: straight and parabolic; the round of the straight one."""
+
+    tools: tuple[Tool, Tool]
+    profiles: tuple[FloatArray, FloatArray]
+    rounds: tuple[ToolRound, ToolRound]
+
+    @property
+    def module(self) -> float:
+        """Normal module, mm."""
+        return float(self.tools[0].normal_module)
+
+    @property
+    def alpha(self) -> float:
+        """Normal pressure angle, rad."""
+        return float(self.tools[0].normal_pressure_angle)
+
+
+def compute(design: Design) -> RackFigure:
+    """Profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
+    tool = design.pinion.tool
+    tools = [
+        cutter.fitting(replace(tool, parabola=a)) for a in (0.0, EXAGGERATED / float(tool.normal_module))
+    ]
+    rounds = [tool_round(one, "right") for one in tools]
+    profiles = [cutter.half_profile(one, rounding) for one, rounding in zip(tools, rounds, strict=True)]
+    return RackFigure((tools[0], tools[1]), (profiles[0], profiles[1]), (rounds[0], rounds[1]))
+
+
+def draw(data: RackFigure, size: theme.Size) -> Drawing:
+    """The section with its frames and dimensions; lengths in true proportion."""
+    module, coefficient = data.module, float(data.tools[1].parabola)
+    page = theme.new_page(
+        size,
+        "Fig. 2   Normal section of the rack cutter, straight and parabolic",
+        f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
+        " dashed: straight flank, $a_j$ = 0",
+    )
+    text = (
+        "The space of the tool is the tooth it generates: $x_n$ points from that tooth's root to its tip,"
+        " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
+        " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
+        " its flank becomes concave. The round of the parabolic tool is reduced to what fits."
+    )
+    low = theme.caption(page, text)
+    box = theme.place(page, 0.02, low, 0.96, theme.top(page) - low)
+    axes = theme.overlay(page, box)
+    tool = data.tools[0]
+    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
+    half = max(2.7 * module, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
+    axes.set_xlim(-half, half)
+    axes.set_ylim(*(ends.mean() + np.array([-half, half]) * box.height / box.width))
+    _draw_tool(axes, data)
+    _draw_lines(axes, data)
+    _draw_frames(axes, data)
+    _draw_parameters(axes, data)
+    return Drawing(page, {})
+
+
+def _draw_tool(axes: Axes, data: RackFigure) -> None:
+    """The tool as metal, and the straight profile over it."""
+    straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
+    back = parabolic[:, 1].max() + BACK * data.module
+    outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
+    window = Rectangle((-WIDE * data.module, -1e3), 2.0 * WIDE * data.module, 2e3, transform=axes.transData)
+    for drawn in (
+        *axes.fill(*outline.T, color=FILL, zorder=0),
+        *axes.plot(*parabolic.T, color=theme.INK, linewidth=3.0, zorder=2),
+        *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
+    ):
+        drawn.set_clip_path(window)
+    for side in (-1.0, 1.0):
+        annotate.text(axes, (side * 1.62 * data.module, 0.75 * data.module), "tool", fontsize=theme.HEADING)
+    low = -float(data.tools[0].dedendum) * data.module
+    annotate.text(axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY)
+
+
+def _span(
+    axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: tuple[float, float], **style: Any
+) -> None:
+    """A dimension line between two points of the section."""
+    annotate.arrow(axes, start, end, style.get("color", theme.INK), 1.2, "<|-|>")
+    annotate.text(axes, 0.5 * (np.asarray(start) + np.asarray(end)), words, offset, **style)
+
+
+def _draw_lines(axes: Axes, data: RackFigure) -> None:
+    """Pitch line, addendum and dedendum lines, space width, tip round."""
+    module, tool, straight = data.module, data.tools[0], data.rounds[0]
+    heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
+    edge = 2.45 * module
+    for height, style in zip(heights, ((4, 4), (14, 3, 2, 3), (4, 4)), strict=True):
+        axes.plot([-edge, edge], [height, height], color=theme.GREY, linewidth=1.2, dashes=style, zorder=1)
+    annotate.text(axes, (-2.28 * module, 0.0), "pitch line", (0.0, 9.0), color=theme.GREY)
+    at = 2.3 * module
+    names = (f"{float(tool.addendum):g} $m_n$", f"{float(tool.dedendum):g} $m_n$")
+    for height, name in zip((heights[0], heights[2]), names, strict=True):
+        _span(axes, (at, 0.0), (at, height), name, (42.0, 0.0), fontsize=theme.HEADING)
+    annotate.text(axes, (-2.28 * module, heights[0]), "addendum", (0.0, 9.0), color=theme.GREY)
+    annotate.text(axes, (-2.28 * module, heights[2]), "dedendum", (0.0, -10.0), color=theme.GREY)
+    half, below = 0.25 * np.pi * module, -0.5 * module
+    for side in (-half, half):
+        axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
+    words = f"$s_0$ = $\\pi m_n/2$ = {2.0 * half:.5g} mm"
+    _span(axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING)
+    if straight.radius > 0.0:
+        centre = np.array([-straight.centre[1], straight.centre[0]])
+        turn = np.radians(-118.0)
+        rim = centre + straight.radius * np.array([np.cos(turn), np.sin(turn)])
+        axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5)
+        annotate.arrow(axes, centre, rim, theme.RED, 1.2)
+        words = f"tip round {float(tool.tip_radius):g} $m_n$"
+        annotate.text(axes, rim, words, (0.0, -22.0), color=theme.RED)
+
+
+def _frame(
+    axes: Axes, origin: ArrayLike, x: ArrayLike, y: ArrayLike, name: str, colour: str, length: float
+) -> None:
+    start = np.asarray(origin, dtype=float)
+    for letter, way in (("x", np.asarray(x, dtype=float)), ("y", np.asarray(y, dtype=float))):
+        annotate.arrow(axes, start, start + length * way, colour, 2.2)
+        annotate.text(
+            axes,
+            start + length * way,
+            f"${letter}_{{{name}}}$",
+            (13.0 * way[0], 13.0 * way[1]),
+            color=colour,
+            fontsize=theme.HEADING,
+        )
+
+
+def _draw_frames(axes: Axes, data: RackFigure) -> None:
+    """S_n, S_ar and S_al; the page shows y_n to the right and x_n upwards."""
+    module, half = data.module, 0.25 * np.pi * data.module
+    sin, cos = np.sin(data.alpha), np.cos(data.alpha)
+    _frame(axes, (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5 * module)
+    _frame(axes, (half, 0.0), (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12 * module)
+    _frame(axes, (-half, 0.0), (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12 * module)
+    names = ((0.0, "n", theme.INK, -15.0), (half, "ar", theme.GREEN, 24.0), (-half, "al", theme.GREEN, -24.0))
+    for place, name, colour, shift in names:
+        axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
+        style = {"color": colour, "fontsize": theme.HEADING, "fontweight": "bold"}
+        annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), **style)
+
+
+def _draw_parameters(axes: Axes, data: RackFigure) -> None:
+    """Pressure angle on the left flank; l_j and the parabola's deviation on the right one."""
+    module, half = data.module, 0.25 * np.pi * data.module
+    sin, cos = np.sin(data.alpha), np.cos(data.alpha)
+    axes.plot([-half, -half], [0.0, 0.8 * module], color=theme.BLUE, linewidth=1.0)
+    turn = np.linspace(0.0, data.alpha, 21)
+    arc = np.stack((-half + 0.66 * module * np.sin(turn), 0.66 * module * np.cos(turn)), axis=-1)
+    axes.plot(*arc.T, color=theme.BLUE, linewidth=1.5, zorder=4)
+    annotate.arrow(axes, arc[-3], arc[-1], theme.BLUE, 1.5)
+    words = f"$\\alpha_n$ = {np.degrees(data.alpha):g}\u00b0"
+    annotate.text(axes, arc[0], words, (-38.0, 6.0), color=theme.BLUE, fontsize=theme.HEADING)
+    l = SHOWN * module
+    apex, along, out = np.array([half, 0.0]), np.array([-sin, cos]), np.array([cos, sin])
+    foot = apex + l * along
+    point = foot + float(data.tools[1].parabola) * l * l * out
+    shift = -0.16 * module * out
+    for end in (apex, foot):
+        axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=DEEP_PURPLE, linewidth=1.0)
+    style = {"color": DEEP_PURPLE, "fontsize": theme.HEADING}
+    _span(axes, apex + shift, foot + shift, "$l_j$", (-12.0, -4.0), **style)
+    axes.plot(*np.stack((foot, point)).T, color=DEEP_PURPLE, linewidth=2.5, zorder=4)
+    axes.plot(*point, "o", ms=6, color=DEEP_PURPLE, zorder=5)
+    beside = point + 0.55 * module * out
+    annotate.text(axes, beside, "$a_j l_j^2$", (20.0, 6.0), **style)
+    annotate.arrow(axes, beside, point + 0.05 * module * out, DEEP_PURPLE, 1.2)
+
+
+def rows(data: RackFigure) -> Table:
+    """Points of both right profiles."""
+
+    def lines() -> Iterator[tuple[str, float, float, float]]:
+        for name, tool, profile in zip(("straight", "parabolic"), data.tools, data.profiles, strict=True):
+            for x, y in profile:
+                yield name, float(tool.parabola), float(x), float(y)
+
+    return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines()
+
+
+RECIPES = {"fig-02": Recipe(compute, draw, rows)}

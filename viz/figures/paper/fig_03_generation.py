@@ -1,0 +1,275 @@
+"""Fig. 3: how the rack cutter stands to the gear, and how both move while it cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.gear.fillet import tool_round
+from beveloid_geom.gear.rack import reference_radius
+
+from ...parts import annotate, cutter, posed
+from ...parts.cutter import SectionFrame
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import MESH_PX, Item, Picture, Scene, Surface, fit_camera, render
+from ...stage.theme import Page
+
+TOOL = "#f2cf99"
+FACE = "#d3dce4"
+PLANE = theme.SKY
+LEAST_DRAWN = np.radians((18.0, 15.0))
+"""Helix and cone angle that panel (a) draws at least, so that its frames can be told apart."""
+ROLL_PITCHES = 0.9
+"""Roll in panel (b), in pitches of the gear."""
+TEETH = 7
+LENGTH = 4.6
+"""Of the rack in panel (a), in normal modules."""
+FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
+
+
+@dataclass(frozen=True, eq=False)
+class GenerationFigure:
+    """The member cut, the same with the angles of panel (a), profile of the rack over five spaces
+    (n, 2), frames of its section, pitch radius (mm), roll (rad), and the rack's way (mm)."""
+
+    member: Member
+    drawn: Member
+    profile: FloatArray
+    frames: tuple[SectionFrame, SectionFrame]
+    pitch_radius: float
+    roll: float
+
+    @property
+    def slide(self) -> float:
+        """r_P phi, mm."""
+        return self.pitch_radius * self.roll
+
+    @property
+    def module(self) -> float:
+        """Normal module, mm."""
+        return float(self.member.tool.normal_module)
+
+    @property
+    def back(self) -> float:
+        """Height of the rack's back above its pitch line, mm."""
+        return float(self.profile[:, 1].max()) + 0.9 * self.module
+
+
+def compute(design: Design) -> GenerationFigure:
+    """Frames of the pinion's generation."""
+    member = design.pinion
+    tool = cutter.fitting(member.tool)
+    half = cutter.half_profile(tool, tool_round(tool, "right"))
+    angles = [
+        np.copysign(max(abs(angle), least), angle) if angle else 0.0
+        for angle, least in zip(
+            (float(member.helix_angle), float(member.cone_angle)), LEAST_DRAWN, strict=True
+        )
+    ]
+    drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
+    return GenerationFigure(
+        member=member,
+        drawn=drawn,
+        profile=cutter.profile(half, float(tool.normal_module), 5),
+        frames=(cutter.section_frame(drawn), cutter.section_frame(member)),
+        pitch_radius=float(reference_radius(member)),
+        roll=ROLL_PITCHES * 2.0 * np.pi / float(member.teeth),
+    )
+
+
+def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
+    """Panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
+    page = theme.new_page(
+        size,
+        "Fig. 3   Frames of the generation by a rack cutter",
+        "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
+        " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
+    )
+    angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
+    changed = bool(np.any(angles[0] != angles[1]))
+    text = (
+        "(b) is the pinion of this design in true proportions: rack and gear touch along a line on each"
+        " flank. $S_b$ is fixed, $S_c$ slides with the rack and $S_j$ turns with the gear; all three stand at"
+        " mid-face and are drawn at the heel; $S_j$ has turned by $-\\varphi$ about $z_b$."
+        + (
+            f" (a) is drawn with $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0"
+            f" instead of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0, so that the frames can be"
+            " told apart."
+            if changed
+            else ""
+        )
+    )
+    low = theme.caption(page, text)
+    high = theme.top(page) - theme.inches(page, 0.35)
+    pictures = {}
+    for name, left, width, panel in (("a", 0.01, 0.46, _rack_panel), ("b", 0.48, 0.51, _gear_panel)):
+        box = theme.place(page, left, low, width, high - low)
+        page.text(left + 0.015, high, f"({name})", fontsize=theme.HEADING, fontweight="bold", va="bottom")
+        pictures[name] = panel(page, box, data)
+    return Drawing(page, pictures)
+
+
+def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+    """The rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
+    frame, module = data.frames[0], data.module
+    length = LENGTH * module
+    start = frame.axes[2]
+    ends = (np.append(start, -length), np.append(start, 0.0))
+    inner = data.profile[np.abs(data.profile[:, 0]) < 1.01 * np.pi * module]
+    items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
+    corners = _plane_corners(data, length)
+    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, PLANE, 0.45))
+    back = np.array([0.5, -0.3, 0.81])
+    reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
+    reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
+    picture = render(Scene(items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09)), box.size)
+    _annotate_rack(theme.show(page, box, picture), picture, data)
+    return picture
+
+
+def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
+    """The rack's pitch plane around the frames, corners (4, 3)."""
+    slope = np.array([np.sin(float(data.drawn.cone_angle)), 0.0, np.cos(float(data.drawn.cone_angle))])
+    wide, deep = 1.25 * np.pi * data.module, 0.95 * length
+    across = np.array([0.0, wide, 0.0])
+    return np.stack(
+        (-across - deep * slope, across - deep * slope, across + deep * slope, -across + deep * slope)
+    )
+
+
+def _annotate_rack(axes: Axes, picture: Picture, data: GenerationFigure) -> None:
+    frame, module = data.frames[0], data.module
+    gamma = float(data.drawn.cone_angle)
+    y = np.array([0.0, 1.0, 0.0])
+    normal, slope = (
+        np.array([np.cos(gamma), 0.0, -np.sin(gamma)]),
+        np.array([np.sin(gamma), 0.0, np.cos(gamma)]),
+    )
+    frames = (
+        ("c", np.eye(3), 6.3, ("x_c", "y_c = y_P", "z_c")),
+        ("P", np.stack((normal, y, slope)), 5.2, ("", "", "z_P")),
+        ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
+    )
+    for name, vectors, length, names in frames:
+        annotate.triad(axes, picture, np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
+    label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
+    annotate.label(axes, picture, label, "rack\ncutter")
+    corner = _plane_corners(data, LENGTH * module)[3]
+    annotate.note(axes, picture, corner, "pitch plane of the rack", (30.0, -28.0))
+    for first, second, radius, words, colour in (
+        (slope, frame.axes[2], 3.4, "$\\beta$", theme.BLUE),
+        ((0.0, 0.0, 1.0), slope, 4.6, "$\\gamma$", theme.GREEN),
+    ):
+        curve = annotate.arc(np.zeros(3), first, second, radius * module)
+        if np.linalg.norm(curve[-1] - curve[0]) > 0.05 * module:
+            annotate.arrow_along(axes, picture, curve, colour)
+            outward = 0.6 * module * curve[16] / np.linalg.norm(curve[16])
+            style = {"color": colour, "fontsize": theme.HEADING}
+            annotate.label(axes, picture, curve[16] + outward, words, (0.0, 0.0), **style)
+
+
+def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+    """The gear turned by -phi and the rack slid by -r_P phi, in S_b."""
+    member, half = data.member, 0.5 * float(data.member.face_width)
+    origin = np.array([data.pitch_radius, -data.slide, 0.0])
+    frame = SectionFrame(origin + data.frames[1].origin, data.frames[1].axes)
+    plane = np.array([0.0, 0.0, 1.0])
+    ends = (np.append(plane, -half), np.append(plane, half))
+    inner = data.profile[np.abs(data.profile[:, 0]) < 2.0 * np.pi * data.module]
+    items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
+    back = np.array([0.22, 0.3, 0.92])
+    reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
+    count = min(TEETH, int(member.teeth))
+    side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
+    rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
+    above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
+    camera = fit_camera(
+        np.concatenate((*reach, rim, above, np.zeros((1, 3)))), -back, (1.0, 0.0, 0.0), box.size, 0.07
+    )
+    px_per_mm = box.height / (2.0 * camera.half_height)
+    items += _gear_items(data, count, MESH_PX / px_per_mm)
+    picture = render(Scene(items, camera), box.size)
+    _annotate_gear(theme.show(page, box, picture), picture, data)
+    return picture
+
+
+def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[Item]:
+    """Some teeth around the rack, or a blank where teeth cannot be drawn."""
+    cos, sin = np.cos(data.roll), np.sin(data.roll)
+    frame = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3)
+    first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
+    bore = 0.1 * data.pitch_radius
+    mesh, _ = posed.teeth_of(data.member, tolerance, range(first, first + count), bore)
+    if mesh is None:
+        return [*posed.blank(data.member, frame, theme.STEEL, bore)]
+    faces = mesh.is_of("toe", "heel")
+    return [
+        posed.surface(mesh.where(~faces), frame, theme.STEEL),
+        posed.surface(mesh.where(faces), frame, FACE),
+    ]
+
+
+def _annotate_gear(axes: Axes, picture: Picture, data: GenerationFigure) -> None:
+    radius, roll = data.pitch_radius, data.roll
+    place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
+    turned = np.array(
+        [[np.cos(roll), -np.sin(roll), 0.0], [np.sin(roll), np.cos(roll), 0.0], [0.0, 0.0, 1.0]]
+    )
+    length = 0.33 * radius
+    x, y = np.eye(3)[:2]
+    pitch = place + radius * x
+    slid = pitch - data.slide * y
+    side = np.linspace(-0.28, 0.28, 41) - 0.5 * roll
+    rim = place + radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
+    annotate.line(axes, picture, rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
+    line = np.stack((slid + 2.4 * np.pi * data.module * y, slid - 2.4 * np.pi * data.module * y))
+    annotate.line(axes, picture, line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
+    annotate.dimension(axes, picture, place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), 0.62, ha="right")
+    annotate.line(axes, picture, np.stack((place, place + radius * turned[0])), color=theme.RED)
+    curve = annotate.arc(place, x, turned[0], 0.55 * radius)
+    annotate.arrow_along(axes, picture, curve, theme.RED)
+    style = {"color": theme.RED, "fontsize": theme.HEADING}
+    annotate.label(axes, picture, curve[16], "$\\varphi$", (0.0, 12.0), **style)
+    annotate.triad(
+        axes, picture, place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b"
+    )
+    annotate.triad(
+        axes, picture, place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0)
+    )
+    names = ("x_c", "y_c", "z_c")
+    annotate.triad(
+        axes, picture, slid, np.eye(3), 0.62 * length, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0)
+    )
+    over = (data.back + 2.2 * data.module) * x
+    for end in (pitch, slid):
+        annotate.line(axes, picture, np.stack((end, end + 1.05 * over)), color=theme.BLUE, linewidth=1.0)
+    words = f"$r_P\\varphi$ = {data.slide:.4g} mm"
+    beside: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    annotate.dimension(axes, picture, pitch + over, slid + over, words, (0.0, 14.0), **beside)
+
+
+def rows(data: GenerationFigure) -> Table:
+    """Frames and numbers of both panels."""
+
+    def lines() -> Iterator[tuple[str, str, float]]:
+        yield "helix_angle", "rad", float(data.member.helix_angle)
+        yield "cone_angle", "rad", float(data.member.cone_angle)
+        yield "helix_angle_drawn_in_a", "rad", float(data.drawn.helix_angle)
+        yield "cone_angle_drawn_in_a", "rad", float(data.drawn.cone_angle)
+        yield "pitch_radius", "mm", data.pitch_radius
+        yield "roll_in_b", "rad", data.roll
+        yield "slide_in_b", "mm", data.slide
+        for letter, vector in zip("xyz", data.frames[1].axes, strict=True):
+            for component, value in zip("xyz", vector, strict=True):
+                yield f"{letter}_n_along_{component}_c", "1", float(value)
+
+    return ("quantity", "unit", "value"), lines()
+
+
+RECIPES = {"fig-03": Recipe(compute, draw, rows)}

@@ -1,0 +1,277 @@
+"""Fig. 4: the meshing model: axes, pitch point, radii, mounting distances, frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.contact.placing import Frame
+from beveloid_geom.design.model import Design, Errors, FloatArray
+from beveloid_geom.gear.rack import reference_radius
+from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
+from beveloid_geom.pair.mounting import Mounting, mounting_of
+
+from ...parts import annotate, posed
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import Item, Picture, Scene, Tube, fit_camera, render
+from ...stage.theme import Page
+
+CONES = ("#8fb4d4", "#e3bd7c")
+INKS = (theme.BLUE, "#8a5a00")
+"""Of pinion and gear."""
+OPACITY = 0.38
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+FARTHEST = 2.5
+"""Zero-shift sections farther from mid-face than so many face widths are not drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshingFigure:
+    """The unmodified pair without errors; for pinion and gear (2,): `reference_radius` r_P,
+    `shift_distance` b_c (infinite for cylindrical members), mm."""
+
+    design: Design
+    mounting: Mounting
+    frames: tuple[Frame, Frame]
+    offset: float
+    shaft_angle: float
+    reference_radius: FloatArray
+    shift_distance: FloatArray
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a pitch point."""
+        return bool(np.isfinite(self.mounting.pitch_point).all())
+
+
+def compute(design: Design) -> MeshingFigure:
+    """The layout of the pair, from its mounting."""
+    nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
+    mounting, layout = mounting_of(nominal), layout_of(nominal)
+    distance = np.nan_to_num(mounting.distance)
+    first, second = (member_frame(layout, number, 0.0, distance[number]) for number in (0, 1))
+    shift = []
+    for member in design.members:
+        height, slope = member.profile_shift * member.tool.normal_module, np.tan(float(member.cone_angle))
+        shift.append(float(height / slope) if slope else np.copysign(np.inf, height) if height else 0.0)
+    return MeshingFigure(
+        nominal,
+        mounting,
+        (first, second),
+        float(layout.offset),
+        float(layout.shaft_angle),
+        np.array([float(reference_radius(member)) for member in design.members]),
+        np.array(shift),
+    )
+
+
+def _radius(data: MeshingFigure, number: int, z: float) -> float:
+    """Radius of the reference cone in the plane `z` from mid-face, mm."""
+    member = data.design.members[number]
+    height = float(member.profile_shift * np.asarray(member.tool.normal_module))
+    return float(data.reference_radius[number] + height + z * np.tan(float(member.cone_angle)))
+
+
+def _drawn_shift(data: MeshingFigure, number: int) -> float:
+    """b_c where it can be drawn, else 0."""
+    shift = float(data.shift_distance[number])
+    return shift if abs(shift) < FARTHEST * float(data.design.members[number].face_width) else 0.0
+
+
+def _cone_ends(data: MeshingFigure, number: int) -> tuple[float, float]:
+    half = 0.5 * float(data.design.members[number].face_width)
+    shift = _drawn_shift(data, number)
+    return min(-half, -1.15 * shift), max(half, -1.15 * shift)
+
+
+def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArray:
+    return to_fixed(data.frames[number], posed.circle(radius, z))
+
+
+def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
+    """Reference cones, axes and circles in space, with their dimensions."""
+    angle = f"{np.degrees(abs(data.shaft_angle)):g}\u00b0"
+    page = theme.new_page(
+        size,
+        "Fig. 4   Meshing model of the crossed beveloid gears",
+        f"Offset $E$ = {data.offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
+        " (blue) and gear (brown), working pitch circles (orange)",
+    )
+    text = (
+        "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
+        f" meet (here they pass each other at {abs(float(data.mounting.gap)):.3g} mm; $P$ is midway)."
+        " $S_1$ and $S_2$ stand at mid-face, at roll 0. The paper puts them $b_c$ nearer to the toe, in the"
+        " section where the profile shift is zero and the reference cone has the radius $r_P$."
+    )
+    low = theme.caption(page, text)
+    box = theme.place(page, 0.02, low, 0.96, theme.top(page) - low)
+    items = _items(data)
+    reach = np.concatenate(
+        [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
+    )
+    below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
+    feet = np.array([[-0.25 * data.offset, 0.0, 0.0], [data.offset, below, 0.0]])
+    camera = fit_camera(np.concatenate((reach, feet)), VIEW, UP, box.size, 0.06)
+    radius = 0.0016 * camera.half_height * 2.0
+    items += _lines(data, radius)
+    picture = render(Scene(items, camera), box.size)
+    axes = theme.show(page, box, picture)
+    _annotate_layout(axes, picture, data)
+    if data.found:
+        for number in (0, 1):
+            _annotate_member(axes, picture, data, number)
+        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
+        annotate.label(axes, picture, data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
+    _table(page, data)
+    return Drawing(page, {"meshing": picture})
+
+
+def _items(data: MeshingFigure) -> list[Item]:
+    items: list[Item] = []
+    for number, frame in enumerate(data.frames):
+        low, high = _cone_ends(data, number)
+        cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
+        items += posed.lathe(cone, frame, CONES[number], OPACITY)
+    return items
+
+
+def _lines(data: MeshingFigure, radius: float) -> list[Item]:
+    """Circles and the pitch point."""
+    items: list[Item] = []
+    for number in (0, 1):
+        for z in _cone_ends(data, number):
+            items.append(Tube(_ring(data, number, _radius(data, number, z), z), theme.GREY, 0.5 * radius))
+        shift = _drawn_shift(data, number)
+        items.append(Tube(_ring(data, number, _radius(data, number, -shift), -shift), INKS[number], radius))
+        if data.found:
+            z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
+            working = float(data.mounting.working_radius[number])
+            items.append(Tube(_ring(data, number, working, z), theme.RED, 1.2 * radius))
+    if data.found:
+        items.append(Tube(data.mounting.pitch_point[None], theme.RED, 4.5 * radius))
+    return items
+
+
+def _axis(data: MeshingFigure, number: int) -> tuple[FloatArray, FloatArray]:
+    """Foot on the common perpendicular and direction of an axis."""
+    rotation, _ = data.frames[number]
+    return np.array([data.offset * number, 0.0, 0.0]), rotation[:, 2]
+
+
+def _annotate_layout(axes: Axes, picture: Picture, data: MeshingFigure) -> None:
+    """Both axes, offset, shaft angle, and the fixed frames."""
+    reach = float(np.nan_to_num(data.mounting.distance).max())
+    length = 0.19 * data.offset
+    feet, ways = zip(*(_axis(data, number) for number in (0, 1)), strict=True)
+    for number in (0, 1):
+        far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
+        annotate.axis_line(
+            axes, picture, feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK
+        )
+    style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    annotate.dimension(axes, picture, feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
+    radius = 0.6 * reach
+    annotate.line(
+        axes, picture, np.stack((feet[1], feet[1] + 1.25 * radius * ways[0])), color=theme.RED, linestyle="--"
+    )
+    annotate.arrow_along(axes, picture, annotate.arc(feet[1], ways[0], ways[1], radius), theme.RED)
+    style = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
+    annotate.label(axes, picture, feet[1] + 0.8 * radius * ways[0], "$\\delta$", (-5.0, 2.0), **style)
+    for number, name in enumerate(("f", "g")):
+        rotation = data.frames[number][0]
+        names = tuple(f"{letter}_{name}" for letter in "xyz")
+        offset = (-4.0, 15.0) if number == 0 else (16.0, -12.0)
+        annotate.triad(axes, picture, feet[number], rotation.T, length, names, theme.INK, f"S_{name}", offset)
+
+
+def _annotate_member(axes: Axes, picture: Picture, data: MeshingFigure, number: int) -> None:
+    """Mounting distance, b_c, radii and own frame of one member."""
+    foot, way = _axis(data, number)
+    colour, index = INKS[number], number + 1
+    mounting = data.mounting
+    middle, pitch = foot + mounting.distance[number] * way, foot + mounting.pitch_distance[number] * way
+    style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
+    radius = _radius(data, number, _cone_ends(data, number)[1])
+    # The pinion is measured on its far side, the gear below and on its far side.
+    low, side = (
+        (np.array([-1.22, 0, 0]), np.array([-1.08, 0, 0])),
+        (np.array([0, 1.36, 0]), np.array([1.4, 0, 0])),
+    )
+    out, near = (radius * way_out for way_out in (low, side)[number])
+    offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
+    for end in (foot, pitch):
+        annotate.line(axes, picture, np.stack((end, end + 1.03 * out)), color=colour, linewidth=0.9)
+    annotate.dimension(axes, picture, foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], 0.45, **style)
+    shift = _drawn_shift(data, number)
+    zero = middle - shift * way
+    if shift:
+        for end in (zero, middle):
+            annotate.line(axes, picture, np.stack((end, end + 1.03 * near)), color=colour, linewidth=0.9)
+        annotate.dimension(
+            axes, picture, zero + near, middle + near, f"$b_{{c{index}}}$", offsets[1], **style
+        )
+    working = {"color": theme.RED, "fontsize": theme.HEADING}
+    annotate.arrow(axes, picture.project(pitch), picture.project(mounting.pitch_point), theme.RED, 1.4)
+    beside = pitch + 0.66 * (mounting.pitch_point - pitch)
+    below = (-12.0, -11.0) if number == 0 else (4.0, 13.0)
+    annotate.label(axes, picture, beside, f"$r_{{w{index}}}$", below, **working)
+    turn = data.frames[number][0] @ np.array([0.0, 1.0, 0.0])
+    rim = zero + _radius(data, number, -shift) * turn
+    annotate.arrow(axes, picture.project(zero), picture.project(rim), colour, 1.4)
+    annotate.label(axes, picture, zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
+    names = tuple(f"{letter}_{index}" for letter in "xyz")
+    length = 0.17 * data.offset
+    annotate.triad(
+        axes, picture, middle, data.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0)
+    )
+
+
+def _table(page: Page, data: MeshingFigure) -> None:
+    """The numbers, in the corner that the view leaves free."""
+    rows_of = (
+        ("$d_w$", data.mounting.pitch_distance),
+        ("$b_c$", data.shift_distance),
+        ("$r_w$", data.mounting.working_radius),
+        ("$r_P$", data.reference_radius),
+    )
+    box = theme.place(page, 0.03, 0.13, 0.24, 0.19)
+    axes = theme.overlay(page, box)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(5.2, -0.6)
+    for x, words, colour in ((0.62, "pinion", INKS[0]), (1.0, "gear", INKS[1])):
+        axes.text(
+            x, 0.0, words, ha="right", va="center", color=colour, fontsize=theme.LABEL, fontweight="bold"
+        )
+    axes.plot([0.0, 1.0], [0.55, 0.55], color=theme.GREY, linewidth=1.0)
+    for line, (name, values) in enumerate(rows_of, start=1):
+        axes.text(0.0, line + 0.1, f"{name}, mm", va="center", fontsize=theme.LABEL)
+        for x, value in zip((0.62, 1.0), values, strict=True):
+            words = f"{value:.3f}" if np.isfinite(value) else "none" if np.isnan(value) else "\u221e"
+            axes.text(x, line + 0.1, words, ha="right", va="center", fontsize=theme.LABEL)
+
+
+def rows(data: MeshingFigure) -> Table:
+    """Layout, mounting and radii."""
+
+    def lines() -> Iterator[tuple[str, str, float]]:
+        yield "offset", "mm", data.offset
+        yield "shaft_angle", "rad", data.shaft_angle
+        for number, name in enumerate(posed.NAMES):
+            yield f"{name}_pitch_distance_dw", "mm", float(data.mounting.pitch_distance[number])
+            yield f"{name}_mid_face_distance", "mm", float(data.mounting.distance[number])
+            yield f"{name}_shift_distance_bc", "mm", float(data.shift_distance[number])
+            yield f"{name}_working_radius", "mm", float(data.mounting.working_radius[number])
+            yield f"{name}_reference_radius", "mm", float(data.reference_radius[number])
+        for letter, value in zip("xyz", data.mounting.pitch_point, strict=True):
+            yield f"pitch_point_{letter}_f", "mm", float(value)
+        yield "gap_of_lines_of_action", "mm", float(data.mounting.gap)
+
+    return ("quantity", "unit", "value"), lines()
+
+
+RECIPES = {"fig-04": Recipe(compute, draw, rows)}

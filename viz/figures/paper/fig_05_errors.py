@@ -1,0 +1,219 @@
+"""Fig. 5: the four assembly errors and their positive directions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, Errors, FloatArray, unchecked
+from beveloid_geom.pair.frames import to_fixed
+
+from ...parts import annotate, posed
+from ...parts.posed import PosedPair
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import MESH_PX, Item, Picture, Scene, fit_camera, render
+from ...stage.theme import Page
+
+STILL = theme.STEEL
+MOVED = "#e8a04c"
+NOMINAL = "#8c96a0"
+NOMINAL_OPACITY = 0.3
+FACES = {STILL: "#d3dce4", MOVED: "#f3c48a"}
+DRAWN_SHARE = 0.16
+"""Displacements drawn, as a share of the offset."""
+DRAWN_ANGLE = np.radians(9.0)
+TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
+"""Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
+SHAFT = "#9aa1a8"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One error: its key among the errors, letter, name, which member moves, and the direction of
+    view in S_f with what is upwards there."""
+
+    key: str
+    symbol: str
+    name: str
+    member: int
+    view: tuple[float, float, float]
+    up: tuple[float, float, float]
+
+
+FROM_TOE, FROM_SIDE, FROM_HEEL = (-0.22, 0.3, 0.92), (-0.93, 0.28, 0.25), (-0.52, -0.5, -0.66)
+PANELS = (
+    Panel("offset", "\\Delta e", "offset error", 1, FROM_TOE, (0.0, -1.0, 0.0)),
+    Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 1, FROM_SIDE, (0.0, -1.0, 0.0)),
+    Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, FROM_HEEL, (0.0, 1.0, 0.0)),
+    Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, FROM_HEEL, (0.0, 1.0, 0.0)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorFigure:
+    """The pair without errors, and for each panel the error drawn (mm or rad) and the pair with it."""
+
+    nominal: PosedPair
+    drawn: tuple[float, ...]
+    displaced: tuple[PosedPair, ...]
+
+
+def compute(design: Design) -> ErrorFigure:
+    """Poses without and with each error; rolls are those of the pair without errors."""
+    plain = replace(design, errors=Errors())
+    nominal = posed.pose(plain)
+    length = DRAWN_SHARE * float(plain.pair.offset)
+    drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
+    displaced = []
+    for panel, size in zip(PANELS, drawn, strict=True):
+        displaced.append(posed.displaced(nominal, unchecked(Errors(), **{panel.key: float(size)})))
+    return ErrorFigure(nominal, tuple(drawn), tuple(displaced))
+
+
+def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
+    """A panel for each error: the nominal pose grey and translucent, the displaced one orange."""
+    page = theme.new_page(
+        size,
+        "Fig. 5   The four assembly errors, in their positive directions",
+        "Grey and translucent: where the member belongs; orange: displaced, much exaggerated",
+    )
+    text = (
+        "Errors are taken from the pair as mounted, seen from the pinion: the pinion's axis stays, offset and"
+        " shaft-angle errors move the gear's; axial errors move a member along its own axis towards its heel."
+        " The paper lays the shaft-angle error on the pinion's side, which is the same pair. (c) and (d)"
+        " are seen from the heels."
+    )
+    low = theme.caption(page, text)
+    high = theme.top(page)
+    height = 0.5 * (high - low)
+    pictures = {}
+    for index, panel in enumerate(PANELS):
+        left, bottom = 0.01 + 0.49 * (index % 2), low + height * (1 - index // 2)
+        title = theme.inches(page, 0.62)
+        box = theme.place(page, left, bottom, 0.49, height - title)
+        _heading(page, left + 0.015, bottom + height - theme.inches(page, 0.05), data, index)
+        pictures[panel.key] = _panel(page, box, data, index)
+    return Drawing(page, pictures)
+
+
+def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
+    panel, drawn = PANELS[index], data.drawn[index]
+    times = drawn / TYPICAL[panel.key]
+    if panel.key == "shaft_angle":
+        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.3g} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
+    else:
+        words = f"{drawn:.3g} mm, {times:.3g} times {TYPICAL[panel.key]:g} mm"
+    head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
+    page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
+    page.text(
+        x, y - theme.inches(page, 0.27), f"drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top"
+    )
+
+
+def _reach(pair: PosedPair) -> FloatArray:
+    tips = [
+        to_fixed(frame, posed.rings(member)).reshape(-1, 3)
+        for frame, member in zip(pair.frames, pair.design.members, strict=True)
+    ]
+    return np.concatenate((*tips, pair.foot))
+
+
+def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[Item]:
+    """A member with its teeth, or as a blank where they cannot be drawn."""
+    member, frame = pair.design.members[number], pair.frames[number]
+    bore, half = posed.shaft_radius(member), 0.5 * float(member.face_width)
+    over = half + 0.3 * bore
+    shaft = posed.shaft(frame, bore, -over, over, SHAFT)
+    mesh, _ = posed.teeth_of(member, tolerance, bore_radius=bore)
+    if mesh is None:
+        return [*posed.blank(member, frame, colour, bore), *shaft]
+    faces = mesh.is_of("toe", "heel")
+    teeth = posed.surface(mesh.where(~faces), frame, colour)
+    return [teeth, posed.surface(mesh.where(faces), frame, FACES[colour]), *shaft]
+
+
+def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
+    panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
+    reach = np.concatenate((_reach(nominal), _reach(moved)))
+    camera = fit_camera(reach, panel.view, panel.up, box.size, 0.05)
+    tolerance = MESH_PX * 2.0 * camera.half_height / box.height
+    member = nominal.design.members[panel.member]
+    # Shorter by a little, so that its ends do not fall into those of the displaced member.
+    short = replace(member, face_width=0.98 * float(member.face_width))
+    ghost = posed.blank(
+        short, nominal.frames[panel.member], NOMINAL, posed.shaft_radius(member), NOMINAL_OPACITY
+    )
+    items: list[Item] = [
+        *_gear(nominal, 1 - panel.member, STILL, tolerance),
+        *_gear(moved, panel.member, MOVED, tolerance),
+        *ghost,
+    ]
+    picture = render(Scene(items, camera), box.size)
+    _annotate(theme.show(page, box, picture), picture, data, index)
+    return picture
+
+
+def _annotate(axes: Axes, picture: Picture, data: ErrorFigure, index: int) -> None:
+    """Axes before and after, and the error between them."""
+    panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
+    still, number = 1 - panel.member, panel.member
+    _axis(axes, picture, nominal, still, theme.INK)
+    _axis(axes, picture, nominal, number, theme.GREY)
+    if panel.key != f"{posed.NAMES[number]}_axial":
+        _axis(axes, picture, moved, number, theme.RED)
+    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
+    words = f"${panel.symbol}$"
+    if panel.key == "shaft_angle":
+        reach = 0.42 * float(nominal.position[1])
+        arc = annotate.arc(nominal.foot[1], nominal.axis[1], moved.axis[1], reach)
+        annotate.arrow_along(axes, picture, arc, theme.RED, 2.2)
+        annotate.label(axes, picture, arc[16], words, (-22.0, 0.0), **style)
+        return
+    start, end = (pair.foot[number] for pair in (nominal, moved))
+    if panel.key != "offset":
+        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * _tip(nominal, number)
+        start, end = (
+            pair.foot[number] + pair.position[number] * pair.axis[number] + out for pair in (nominal, moved)
+        )
+        for pair, place in ((nominal, start), (moved, end)):
+            centre = pair.foot[number] + pair.position[number] * pair.axis[number]
+            annotate.line(axes, picture, np.stack((centre, centre + 1.05 * (place - centre))), linewidth=0.9)
+    annotate.arrow(axes, picture.project(start), picture.project(end), theme.RED, 2.4)
+    annotate.label(axes, picture, 0.5 * (start + end), words, (0.0, -16.0), **style)
+
+
+def _tip(pair: PosedPair, number: int) -> float:
+    rings = posed.rings(pair.design.members[number])
+    return float(np.hypot(rings[..., 0], rings[..., 1]).max())
+
+
+def _axis(axes: Axes, picture: Picture, pair: PosedPair, number: int, colour: str) -> None:
+    """The axis of a member from the common perpendicular to beyond its heel."""
+    foot, way = pair.foot[number], pair.axis[number]
+    far = float(pair.position[number]) + 1.1 * float(pair.design.members[number].face_width)
+    annotate.axis_line(axes, picture, foot, foot + far * way, colour)
+
+
+def rows(data: ErrorFigure) -> Table:
+    """The errors drawn, and the frames of the displaced members in S_f."""
+    vectors = [f"{letter}_{component}" for letter in "xyz" for component in "xyz"]
+    header = ("error", "drawn_mm_or_rad", "member", "origin_x_mm", "origin_y_mm", "origin_z_mm", *vectors)
+
+    def lines() -> Iterator[tuple[object, ...]]:
+        poses = (
+            ("none", 0.0, data.nominal),
+            *zip([p.key for p in PANELS], data.drawn, data.displaced, strict=True),
+        )
+        for key, size, pair in poses:
+            for name, (rotation, origin) in zip(posed.NAMES, pair.frames, strict=True):
+                yield key, size, name, *origin.tolist(), *rotation.T.ravel().tolist()
+
+    return header, lines()
+
+
+RECIPES = {"fig-05": Recipe(compute, draw, rows)}

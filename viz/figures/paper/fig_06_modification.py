@@ -1,0 +1,301 @@
+"""Fig. 6: the pinion's flank without parabola, and with one of either sign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
+
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import Item, Picture, Scene, Tube, fit_camera, grid_surface, render
+from ...stage.theme import Page, Size
+
+FLANK = "right"
+COEFFICIENTS = (-0.01, 0.0, 0.01)
+"""1/mm, in the order of the flanks from the metal outwards."""
+NAMES = ("convex", "involute", "concave")
+COLOURS = ("#f0b98a", "#c4ccd4", "#8fc3e8")
+LINES = (theme.RED, theme.BLACK, theme.BLUE)
+CUTS = (1.0, 0.36, -0.3, -1.0)
+"""Ends of the terraces as shares of half the face width, from the heel."""
+POINTS = 241
+VIEW = (0.3, 0.12, 1.0)
+"""Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
+NOTE = (
+    "Left: the flanks overlaid in true proportions, seen from outside and from the heel; convex and"
+    " involute flank run on under those that cover them. The steps, and the profiles at the heel, show"
+    " what lies between them. Right: section at mid-face, square to the axis, seen from the heel."
+    " Deviations are taken at equal radius, along the normal of the involute flank."
+)
+UNDERCUT = " The {name} flank starts where the tool undercuts it."
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A flank at mid-face: flank parameter `l`, radius, distance from the involute flank (n,), mm;
+    `across` and `up` (n,), mm, with the involute's middle on the vertical through the axis."""
+
+    l: FloatArray
+    radius: FloatArray
+    deviation: FloatArray
+    across: FloatArray
+    up: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ModificationFigure:
+    """The pinion with each coefficient its flank allows, the sections, and whether the tool
+    undercuts a flank."""
+
+    members: dict[float, Member]
+    sections: dict[float, Section]
+    undercut: dict[float, bool]
+
+
+def compute(design: Design) -> ModificationFigure:
+    """Sections at mid-face; a coefficient so strong that the flank ends short of its tip is left out."""
+    members = {a: design.with_parabola(a).pinion for a in COEFFICIENTS}
+    members = {a: member for a, member in members.items() if _reaches_tip(member)}
+    if 0.0 not in members:
+        return ModificationFigure({}, {}, {})
+    sections = {a: _section(member, members[0.0]) for a, member in members.items()}
+    undercut = {a: bool(sections[a].l[0] > root_parameter(member) + 1e-6) for a, member in members.items()}
+    return ModificationFigure(members, sections, undercut)
+
+
+def _reaches_tip(member: Member) -> bool:
+    half = 0.5 * float(member.face_width)
+    return bool(np.isfinite(tip_parameter(member, FLANK, np.array([-half, 0.0, half]))).all())
+
+
+def sound_start(member: Member, z: FloatArray) -> FloatArray:
+    """Flank parameter (n,) at which the flank starts in the planes z (n,): at the root, or where
+    the tool stops undercutting it, found by bisection."""
+    root, tip = root_parameter(member), tip_parameter(member, FLANK, z)
+
+    def sound(share: FloatArray) -> Any:
+        l = root + share * (tip - root)
+        return flank_patch(member, FLANK, l, trace_parameter(member, FLANK, l, z)).regularity > 0.0
+
+    samples = np.linspace(0.0, 0.8, 81)[:, None] + np.zeros(z.shape)
+    folded = np.where(sound(samples), 0, np.arange(1, 82)[:, None]).max(axis=0)
+    low, high = np.maximum(folded - 1, 0) * 0.01, folded * 0.01
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        good = sound(middle)
+        low, high = np.where(good, low, middle), np.where(good, middle, high)
+    return np.asarray(root + high * (tip - root))
+
+
+def _patch(member: Member, share: FloatArray, z: FloatArray) -> tuple[FloatArray, FlankPatch]:
+    """l and flank points (shares, z) between the start of the flank and its tip."""
+    start = sound_start(member, z)
+    l = start + share[:, None] * (tip_parameter(member, FLANK, z) - start)
+    return l, flank_patch(member, FLANK, l, trace_parameter(member, FLANK, l, z + 0.0 * l))
+
+
+def _section(member: Member, involute: Member) -> Section:
+    share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
+    l, patch = _patch(member, share, middle)
+    _, base = _patch(involute, np.linspace(-0.1, 1.1, POINTS), middle)
+    x, y = patch.point[:, 0, 0], patch.point[:, 0, 1]
+    radius, angle = np.hypot(x, y), np.arctan2(y, x)
+    base_x, base_y, _ = base.point[:, 0].T
+    base_radius, base_angle = np.hypot(base_x, base_y), np.arctan2(base_y, base_x)
+    there = np.interp(radius, base_radius, base_angle)
+    # r (theta . n) is the moment of the normal about the axis: constant along an involute.
+    moment = base_x * base.normal[:, 0, 1] - base_y * base.normal[:, 0, 0]
+    deviation = (angle - there) * np.interp(radius, base_radius, moment)
+    turned = angle - base_angle[POINTS // 2]
+    return Section(l[:, 0], radius, deviation, -radius * np.sin(turned), radius * np.cos(turned))
+
+
+def draw(data: ModificationFigure, size: Size) -> Drawing:
+    """Three flanks in one scene; the section and its deviations beside it."""
+    page = theme.new_page(
+        size,
+        "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
+        f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
+    )
+    cut_short = [NAMES[COEFFICIENTS.index(a)] for a, short in data.undercut.items() if short]
+    low = theme.caption(page, NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short))
+    high = theme.top(page) - theme.inches(page, 0.3)
+    if not data.members:
+        page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
+        return Drawing(page, {})
+    picture = _overlay(page, data, low, high + theme.inches(page, 0.3))
+    gap, left, width = theme.inches(page, 0.95), 0.69, 0.285
+    height = (high - low - 1.6 * gap) / 2.0
+    _draw_section(page.add_axes((left, low + height + 1.6 * gap, width, height)), data)
+    _draw_deviation(page.add_axes((left, low + 0.6 * gap, width, height)), data)
+    return Drawing(page, {"overlay": picture})
+
+
+def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> Picture:
+    box = theme.place(page, 0.01, low, 0.625, high - low)
+    half = 0.5 * float(data.members[0.0].face_width)
+    _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
+    depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]
+    parts = patch.normal[4, 4], depth, length
+    stand = sum(share * part / np.linalg.norm(part) for share, part in zip(VIEW, parts, strict=True))
+    camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
+    px_per_mm = box.height / (2.0 * camera.half_height)
+    points_per_mm = px_per_mm * 72.0 / page.dpi
+    items, labels = _terraces(data, 0.25 / px_per_mm, 1.3 / points_per_mm)
+    picture = render(Scene(items, camera), box.size)
+    axes = theme.show(page, box, picture)
+    _label_overlay(axes, picture, patch.point, labels)
+    bar = theme.round_length(120.0 / points_per_mm)
+    theme.scale_bar(axes, 0.05 * box.width, 0.9 * box.height, px_per_mm, bar)
+    return picture
+
+
+def _stations(member: Member, tolerance: float) -> tuple[int, int]:
+    """Cells across the flank and along a third of its face that keep to a tolerance (mm)."""
+    half = 0.5 * float(member.face_width)
+    _, patch = _patch(member, np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
+
+    def sagitta(points: FloatArray) -> float:
+        return float(np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=-1).max()) / 8.0
+
+    across, along = sagitta(patch.point), sagitta(patch.point.swapaxes(0, 1))
+    return int(np.ceil(8.0 * np.sqrt(across / tolerance))) + 1, int(
+        np.ceil(3.0 * np.sqrt(along / tolerance))
+    ) + 1
+
+
+def _terraces(
+    data: ModificationFigure, tolerance: float, radius: float
+) -> tuple[list[Item], dict[float, FloatArray]]:
+    """Each flank on its third of the face, steps between them, and where labels point."""
+    half = 0.5 * float(data.members[0.0].face_width)
+    cells = np.array([_stations(member, tolerance) for member in data.members.values()]).max(axis=0)
+    share = np.linspace(0.0, 1.0, 1 + int(cells[0]))
+    items: list[Item] = []
+    labels: dict[float, FloatArray] = {}
+    below: int | None = None
+    for index, a in enumerate(COEFFICIENTS):
+        if a not in data.members:
+            continue
+        z = half * np.linspace(CUTS[index], CUTS[index + 1], 1 + int(cells[1]))
+        patch = _patch(data.members[a], share, z)[1]
+        front = patch.point[:, 0]
+        items.append(grid_surface(patch.point, patch.normal, COLOURS[index]))
+        items += [Tube(edge, LINES[index], radius) for edge in (front, patch.point[0], patch.point[-1])]
+        if below is None:
+            items += _heel_profiles(data, share, radius)
+        else:
+            under = _patch(data.members[COEFFICIENTS[below]], share, z[:1])[1].point[:, 0]
+            items.append(grid_surface(np.stack((under, front)), None, LINES[index]))
+            items.append(Tube(under, LINES[below], radius))
+        labels[a] = patch.point[-1, patch.point.shape[1] // 3]
+        below = index
+    return items, labels
+
+
+def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -> list[Item]:
+    """The profiles of all flanks in the plane of the heel, and what lies between them."""
+    z = np.array([0.5 * float(data.members[0.0].face_width)])
+    profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
+    items: list[Item] = [Tube(points, LINES[COEFFICIENTS.index(a)], radius) for a, points in profiles.items()]
+    for a, points in profiles.items():
+        if a:
+            colour = COLOURS[COEFFICIENTS.index(a)]
+            items.append(grid_surface(np.stack((points, profiles[0.0])), None, colour, opacity=0.75))
+    return items
+
+
+def coefficient_name(a: float) -> str:
+    """Coefficient and shape."""
+    value = theme.signed(a, 2) if a else "0"
+    return f"$a$ = {value} mm$^{{\u22121}}$: {NAMES[COEFFICIENTS.index(a)]}"
+
+
+def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dict[float, FloatArray]) -> None:
+    style: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
+    places = {a: picture.project(point) for a, point in labels.items()}
+    steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
+    crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
+    for rank, (a, place) in enumerate(places.items()):
+        colour = LINES[COEFFICIENTS.index(a)]
+        axes.annotate(
+            coefficient_name(a),
+            tuple(place),
+            xytext=(-24, 28 + 21 * rank if crowded else 40),
+            color=colour,
+            fontsize=theme.HEADING,
+            ha="left",
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)},
+            **style,
+        )
+    for text, point, offset in (
+        ("toe", points[4, 0], (-26, 0)),
+        ("heel", points[4, -1], (30, 0)),
+        ("root", points[0, 4], (0, -24)),
+        ("tip", points[-1, -1], (26, 8)),
+    ):
+        axes.annotate(
+            text,
+            tuple(picture.project(point)),
+            xytext=offset,
+            ha="center",
+            va="center",
+            color=theme.GREY,
+            **style,
+        )
+
+
+def _draw_section(axes: Axes, data: ModificationFigure) -> None:
+    """The profiles in true proportions."""
+    for a, section in reversed(data.sections.items()):
+        colour = LINES[COEFFICIENTS.index(a)]
+        axes.plot(section.across, section.up, color=colour, linewidth=2.2)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title("Section at mid-face, true proportions", loc="left")
+    axes.set_xlabel("across the tooth (mm)")
+    axes.set_ylabel("from the axis (mm)")
+    axes.margins(0.06)
+    axes.grid(True)
+    for text, x in (("space", 0.08), ("tooth", 0.92)):
+        axes.text(
+            x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha="left" if x < 0.5 else "right"
+        )
+
+
+def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
+    """Distance from the involute flank against the radius."""
+    for a, section in data.sections.items():
+        colour = LINES[COEFFICIENTS.index(a)]
+        axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
+        axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
+    for text, x, a in (("convex:\nmetal taken off", 0.04, -0.01), ("concave:\nmetal left on", 0.96, 0.01)):
+        style: dict[str, Any] = {"color": LINES[COEFFICIENTS.index(a)], "ha": "left" if x < 0.5 else "right"}
+        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", **style)
+    axes.set_title("Deviation from the involute flank", loc="left")
+    axes.set_xlabel("out of the tooth (mm)")
+    axes.set_ylabel("radius (mm)")
+    axes.margins(0.08)
+    axes.grid(True)
+
+
+def rows(data: ModificationFigure) -> Table:
+    """The sections."""
+    header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
+
+    def body() -> Iterator[list[object]]:
+        for a, section in data.sections.items():
+            columns = (section.l, section.radius, section.deviation, section.across, section.up)
+            for values in np.stack(columns, axis=-1).tolist():
+                yield [a, *values]
+
+    return header, body()
+
+
+RECIPES = {"fig-06": Recipe(compute, draw, rows)}

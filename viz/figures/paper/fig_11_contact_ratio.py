@@ -1,0 +1,143 @@
+"""Fig. 11: contact ratio against the parabola coefficient, for the four combinations of signs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import PathEnds, path_ends
+from beveloid_geom.design.model import Design, FloatArray
+
+from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.solved import limit_name
+from ...stage import theme
+from ...stage.theme import Size
+from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
+
+POINTS = 161
+FLANKS = ("right", "left")
+LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
+NOTE = (
+    "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
+    " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
+    " end the right flank's path. The ratio speaks of the geometry of one tooth pair: with both"
+    " coefficients positive (a) the edge of the next tooth can touch first; it is then no operating ratio."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RatioFigure:
+    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank."""
+
+    size: FloatArray
+    ends: dict[str, tuple[PathEnds, ...]]
+
+
+def compute(design: Design) -> RatioFigure:
+    """Ends of all paths, one call for each flank and sign case."""
+    size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
+    ends = {
+        flank: tuple(
+            path_ends(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank)
+            for case, a in zip(CASES, size, strict=True)
+        )
+        for flank in FLANKS
+    }
+    return RatioFigure(size, ends)
+
+
+def draw(data: RatioFigure, size: Size) -> Drawing:
+    """Four panels, as in the paper."""
+    page = theme.new_page(
+        size,
+        "Fig. 11   Contact ratio against the parabola coefficient",
+        "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
+    )
+    low = theme.caption(page, NOTE) + theme.inches(page, 0.55)
+    high, gap = theme.top(page) - theme.inches(page, 0.55), theme.inches(page, 1.35)
+    height, width = (high - low - gap) / 2.0, 0.405
+    values = np.concatenate([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])
+    values = values[np.isfinite(values)]
+    limits = _limits(values)
+    for index, case in enumerate(CASES):
+        row, column = divmod(index, 2)
+        axes = page.add_axes((0.065 + 0.5 * column, high - height - row * (height + gap), width, height))
+        _panel(axes, data, index, case)
+        axes.set_ylim(*limits)
+    return Drawing(page, {})
+
+
+def _limits(values: FloatArray) -> tuple[float, float]:
+    if not values.size:
+        return 0.0, 1.0
+    room = max(float(np.ptp(values)), 0.5)
+    return float(values.min()) - 0.06 * room, float(values.max()) + 0.12 * room
+
+
+def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
+    a = case.pinion * data.size[index]
+    for flank in reversed(FLANKS):
+        colour, width, style = LOOKS[flank]
+        ratio = data.ends[flank][index].contact_ratio
+        axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flank")
+        if not np.isfinite(ratio).any():
+            axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
+    _mark_kinks(axes, a, data.ends["right"][index])
+    axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
+    axes.set_ylabel("contact ratio")
+    other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
+    axes.set_xlabel(f"$a_1$ = {other}  (mm$^{{\u22121}}$)")
+    axes.set_xlim(min(a[0], a[-1]), max(a[0], a[-1]))
+    if case.pinion < 0.0:
+        axes.invert_xaxis()
+    ticks = case.pinion * np.linspace(0.0, case.greatest, 5) + 0.0
+    axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
+    axes.grid(True)
+    axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
+    axes.legend(loc="best", reverse=True)
+
+
+def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
+    """Where other limits begin to end the path on the right flank, and which; of changes close
+    to each other the last."""
+    changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
+    kinks = np.nonzero(changed)[0] + 1
+    for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
+        place = (a[at], ends.contact_ratio[at])
+        axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
+        text = " \u2192 ".join(limit_name(Limit(int(code))) for code in ends.limit[at])
+        axes.annotate(
+            text, place, xytext=(0, 8), textcoords="offset points", ha="center", fontsize=theme.SMALL
+        )
+
+
+def _name(case: SignCase) -> str:
+    def word(sign: float) -> str:
+        return "positive" if sign > 0.0 else "negative"
+
+    if case.pinion == case.gear:
+        return f"both coefficients {word(case.pinion)}"
+    return f"pinion {word(case.pinion)}, gear {word(case.gear)}"
+
+
+def rows(data: RatioFigure) -> Table:
+    """Contact ratio and limits of the path at every coefficient."""
+    header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
+
+    def body() -> Iterator[list[object]]:
+        for index, case in enumerate(CASES):
+            for flank in FLANKS:
+                ends = data.ends[flank][index]
+                columns = data.size[index].tolist(), ends.contact_ratio.tolist(), ends.limit
+                for a, ratio, codes in zip(*columns, strict=True):
+                    names = [limit_name(Limit(int(code)) if code >= 0 else None) for code in codes]
+                    yield [case.pinion * a + 0.0, case.gear * a + 0.0, flank, ratio, *names]
+
+    return header, body()
+
+
+RECIPES = {"fig-11": Recipe(compute, draw, rows)}

@@ -1,0 +1,254 @@
+"""Figs. 12 to 15: paths of contact under each assembly error, without and with modification."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from beveloid_geom.design.model import Design
+
+from ...parts import panels, solved
+from ...parts.panels import FlankView, Trace
+from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.solved import SolvedPath
+from ...stage import theme
+from ...stage.scene import Picture
+from ...stage.theme import Page, Size
+
+FLANK = "right"
+STRETCH = 3.0
+MODIFIED = (0.001, -0.001)
+"""Parabola coefficients of pinion and gear, 1/mm."""
+SIGNS = (-1.0, 0.0, 1.0)
+
+
+class Look(NamedTuple):
+    """How a path is drawn: colour, dashes and width and lift of `panels.Trace`, legend line."""
+
+    colour: str
+    dashes: tuple[float, ...]
+    width: float
+    lift: float
+    legend: tuple[float, ...]
+
+
+LOOKS = (
+    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5)),
+    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, ()),
+    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2)),
+)
+LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
+FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
+LABEL = 0.27  # inches, over and under a flank
+NOTE = (
+    "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members"
+    " stay mounted as without errors; contact ratios are Eq. 16, from the limits of one tooth pair."
+)
+CHOSEN = (
+    " The paper does not give its shaft-angle error; this one was chosen so that the paths fill the face."
+)
+
+
+@dataclass(frozen=True)
+class ErrorCase:
+    """An assembly error: its field in `Errors`, its size there and as written."""
+
+    number: int
+    field: str
+    size: float
+    shown: float
+    unit: str
+    name: str
+    note: str = ""
+
+    def label(self, sign: float) -> str:
+        """The error with its sign and unit."""
+        digits = f"{self.shown:g}".partition(".")[2]
+        return f"{theme.signed(sign * self.shown, len(digits)) if sign else '0'}\u00a0{self.unit}"
+
+
+CASES = (
+    ErrorCase(12, "offset", 0.5, 0.5, "mm", "offset error"),
+    ErrorCase(13, "shaft_angle", float(np.radians(0.01)), 0.01, "deg", "shaft-angle error", CHOSEN),
+    ErrorCase(14, "pinion_axial", 0.5, 0.5, "mm", "axial position error of the pinion"),
+    ErrorCase(15, "gear_axial", 0.5, 0.5, "mm", "axial position error of the gear"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MisalignmentFigure:
+    """Paths under one error, at minus, zero and plus: without modification, then with it."""
+
+    case: ErrorCase
+    paths: tuple[tuple[SolvedPath, ...], tuple[SolvedPath, ...]]
+
+
+def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
+    """Solve the six paths; other errors stay as the design has them."""
+
+    def paths(base: Design) -> tuple[SolvedPath, ...]:
+        errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
+        return solved.solve_all((base.with_errors(error) for error in errors), FLANK)
+
+    return MisalignmentFigure(
+        case, (paths(design.with_parabola(0.0, 0.0)), paths(design.with_parabola(*MODIFIED)))
+    )
+
+
+def draw(data: MisalignmentFigure, size: Size) -> Drawing:
+    """Pinion flanks left, gear flanks right; without modification above, with it below."""
+    case = data.case
+    page = theme.new_page(
+        size,
+        f"Fig. {case.number}   Paths of contact under {case.name}",
+        f"{FLANK.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
+    )
+    low = theme.caption(page, panels.how_drawn(FLANK, STRETCH) + NOTE + case.note)
+    high = theme.top(page) - theme.inches(page, 0.3)
+    width, height = (RIGHT - LEFT) / 2.0, (high - low) / 2.0
+    views = [[panels.flank_view(m, FLANK, STRETCH) for m in paths[1].design.members] for paths in data.paths]
+    room = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - theme.inches(page, 2.0 * LABEL + 0.15))
+    px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
+    panels.scale_bars(page, px_per_mm, STRETCH)
+    _legend(page, case)
+    pictures: dict[str, Picture] = {}
+    for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
+        bottom = high - (row + 1) * height
+        _row_heading(page, bottom + 0.5 * height, name)
+        for column, member in enumerate(solved.MEMBERS):
+            cell = (LEFT + column * width, bottom, width, height - theme.inches(page, 0.15))
+            picture = _panel(page, cell, case, paths, column, views[row][column], px_per_mm)
+            if picture is not None:
+                pictures[f"{member}-{name}"] = picture
+    for column, member in enumerate(solved.MEMBERS):
+        x = LEFT + (column + 0.5 * FLANK_SHARE + 0.06) * width
+        page.text(x, high, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
+    return Drawing(page, pictures)
+
+
+def _row_heading(page: Page, y: float, name: str) -> None:
+    a1, a2 = (theme.signed(a, 3) for a in MODIFIED)
+    values = "$a_1$ = $a_2$ = 0" if name == "without" else f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
+    style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
+    page.text(0.02, y, f"{name.capitalize()} modification", fontsize=theme.HEADING, **style)
+    page.text(0.041, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
+
+
+def _legend(page: Page, case: ErrorCase) -> None:
+    handles = [
+        Line2D(
+            [], [], color=look.colour, dashes=look.legend or (1.0, 0.0), linewidth=4.0, label=case.label(sign)
+        )
+        for look, sign in zip(LOOKS, SIGNS, strict=True)
+    ]
+    page.legend(
+        handles=handles,
+        loc="upper right",
+        bbox_to_anchor=(0.985, 1.0 - theme.inches(page, 0.8)),
+        ncols=3,
+        handlelength=2.8,
+        borderaxespad=0.0,
+    )
+
+
+def _panel(
+    page: Page,
+    cell: tuple[float, float, float, float],
+    case: ErrorCase,
+    paths: tuple[SolvedPath, ...],
+    column: int,
+    view: FlankView | None,
+    px_per_mm: float,
+) -> Picture | None:
+    """One flank with three paths, each labelled at its tip end."""
+    x, bottom, width, height = cell
+    box = theme.place(page, x, bottom, (FLANK_SHARE + 0.12) * width, height)
+    member, colour = paths[1].design.members[column], (theme.STEEL, theme.BRONZE)[column]
+    traces = [
+        Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
+        for path, look in zip(paths, LOOKS, strict=True)
+    ]
+    drawn = panels.draw_flank(page, box, member, FLANK, view, traces, px_per_mm, colour)
+    if view is None or drawn is None:
+        return None
+    axes, picture = drawn
+    panels.label_limits(axes, picture, view, share=0.85)
+    _path_labels(axes, picture, case, paths, column, view)
+    return picture
+
+
+def _path_labels(
+    axes: Axes, picture: Picture, case: ErrorCase, paths: tuple[SolvedPath, ...], column: int, view: FlankView
+) -> None:
+    """Error, shift and contact ratio on the right of the flank, led to the path's tip end."""
+    x = float(picture.project([view.bounds[1, 0], 0.0, 0.0])[0])
+    point = axes.figure.dpi / 72.0
+    ends = [_tip_end(picture, view, path.points[column]) if path.found else None for path in paths]
+    found = [end[1] for end in ends if end is not None]
+    spare = picture.image.shape[0] * 0.5 if not found else max(found)
+    wanted = [spare if end is None else end[1] for end in ends]
+    gap = 46.0 if all(path.found for path in paths) else 62.0  # points: two lines, or three
+    order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
+    heights = spread(
+        np.array(wanted)[order], gap * point, 24.0 * point, picture.image.shape[0] - 34.0 * point
+    )
+    for index, y in zip(order, heights, strict=True):
+        text = f"{case.label(SIGNS[index])}"
+        style: dict[str, Any] = {"color": LOOKS[index].colour, "annotation_clip": False, "ha": "left"}
+        start = (x + 34.0 * point, y)
+        axes.annotate(text, start, va="bottom", fontsize=theme.LABEL, fontweight="bold", **style)
+        detail = _detail(paths[index], paths[1], column)
+        axes.annotate(detail, (start[0], y + 2.0 * point), va="top", fontsize=theme.SMALL, **style)
+        end = ends[index]
+        if end is not None:
+            line = [end[0] + 6.0 * point, start[0] - 4.0 * point], [end[1], y]
+            axes.plot(*line, color=LOOKS[index].colour, linewidth=1.0, clip_on=False)
+
+
+def spread(wanted: np.ndarray[Any, Any], gap: float, low: float, high: float) -> np.ndarray[Any, Any]:
+    """Heights nearest to those wanted (ascending) that keep `gap` between them, within limits."""
+    heights = np.array(wanted, dtype=float)
+    for _ in range(50):
+        close = np.diff(heights) < gap - 1e-9
+        for i in np.nonzero(close)[0]:
+            lack = 0.5 * (gap - (heights[i + 1] - heights[i]))
+            heights[i : i + 2] += (-lack, lack)
+    heights += max(0.0, low - heights[0])
+    heights -= max(0.0, heights[-1] - high)
+    return heights
+
+
+def _tip_end(picture: Picture, view: FlankView, points: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    ends = picture.project(view.place(points[[0, -1]]))
+    return np.asarray(ends[np.argmax(ends[:, 0])])
+
+
+def _detail(path: SolvedPath, zero: SolvedPath, column: int) -> str:
+    if not path.found:
+        return f"no contact:\n{path.reason}"
+    ratio = f"ratio {path.ratio:.3f}"
+    if path is zero or not zero.found:
+        return f"contact {ratio}"
+    shift = path.middle(column)[2] - zero.middle(column)[2]
+    return f"shift {theme.signed(shift, 1)} mm, {ratio}"
+
+
+def rows(data: MisalignmentFigure) -> Table:
+    """Every position of every path on both members."""
+    header = ("modified", f"{data.case.field}_error_{data.case.unit}", "member", *solved.COLUMNS)
+
+    def body() -> Iterator[list[object]]:
+        for modified, paths in zip(("no", "yes"), data.paths, strict=True):
+            for sign, path in zip(SIGNS, paths, strict=True):
+                yield from solved.path_rows((modified, sign * data.case.shown + 0.0), path)
+
+    return header, body()
+
+
+RECIPES = {f"fig-{case.number:02d}": Recipe(partial(compute, case), draw, rows) for case in CASES}

@@ -1,0 +1,246 @@
+"""Maps of a design over its parabola coefficients, its mounting distances and its profile shift."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from beveloid_geom.analysis.maps import (
+    FIGURES,
+    PARABOLA,
+    QUADRANTS,
+    ROLLS,
+    DesignMap,
+    Mask,
+    Over,
+    map_of,
+    own_values,
+)
+from beveloid_geom.design.model import Design
+from beveloid_geom.report.map import map_columns, quadrant_bests, ratio_as_given
+from beveloid_geom.report.path import error_line
+
+from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.theme import Page, Size
+from ..paper.fig_07_to_10_paths import CASES, coefficient_text
+
+FLANK = "right"
+STEPS, FIRST_STEPS = 33, 13
+"""Values of a member; in the panel of first contacts, which take longest."""
+COLUMNS_OF_TEXT = 172
+ROW_OF_TEXT = 125
+"""Characters that the entries of a legend may have in one row."""
+DOT: dict[str, Any] = {
+    "linestyle": "",
+    "marker": "o",
+    "markersize": 8.0,
+    "markerfacecolor": "white",
+    "markeredgecolor": theme.INK,
+}
+"""How the design is marked."""
+TITLES = {
+    "parabola": "Map over the parabola coefficients",
+    "mounting": "Map over the mounting distances",
+    "shift": "Map over the profile shift",
+}
+AXES = {
+    "parabola": (
+        "$a_1$ of the pinion (10$^{\u22123}$ mm$^{\u22121}$)",
+        "$a_2$ of the gear (10$^{\u22123}$ mm$^{\u22121}$)",
+    ),
+    "mounting": ("pinion moved to its heel (mm)", "gear moved to its heel (mm)"),
+    "shift": ("$x_1$ of the pinion", "$x_2$ of the gear"),
+}
+DEFINED = (
+    "Angle: of the chord in the pinion's side view (z, r), positive if z rises with r. Shift: at mid-roll on"
+    " the pinion's flank, square to the path, under {errors}, each alone and both ways (root of the sum of"
+    " squares). Transmission error: peak to peak, of one tooth pair over its path. Colours cover what is not"
+    " hatched. "
+)
+NOTES = {
+    "parabola": (
+        "Where $a_1$ + $a_2$ > 0 the flanks are hollow against each other: edges take over, and the path"
+        f" mapped there is not where a pair runs; (f) is the share of {ROLLS} rolls of a mesh cycle at which"
+        " flanks touch first. "
+    ),
+    "mounting": ("Both members are moved along their axes: lines of action stay, flanks move under them. "),
+    "shift": (
+        "Offset and shaft angle stay as given, and so do the mounting distances: shifted flanks are the same"
+        " surfaces, turned, so that the pitch point stays. Backlash depends on $x_1$ + $x_2$ alone, nearly. "
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MapFigure:
+    """A map, for parabola coefficients also a coarser one with first contacts, and what design it is of."""
+
+    found: DesignMap
+    first: DesignMap | None
+    modified: bool
+
+    def panels(self) -> list[tuple[str, DesignMap]]:
+        """What is mapped in each panel."""
+        names = [
+            name for name in FIGURES if name not in ("normal_backlash", "mounted_backlash", "flank_share")
+        ]
+        last = ("normal_backlash", self.found) if self.first is None else ("flank_share", self.first)
+        return [*((name, self.found) for name in names), last]
+
+
+def compute(over: Over, design: Design) -> MapFigure:
+    """The map; of mounting and shift with the paper's modification where the design has no parabolas, as
+    without them neither transmission error nor shift would depend on anything."""
+    if over == "parabola":
+        first = map_of(design, over, FLANK, steps=FIRST_STEPS, first_contacts=True)
+        return MapFigure(map_of(design, over, FLANK, steps=STEPS), first, False)
+    modified = not any(float(member.tool.parabola) for member in design.members)
+    if modified:
+        size = PARABOLA / float(design.pinion.tool.normal_module)
+        design = design.with_parabola(size, -size)
+    return MapFigure(map_of(design, over, FLANK, steps=STEPS), None, modified)
+
+
+def draw(data: MapFigure, size: Size) -> Drawing:
+    """Six maps of one design."""
+    found = data.found
+    page = theme.new_page(size, TITLES[found.over], _subtitle(data))
+    errors = " ".join(error_line(found.errors).split()[1:]).replace("+", "\u00b1")
+    note = DEFINED.format(errors=errors) + NOTES[found.over] + finding(found)
+    low = theme.caption(page, note, COLUMNS_OF_TEXT) + theme.inches(page, 1.25)
+    high, gap = theme.top(page) - theme.inches(page, 0.4), theme.inches(page, 1.05)
+    height = (high - low - gap) / 2.0
+    for index, (name, shown) in enumerate(data.panels()):
+        row, column = divmod(index, 3)
+        left, bottom = 0.062 + 0.328 * column, high - height - row * (height + gap)
+        axes = page.add_axes((left, bottom, 0.222, height))
+        bar = page.add_axes((left + 0.228, bottom, 0.009, height))
+        axes.set_title(
+            f"({'abcdef'[index]})  {LOOKS[name].heading}", loc="left", pad=8.0, fontsize=theme.LABEL
+        )
+        panel(axes, bar, name, shown)
+        axes.set_xlabel(AXES[found.over][0])
+        axes.set_ylabel(AXES[found.over][1])
+        _marks(axes, shown, first=index == 0)
+    _legend(page, data, low - theme.inches(page, 0.95))
+    return Drawing(page, {})
+
+
+def _subtitle(data: MapFigure) -> str:
+    text = f"{FLANK.capitalize()} flanks, as mounted"
+    if data.modified:
+        a1, a2 = (float(member.tool.parabola) for member in data.found.design.members)
+        text += f", with the paper's modification $a_1$ = {a1:g}, $a_2$ = {a2:g} mm$^{{\u22121}}$"
+    return text.replace(" -", " \u2212")
+
+
+def finding(found: DesignMap) -> str:
+    """What the map says of the paper's cases."""
+    if found.over != "parabola" or not found.sound.any():
+        return ""
+    ratio = ratio_as_given(found.design, found.flank)
+    bests = quadrant_bests(found, ratio) if ratio > 0.0 else {}
+    words = [f"{best[1]:.2f} mm in {name}" for name, best in bests.items() if not math.isnan(best[1])]
+    text = f"With a contact ratio of at least {ratio:.3f}, that of the design as given, the least shift is "
+    text = f"{text}{', '.join(words)}. " if words else ""
+    ratios = np.where(found.sound, found.contact_ratio, np.nan)
+    i, j = np.unravel_index(np.nanargmax(ratios), ratios.shape)
+    at = [coefficient_text(float(value)) for value in (found.pinion[i], found.gear[j])]
+    where = f"$a_1$ = {at[0]}, $a_2$ = {at[1]} mm$^{{\u22121}}$"
+    return f"{text}The greatest contact ratio is {ratios[i, j]:.2f} at {where}."
+
+
+def _marks(axes: Axes, found: DesignMap, first: bool) -> None:
+    """The design, and on a map of coefficients the paper's cases."""
+    if found.over == "parabola":
+        _cases(axes, found, first)
+    axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
+
+
+def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
+    """Quadrants, the recommended one in a frame, and the lines of the paper's figures."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    for case, (name, (pinion, gear)) in zip(CASES, sorted(QUADRANTS.items()), strict=True):
+        reach = min(right if pinion > 0 else -left, high if gear > 0 else -low)
+        if reach <= 0.0:
+            continue
+        size = min(case.greatest, reach)
+        for colour, width in (("white", 4.5), (theme.INK, 2.2)):
+            axes.plot([0.0, pinion * size], [0.0, gear * size], color=colour, linewidth=width, zorder=3.0)
+        text = f"{name} (Fig. {case.number})" if named else name
+        axes.annotate(
+            text,
+            (0.97 if pinion > 0 else 0.03, 0.97 if gear > 0 else 0.03),
+            xycoords="axes fraction",
+            ha="right" if pinion > 0 else "left",
+            va="top" if gear > 0 else "bottom",
+            fontsize=theme.SMALL,
+            fontweight="bold" if name == "C3" else "normal",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
+            zorder=7.0,
+        )
+    if right > 0.0 > low:
+        x, y = max(left, 0.0), min(high, 0.0)
+        for colour, width in (("white", 4.5), (theme.RED, 2.5)):
+            corners = [x, right, right, x, x], [low, low, y, y, low]
+            axes.plot(*corners, color=colour, linewidth=width, clip_on=False, zorder=4.0)
+
+
+def _unknown(data: MapFigure) -> Mask:
+    """Cells of the last panel with a path of which first contacts are not known."""
+    first = data.first
+    return np.zeros(0, dtype=bool) if first is None else first.solved & np.isnan(first.flank_share)
+
+
+def _legend(page: Page, data: MapFigure, height: float) -> None:
+    found = data.found
+    entries: list[tuple[Any, str]] = [(Line2D([], [], **DOT), "the design")]
+    if found.over == "parabola":
+        entries.append(
+            (Patch(facecolor="none", edgecolor=theme.RED, linewidth=2.5), "C3, which the paper recommends")
+        )
+        entries.append(
+            (Line2D([], [], color=theme.INK, linewidth=2.2), "coefficients of the paper's Figs. 7 to 10")
+        )
+    hatched = (
+        (~found.solved, LOST, f"no path: {statuses(found)}"),
+        (found.solved & np.isnan(found.shift), ASTRAY, "an error carries the path off the flanks"),
+        (_unknown(data), UNKNOWN, "not known what touches first"),
+        (found.hollow, HOLLOW, "hollow against each other"),
+        (found.interferes, HOLLOW, "backlash negative: other flanks interfere"),
+    )
+    for cells, pattern, text in hatched:
+        if cells.any():
+            face = theme.PALE if pattern == HOLLOW else "white"
+            entries.append((Patch(facecolor=face, edgecolor=theme.GREY, hatch=pattern, linewidth=0.5), text))
+    handles, texts = zip(*entries, strict=True)
+    page.legend(
+        handles,
+        texts,
+        loc="center",
+        bbox_to_anchor=(0.5, height),
+        ncols=min(len(texts), 5 if sum(map(len, texts)) < ROW_OF_TEXT else 4),
+        fontsize=theme.SMALL,
+        handlelength=2.4,
+        columnspacing=1.8,
+    )
+
+
+def rows(data: MapFigure) -> Table:
+    """Every cell of the maps; those with first contacts after the others."""
+    maps = [map_columns(found) for found in (data.found, data.first) if found is not None]
+    return maps[0][0], [row for _, columns in maps for row in zip(*columns, strict=True)]
+
+
+RECIPES = {
+    f"map-{over}": Recipe(partial(compute, over), draw, rows) for over in ("parabola", "mounting", "shift")
+}

@@ -1,0 +1,126 @@
+"""A tooth meshed for finite elements, its named surfaces in colours."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.patches import Patch
+
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
+from beveloid_geom.shapes.hexahedra import tooth_hexahedra
+
+from ...parts.recipe import Drawing, Recipe, Table
+from ...stage import theme
+from ...stage.scene import Picture, Scene, Surface, fit_camera, render
+from ...stage.theme import Page, Size
+
+COLOURS = {
+    "right flank": "#e07b54",
+    "left flank": "#5b9bd5",
+    "right fillet": "#f2c14e",
+    "left fillet": "#8fd0e8",
+    "tip": "#6fbf8b",
+    "bottom": "#b48ac0",
+    "toe": "#f6f6f6",
+    "heel": "#f6f6f6",
+    "bore": "#c87f95",
+    "first side": "#c9c2b4",
+    "last side": "#c9c2b4",
+}
+VIEWS = (
+    ("right flank, fillet and heel", np.array([-0.5, -0.7, -0.5]), 2.2),
+    ("left flank, toe, cut side and bore", np.array([0.3, 0.65, 0.7]), np.inf),
+)
+"""Directions of sight (radial, along the circumference, axial, at the tooth), and how far below the
+tip the picture must show, in tooth depths."""
+UP = np.array([1.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class MeshedFigure:
+    """The mesh of the pinion's tooth, the least scaled Jacobian of each of its elements; or why
+    there is none."""
+
+    member: Member
+    mesh: VolumeMesh | None
+    quality: FloatArray
+    reason: str = ""
+
+
+def compute(design: Design) -> MeshedFigure:
+    """The pinion's tooth, as `beveloid-geom mesh` exports it."""
+    try:
+        mesh = tooth_hexahedra(design.pinion)
+    except ValueError as error:
+        return MeshedFigure(design.pinion, None, np.zeros(0), str(error))
+    return MeshedFigure(design.pinion, mesh, element_shapes(mesh)[0])
+
+
+def surface_of(mesh: VolumeMesh, name: str) -> Surface:
+    """One named surface, flat faces with their edges."""
+    faces = face_nodes(mesh, mesh.surfaces[name])[:, 3::-1]
+    return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
+
+
+def draw(data: MeshedFigure, size: Size) -> Drawing:
+    """The tooth from either side."""
+    page = theme.new_page(
+        size,
+        "A tooth of the pinion meshed for finite elements",
+        "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
+    )
+    if data.mesh is None:
+        page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
+        return Drawing(page, {})
+    note = (
+        f"{len(data.mesh.hexahedra):,} elements, {len(data.mesh.points):,} nodes; scaled Jacobian of the"
+        f" elements {data.quality.min():.2f} to {data.quality.max():.2f}. Lines are the edges of the"
+        " elements, drawn straight between corner nodes. The tooth carries its part of the body, from the"
+        " bore to the middle of the tooth spaces beside it, where the first and the last side are cut; (a)"
+        " shows its upper part."
+    )
+    low = theme.caption(page, note) + theme.inches(page, 0.75)
+    pictures: dict[str, Picture] = {}
+    items = [surface_of(data.mesh, name) for name in COLOURS]
+    radius = np.hypot(*data.mesh.points[:, :2].T)
+    depth = 2.25 * float(data.member.tool.normal_module)
+    for column, (name, direction, below) in enumerate(VIEWS):
+        box = theme.place(
+            page, 0.02 + 0.49 * column, low, 0.47, theme.top(page) - low - theme.inches(page, 0.35)
+        )
+        shown = data.mesh.points[radius > radius.max() - below * depth]
+        camera = fit_camera(shown, direction, UP, box.size, 0.03)
+        pictures[name] = render(Scene(items, camera), box.size)
+        theme.show(page, box, pictures[name])
+        y = theme.top(page) - theme.inches(page, 0.2)
+        page.text(0.255 + 0.49 * column, y, f"({'ab'[column]})  {name}", ha="center", fontsize=theme.HEADING)
+    _legend(page, low)
+    return Drawing(page, pictures)
+
+
+def _legend(page: Page, low: float) -> None:
+    named: dict[str, str] = {}
+    for name, colour in COLOURS.items():
+        named[colour] = f"{named[colour]}, {name}" if colour in named else name
+    handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
+    place = (0.5, low - theme.inches(page, 0.7))
+    page.legend(handles=handles, loc="lower center", bbox_to_anchor=place, ncols=5, fontsize=theme.SMALL)
+
+
+def rows(data: MeshedFigure) -> Table:
+    """Sizes of the named sets."""
+    header = ("set", "element_faces", "nodes")
+
+    def body() -> Iterator[list[object]]:
+        if data.mesh is not None:
+            for name, faces in data.mesh.surfaces.items():
+                yield [name, len(faces), len(data.mesh.node_sets[name])]
+
+    return header, body()
+
+
+RECIPES = {"meshed-tooth": Recipe(compute, draw, rows)}

@@ -1,0 +1,346 @@
+"""Contact pattern over a mesh cycle, and separation of the flanks at one position."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.path import Path as Outline
+
+from beveloid_geom.contact.ellipse import ContactEllipse, contact_ellipse
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.findings.path import first_contact_fault
+from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.operation.pattern import ContactPattern, contact_pattern
+from beveloid_geom.operation.separation import separation
+from beveloid_geom.pair.frames import layout_of, member_frame
+from beveloid_geom.shapes.sampling import grid_faces
+
+from ...parts import panels, solved
+from ...parts.panels import FlankView, Trace
+from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.solved import SolvedPath
+from ...stage import theme
+from ...stage.scene import Item, Paint, Picture, Surface
+from ...stage.theme import Page, Size
+
+STRETCH = 2.0
+LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
+TEXT, LABEL, BAR = 0.6, 0.27, 0.9  # inches: under a panel, over or under a flank, for the colour bar
+MODIFIED = (0.001, -0.001)
+GRID = (81, 161)
+"""Points along depth and face at which a separation is drawn."""
+RESOLUTION = 0.4
+"""mm between the points of a pattern: a pixel or two."""
+PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
+SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
+HUES = ("#08306b", "#2171b5", "#57a0ce", "#9ecae1", "#cfe1f2", "#fdd0a2", "#f6a15c")
+ELLIPSES = (0.2, 0.5, 0.8)
+"""Where along the path, in roll, a contact ellipse is drawn."""
+PLACE = 0.3
+"""Position shown of the separation, as a share of the path in roll: two tooth pairs touch there."""
+TOUCHING = 0.01
+"""\u00b5m between the nearest drawn points of flanks that count as in contact."""
+PAIRS = (-1, 0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Values (nl, nz) in micrometres over a flank's points and normals (nl, nz, 3), own frame, mm,
+    where they stand, `l` and `z` in mm; with the lines to be drawn over them."""
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    normals: FloatArray
+    values: FloatArray
+    traces: tuple[Trace, ...]
+    rings: tuple[FloatArray, ...]
+    under: str
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Both members' layers of one case, pinion first; None with a reason where there is nothing."""
+
+    heading: str
+    design: Design
+    flank: str
+    layers: tuple[Layer, Layer] | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class BandFigure:
+    """Columns of flanks painted in bands of one quantity, µm."""
+
+    title: str
+    subtitle: str
+    note: str
+    quantity: str
+    bands: tuple[float, ...]
+    colours: tuple[str, ...]
+    columns: tuple[Column, ...]
+
+
+def normals_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
+    """Unit normals (..., 3) out of a tooth at flank parameters l in the planes z, own frame."""
+    return flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).normal
+
+
+def compute_pattern(design: Design) -> BandFigure:
+    """The pattern of both flanks as designed, and of the right one with the usual modification."""
+    columns = []
+    for flank, changed, heading in (
+        ("right", design, "right flanks, as designed"),
+        ("right", design.with_parabola(*MODIFIED), "right flanks, $a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$"),
+        ("left", design, "left flanks, as designed"),
+    ):
+        try:
+            pattern = contact_pattern(changed, flank, resolution=RESOLUTION)
+        except ValueError as error:
+            columns.append(Column(heading, changed, flank, None, str(error).partition(": give")[0]))
+            continue
+        columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
+    return BandFigure(
+        "Contact pattern under marking compound",
+        f"Where the flanks come within {PATTERN_BANDS[-1]} \u00b5m of each other while a tooth pair passes"
+        " through the mesh; pinion (top) and gear (bottom)",
+        "Rolls are those of the first contact of all teeth, edges included. Lines: path of contact"
+        " (from the ball to the arrow head) and, at three positions, the instantaneous contact ellipse from"
+        f" the relative curvature for {PATTERN_BANDS[-1]} \u00b5m (black, cut off at the flank's limits).",
+        "least separation over the cycle (\u00b5m)",
+        PATTERN_BANDS,
+        BLUES,
+        tuple(columns),
+    )
+
+
+def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
+    path = solved.solve(design, flank)
+    first, second = (
+        Layer(
+            side.l,
+            side.z,
+            side.points,
+            normals_at(member, flank, side.l, side.z),
+            1e3 * side.least,
+            (Trace(path.points[number], width=0.7),),
+            _rings(design, flank, path, number),
+            f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2",
+        )
+        for number, (member, side) in enumerate(
+            zip(design.members, (pattern.pinion, pattern.gear), strict=True)
+        )
+    )
+    return first, second
+
+
+def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
+    """Contact ellipses (n, 3) on a member's flank, in its own frame."""
+    if not path.found:
+        return ()
+    l1 = np.interp(ELLIPSES, np.linspace(0.0, 1.0, len(path.path.l1)), path.path.l1)
+    at = path_of_contact(design, flank, l1=l1)
+    ellipse: ContactEllipse = contact_ellipse(at, 1e-3 * PATTERN_BANDS[-1])
+    turn = np.linspace(0.0, 2.0 * np.pi, 721)
+    rings = []
+    for index in range(len(l1)):
+        if not np.isfinite(ellipse.semi_axes[index]).all():
+            continue
+        ring = np.cos(turn)[:, None] * ellipse.semi_axes[index, 0] * ellipse.direction[index, 0]
+        ring = ring + np.sin(turn)[:, None] * ellipse.semi_axes[index, 1] * ellipse.direction[index, 1]
+        rings.append(_own(design, at, index, number, ring))
+    return tuple(rings)
+
+
+def _own(design: Design, at: Any, index: int, number: int, vectors: FloatArray) -> FloatArray:
+    """Vectors (n, 3) of S_f from a contact, as points in a member's own frame."""
+    roll = (at.pinion_roll, at.gear_roll)[number][index]
+    rotation, _ = member_frame(layout_of(design), number, roll, 0.0)
+    l, u = ((at.l1, at.u1), (at.l2, at.u2))[number]
+    return np.asarray(flank_point(design.members[number], at.flank, l[index], u[index]) + vectors @ rotation)
+
+
+def compute_separation(design: Design) -> BandFigure:
+    """Three neighbouring tooth pairs at one position of the right flanks."""
+    flank, columns, under = "right", [], ""
+    path = solved.solve(design, flank)
+    reason = first_contact_fault(design) or ("" if path.found else path.reason)
+    for pair in PAIRS:
+        heading = "tooth pair in the middle" if pair == 0 else f"tooth pair {theme.signed(pair, 0)}"
+        if reason:
+            columns.append(Column(heading, design, flank, None, reason))
+            continue
+        roll = path.path.pinion_roll
+        l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), *_rising(roll, path.path.l1))
+        at = path_of_contact(design, flank, l1=[l1])
+        pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
+        first, second = (_separation_layer(design, flank, number, pose, pair) for number in (0, 1))
+        columns.append(Column(heading, design, flank, (first, second)))
+        under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
+    return BandFigure(
+        "Separation of the flanks at one position",
+        f"Right flanks of three neighbouring tooth pairs{under}; pinion (top) and gear (bottom)",
+        "Separation is measured along the normal of the other flank, by turning each point about the other"
+        " member's axis until it meets that flank. Bare metal: further apart than the last band, or the"
+        " other flank does not reach there. The line is the path of contact of the pair.",
+        "separation (\u00b5m)",
+        SEPARATION_BANDS,
+        HUES,
+        tuple(columns),
+    )
+
+
+def _rising(roll: FloatArray, l1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    order = slice(None) if roll[-1] > roll[0] else slice(None, None, -1)
+    return roll[order], l1[order]
+
+
+def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float, float], pair: int) -> Layer:
+    """How far one member's flank is from the other one's."""
+    member = design.members[number]
+    half = 0.5 * float(member.face_width)
+    z = np.linspace(-half, half, GRID[1])
+    low, high = root_parameter(member), tip_parameter(member, flank, z)
+    l = low + np.linspace(0.0, 1.0, GRID[0])[:, None] * (high - low)
+    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    found = separation(design, flank, number, l, z, *pose, pair=pair)
+    gap = 1e3 * np.where(found.inside, found.distance, np.nan)
+    under = "out of reach"
+    if np.isfinite(gap).any():
+        nearest = float(np.nanmin(gap))
+        near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
+        under = near if nearest > TOUCHING else "in contact"
+    traces = (Trace(solved.solve(design, flank).points[number], width=0.7),)
+    grid = np.broadcast_to(z, l.shape)
+    return Layer(l, grid, patch.point, patch.normal, gap, traces, (), under)
+
+
+def draw(data: BandFigure, size: Size) -> Drawing:
+    """A row of pinion flanks over a row of gear flanks, one column for each case."""
+    page = theme.new_page(size, data.title, data.subtitle)
+    flanks = {column.flank for column in data.columns}
+    how = panels.how_drawn("right" if "right" in flanks else "left", STRETCH)
+    if len(flanks) > 1:
+        how = how.replace("from its metal side", "from its metal side (right) or from outside (left)")
+    low = theme.caption(page, how + data.note)
+    views = [
+        [panels.flank_view(column.design.members[row], column.flank, STRETCH) for column in data.columns]
+        for row in (0, 1)
+    ]
+    spans = np.stack([panels.greatest_span(row) for row in views])
+    width, height = page.canvas.get_width_height()
+    bottom = low + theme.inches(page, BAR)
+    around = theme.inches(page, TEXT + 2.0 * LABEL)
+    top = theme.top(page) - theme.inches(page, 0.4)
+    room = (top - bottom - 2.0 * around) * height
+    step = (RIGHT - LEFT) / len(data.columns)
+    px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * step * width / spans[:, 0].max()))
+    panels.scale_bars(page, px_per_mm, STRETCH)
+    _colour_bar(page, data, low)
+    pictures: dict[str, Picture] = {}
+    for number, column in enumerate(data.columns):
+        x, edge = LEFT + number * step, top
+        page.text(x + 0.5 * step, edge + theme.inches(page, 0.3), column.heading, ha="center", va="top")
+        for row, name in enumerate(solved.MEMBERS):
+            high = around + px_per_mm * float(spans[row, 1]) / height
+            area = (x + 0.06 * step, edge - high + theme.inches(page, TEXT), 0.88 * step)
+            picture = _panel(page, data, column, row, views[row][number], area, edge, px_per_mm)
+            if picture is not None:
+                pictures[f"{name}-{number}"] = picture
+            if number == 0:
+                page.text(0.012, edge - 0.5 * high, name.capitalize(), rotation=90, va="center")
+            edge -= high
+    return Drawing(page, pictures)
+
+
+def _panel(
+    page: Page,
+    data: BandFigure,
+    column: Column,
+    row: int,
+    view: FlankView | None,
+    area: tuple[float, float, float],
+    edge: float,
+    px_per_mm: float,
+) -> Picture | None:
+    """One painted flank with its lines, and a line of text under it."""
+    x, bottom, width = area
+    middle = x + 0.5 * width
+    if view is None or column.layers is None:
+        text = textwrap.fill(column.reason or "no flank", 30)
+        page.text(middle, 0.5 * (bottom + edge), text, ha="center", va="center")
+        return None
+    layer = column.layers[row]
+    box = theme.place(page, x, bottom, width, edge - bottom)
+    items = _painted(data, layer, view, (theme.STEEL, theme.BRONZE)[row])
+    items += panels.path_items(page, layer.traces, view, px_per_mm)
+    axes, picture = panels.show_items(page, box, view, items, px_per_mm)
+    rim = picture.project(view.place(_rim(layer.points)))
+    axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
+    for ring in layer.rings:
+        seen = picture.project(view.place(ring))
+        seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
+        axes.plot(*seen.T, color=theme.INK, linewidth=1.3)
+    panels.label_limits(axes, picture, view)
+    page.text(middle, bottom, layer.under, ha="center", va="top", fontsize=theme.SMALL)
+    return picture
+
+
+def _rim(grid: FloatArray) -> FloatArray:
+    """The rim (n, 3) of a grid of points."""
+    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
+
+
+def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:
+    """The flank in bands, and bare metal where values are missing. Values are counted in bands, so
+    that these may be uneven; one more band, of bare metal, takes what lies beyond."""
+    bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
+    values = np.interp(layer.values, bands, np.arange(bands.size)).ravel()
+    faces = grid_faces(layer.points, layer.normals)[:, :: 1 if view.outside else -1]
+    points, normals = view.place(layer.points).reshape(-1, 3), view.turn(layer.normals).reshape(-1, 3)
+    known = np.isfinite(values)[faces].all(axis=1)
+    paint = Paint(values, (*data.colours, metal), (0.0, bands.size - 1.0))
+    items: list[Item] = [Surface(points, faces[~known], normals, metal)] if not known.all() else []
+    return [*items, Surface(points, faces[known], normals, metal, paint=paint)] if known.any() else items
+
+
+def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
+    axes = page.add_axes((LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
+    colours = ListedColormap(list(data.colours))
+    norm = BoundaryNorm(list(data.bands), colours.N)
+    axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))
+    axes.set_xticks(np.arange(norm.N), [f"{band:g}" for band in data.bands])
+    axes.set_yticks([])
+    axes.tick_params(length=3.0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
+
+
+def rows(data: BandFigure) -> Table:
+    """The value at every point of every flank."""
+    header = ("case", "flank", "member", "l_mm", "z_mm", f"{data.quantity.split(' (')[0]}_um")
+
+    def body() -> Iterator[Sequence[object]]:
+        for column in data.columns:
+            for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
+                values = np.stack([part.ravel() for part in (layer.l, layer.z, layer.values)], axis=-1)
+                case = column.heading.replace("$", "")
+                for point in values.tolist():
+                    yield [case, column.flank, name, *point]
+
+    return tuple(name.replace(" ", "_") for name in header), body()
+
+
+RECIPES = {
+    "pattern": Recipe(compute_pattern, draw, rows),
+    "separation": Recipe(compute_separation, draw, rows),
+}

@@ -1,0 +1,193 @@
+"""The posed pair as it is exported: closed surfaces of triangles, in mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.pair.frames import to_fixed
+from beveloid_geom.shapes.surface_mesh import Mesh
+
+from ...parts import annotate, posed, solved
+from ...parts.posed import PosedPair
+from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.solved import SolvedPath
+from ...stage import theme
+from ...stage.scene import Camera, Item, Picture, Scene, fit_camera, render
+from ...stage.theme import Size
+
+TOLERANCE = 1.0 / 600.0
+"""In normal modules, so that teeth of any size look alike: a tenth of a pixel of the close picture on a
+page of 1000 x 750."""
+EXPORTED = 0.01
+"""mm: the tolerance of `beveloid-geom mesh` unless told otherwise."""
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+NEAR = np.array([-0.12, 0.45, 0.88])
+CLOSE = 4.6
+"""Half the height of the close picture, in normal modules."""
+GLASS = 0.45
+
+
+@dataclass(frozen=True, eq=False)
+class PosedFigure:
+    """The pair as posed, the meshes of its members in their own frames (None with the reason), and
+    the path of contact of the right flanks."""
+
+    pair: PosedPair
+    meshes: tuple[tuple[Mesh | None, str], ...]
+    path: SolvedPath
+
+
+def tolerance_of(design: Design) -> float:
+    """By how much (mm) the meshes of a design may miss the exact surfaces."""
+    return TOLERANCE * float(design.pinion.tool.normal_module)
+
+
+def compute(design: Design) -> PosedFigure:
+    """Both gears to the tolerance, and their path."""
+    meshes = tuple(posed.teeth_of(member, tolerance_of(design)) for member in design.members)
+    return PosedFigure(posed.pose(design), meshes, solved.solve(design, "right"))
+
+
+def draw(data: PosedFigure, size: Size) -> Drawing:
+    """The pair as a whole, and the teeth in mesh with the triangles' edges."""
+    page = theme.new_page(
+        size,
+        "The posed pair as exported",
+        f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, "
+        + (
+            "right flanks in contact in the middle of their path"
+            if np.isfinite(data.pair.contact).all()
+            else "at nominal rolls: the right flanks share no contact point"
+        ),
+    )
+    counts = "; ".join(
+        f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
+        for name, (mesh, reason) in zip(posed.NAMES, data.meshes, strict=True)
+    )
+    low = theme.caption(
+        page,
+        f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
+        " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
+        f" the pinion's right flanks.{_export_note(data.pair.design)}",
+    )
+    pictures: dict[str, Picture] = {}
+    heading = theme.top(page) - theme.inches(page, 0.25)
+    for column, (left, width, name) in enumerate(((0.02, 0.42, "the pair"), (0.45, 0.53, "teeth in mesh"))):
+        box = theme.place(page, left, low, width, heading - theme.inches(page, 0.1) - low)
+        scene = close(data) if column else _whole(data, box.size)
+        pictures[name] = render(scene, box.size)
+        axes = theme.show(page, box, pictures[name])
+        page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
+        if (pictures[name].image == 255).all():
+            words = "the right flanks share no contact point to look at"
+            axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center")
+        if column == 0:
+            _label(axes, pictures[name], data)
+        else:
+            _draw_paths(axes, pictures[name], data)
+    return Drawing(page, pictures)
+
+
+def _export_note(design: Design) -> str:
+    """How to export what is drawn, where `mesh` by itself would take another tolerance."""
+    tolerance = tolerance_of(design)
+    usual = abs(tolerance - EXPORTED) < 1e-9 * EXPORTED
+    return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
+
+
+def _label(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+    pair = data.pair
+    for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
+        if data.meshes[number][0] is None:
+            continue
+        heel = to_fixed(frame, posed.rings(member))[1]
+        seen = picture.project(heel)
+        place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
+        offset = (0.0, -14.0 if number else 14.0)
+        annotate.label(axes, picture, place, posed.NAMES[number], offset)
+
+
+def _draw_paths(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+    """Over everything: the flanks in contact are seen from behind."""
+    for line in paths_on_teeth(data):
+        annotate.line(axes, picture, line, color=theme.PATH, linewidth=3.0)
+    if np.isfinite(data.pair.contact).all():
+        place = picture.project(data.pair.contact)
+        axes.plot(*place, "o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
+        note = "point of contact"
+        annotate.note(axes, picture, data.pair.contact, note, (60.0, -70.0), color=theme.INK)
+
+
+def _whole(data: PosedFigure, size: Size) -> Scene:
+    items: list[Item] = []
+    reach = []
+    for number, ((mesh, _), frame) in enumerate(zip(data.meshes, data.pair.frames, strict=True)):
+        reach.append(to_fixed(frame, posed.rings(data.pair.design.members[number])).reshape(-1, 3))
+        if mesh is not None:
+            items.append(posed.surface(mesh, frame, (theme.STEEL, theme.BRONZE)[number]))
+    return Scene(items, fit_camera(np.concatenate(reach), VIEW, UP, size, 0.06))
+
+
+def close(data: PosedFigure) -> Scene:
+    """The teeth in mesh, seen at the toes along the teeth."""
+    pair = data.pair
+    module = float(pair.design.pinion.tool.normal_module)
+    middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)
+    camera = Camera(NEAR, UP, middle, CLOSE * module)
+    items: list[Item] = []
+    for number, ((mesh, _), frame) in enumerate(zip(data.meshes, pair.frames, strict=True)):
+        if mesh is None:
+            continue
+        near = _near(mesh, to_fixed(frame, mesh.points), middle, 3.0 * CLOSE * module)
+        colour, opacity = ((theme.STEEL, 1.0), (theme.BRONZE, GLASS))[number]
+        surface = posed.surface(near, frame, colour, opacity)
+        items.append(surface if number else posed.with_lines(surface))
+    return Scene(items, camera)
+
+
+def _near(mesh: Mesh, points: FloatArray, middle: FloatArray, reach: float) -> Mesh:
+    """The faces that come near a point."""
+    close = np.linalg.norm(points - middle, axis=1) < reach
+    return mesh.where(close[mesh.faces].any(axis=1))
+
+
+def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
+    """Paths (n, 3) in S_f on the pinion's teeth -1, 0, 1."""
+    if not data.path.found:
+        return []
+    member, (rotation, origin) = data.pair.design.pinion, data.pair.frames[0]
+    lines = []
+    for tooth in (-1, 0, 1):
+        turn = 2.0 * np.pi / float(member.teeth) * tooth
+        cos, sin = np.cos(turn), np.sin(turn)
+        about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        lines.append(to_fixed((rotation @ about, origin), data.path.points[0]))
+    return lines
+
+
+def rows(data: PosedFigure) -> Table:
+    """Frames of the members, and sizes of their meshes."""
+    header = (
+        "member",
+        "points",
+        "triangles",
+        "roll_rad",
+        *(f"rotation_{i}{j}" for i in "xyz" for j in "xyz"),
+    )
+
+    def body() -> Iterator[list[object]]:
+        for number, (mesh, _) in enumerate(data.meshes):
+            rotation, origin = data.pair.frames[number]
+            sizes = [len(mesh.points), len(mesh.faces)] if mesh else [0, 0]
+            numbers = [*rotation.ravel().tolist(), *origin.tolist()]
+            yield [posed.NAMES[number], *sizes, float(data.pair.roll[number]), *numbers]
+
+    return (*header, "origin_x_mm", "origin_y_mm", "origin_z_mm"), body()
+
+
+RECIPES = {"posed-pair": Recipe(compute, draw, rows)}

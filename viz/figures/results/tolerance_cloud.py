@@ -1,0 +1,376 @@
+"""Cloud of paths of contact under drawn assembly errors, and how contact ratio, error and position spread."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from beveloid_geom.analysis.tolerance import (
+    PLACES,
+    USUAL,
+    Tolerances,
+    ToleranceStudy,
+    drawn_errors,
+    mounted,
+    tolerance_study,
+)
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.report.tolerance import ARCSEC
+
+from ...parts import panels, solved
+from ...parts.panels import FlankView
+from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.solved import SolvedPath
+from ...stage import theme
+from ...stage.scene import Picture
+from ...stage.theme import Page, Size
+
+FLANKS = ("right", "left")
+CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
+    ("as designed", None, theme.BLUE),
+    ("$a_1$ = 0.001, $a_2$ = \u22120.001 mm$^{\u22121}$", (0.001, -0.001), theme.RED),
+)
+MOUNTINGS, DRAWN, SEED = 1024, 300, 0
+"""Mountings of a study, and how many are drawn."""
+POINTS = 33
+FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0)
+FEWER = 256
+"""Times the tolerances, and mountings, of the last panels; as many are tried first, since those without a
+path take some milliseconds each."""
+FEW = 0.02
+SMALLEST = 1e-6
+"""arcsec: a transmission error below it is rounding."""
+STRETCH = 2.0
+LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
+CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
+LABEL = 0.27  # inches, over and under a flank
+CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
+"""Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
+NOTE = (
+    "Of the design as it is, {drawn} mountings (seed {seed}) are drawn, thin and translucent: blue with the"
+    " tolerances, below them in green with {times:g} times the tolerances; in black without errors. Errors"
+    " are {spread}: {sizes}, on top of the design's own; members stay mounted as without them. Curves: share"
+    " of the mountings with a path whose value is at most that below; dots: without errors. Contact ratio by"
+    " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification; z is"
+    " positive towards the heel. Last panel: all tolerances times the factor."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseStudy:
+    """A case by its name and colour: its study, None with a `reason`; and by FACTORS the shares of mountings
+    with a path that another limit ends, and of those without a path, NaN where not known (2, factors)."""
+
+    name: str
+    colour: str
+    study: ToleranceStudy | None
+    shares: FloatArray
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One flank: the path of the design as it is, drawn paths (mountings, POINTS, 3) on pinion and gear in
+    their own frames, one pair for each of CLOUDS, and the studies."""
+
+    flank: str
+    nominal: SolvedPath
+    clouds: tuple[tuple[FloatArray, FloatArray], ...]
+    cases: tuple[CaseStudy, ...]
+
+
+def compute(design: Design) -> tuple[Side, ...]:
+    """Drawn paths and studies of both flanks."""
+    return tuple(
+        Side(
+            flank,
+            solved.solve(design, flank),
+            tuple(_cloud_of(design, flank, factor) for factor, *_ in CLOUDS),
+            tuple(_case(design, flank, *case) for case in CASES),
+        )
+        for flank in FLANKS
+    )
+
+
+def _case(
+    design: Design, flank: str, name: str, parabola: tuple[float, float] | None, colour: str
+) -> CaseStudy:
+    changed = design if parabola is None else design.with_parabola(*parabola)
+    shares = np.full((2, len(FACTORS)), np.nan)
+    try:
+        study = tolerance_study(changed, USUAL, flank, FEWER, seed=SEED)
+    except ValueError as error:
+        return CaseStudy(name, colour, None, shares, str(error))
+    if not study.mountings.solved.any():
+        return CaseStudy(name, colour, study, shares)
+    study = tolerance_study(changed, USUAL, flank, MOUNTINGS, seed=SEED)
+    for k, factor in enumerate(FACTORS):
+        found = study
+        if factor != 1.0:
+            try:
+                found = tolerance_study(changed, _times(USUAL, factor), flank, FEWER, seed=SEED)
+            except ValueError:
+                break  # the tolerance is as large as the layout's own value
+        without = np.count_nonzero(~found.mountings.solved)
+        shares[:, k] = found.limits_changed() / found.cases, without / found.cases
+    return CaseStudy(name, colour, study, shares)
+
+
+def _times(tolerances: Tolerances, factor: float) -> Tolerances:
+    offset, angle, pinion, gear = (factor * tolerances.values()).tolist()
+    return Tolerances(offset, angle, pinion, gear, tolerances.distribution, tolerances.sigmas)
+
+
+def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
+    """Points of the drawn paths on pinion and gear; NaN without a path. Not under errors as large as the
+    layout's own values."""
+    if factor * USUAL.offset >= design.pair.offset or factor * USUAL.shaft_angle >= design.pair.shaft_angle:
+        return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
+    errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
+    with np.errstate(invalid="ignore"):
+        path = path_of_contact(mounted(design, errors), flank, POINTS)
+        pinion = flank_point(design.pinion, flank, path.l1, path.u1)
+        return pinion, flank_point(design.gear, flank, path.l2, path.u2)
+
+
+def draw(data: tuple[Side, ...], size: Size) -> Drawing:
+    """A row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
+    page = theme.new_page(
+        size,
+        "Paths of contact under drawn assembly errors",
+        "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
+    )
+    low = theme.caption(page, _note(), 146) + theme.inches(page, 0.3)
+    high, heading = theme.top(page) - theme.inches(page, 0.3), theme.inches(page, 0.5)
+    height = (high - low) / len(data)
+    views = [
+        [panels.flank_view(m, side.flank, STRETCH) for m in side.nominal.design.members] for side in data
+    ]
+    room = theme.place(page, 0.0, 0.0, CLOUD, height - heading - theme.inches(page, 2.0 * LABEL + 0.1))
+    px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
+    pictures: dict[str, Picture] = {}
+    for row, side in enumerate(data):
+        bottom = high - (row + 1) * height
+        page.text(
+            0.012,
+            bottom + 0.5 * (height - heading),
+            f"{side.flank.capitalize()} flanks",
+            rotation=90,
+            va="center",
+            fontsize=theme.HEADING,
+        )
+        for column, member in enumerate(solved.MEMBERS):
+            cell = (LEFT + column * (CLOUD + 0.012), bottom, CLOUD, height - heading)
+            picture = _cloud(page, cell, side, column, views[row][column], px_per_mm)
+            if picture is not None:
+                pictures[f"{member}-{side.flank}"] = picture
+            y = bottom + height - heading + theme.inches(page, 0.08)
+            page.text(cell[0] + 0.5 * CLOUD, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
+        _charts(page, side, bottom, height - heading)
+    _legend(page, data)
+    panels.scale_bars(page, px_per_mm, STRETCH)
+    return Drawing(page, pictures)
+
+
+def _note() -> str:
+    sizes = (
+        f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
+        f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
+    )
+    normal = f"normal, the tolerances at {USUAL.sigmas:g} standard deviations"
+    spread = normal if USUAL.distribution == "normal" else "uniform within plus and minus the tolerances"
+    note = NOTE.format(drawn=DRAWN, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
+    how = panels.how_drawn("right", STRETCH).replace(
+        "from its metal side", "from its metal side (right) or from outside (left)"
+    )
+    return how.partition(" A path enters")[0] + " " + note
+
+
+def _cloud(
+    page: Page,
+    cell: tuple[float, float, float, float],
+    side: Side,
+    number: int,
+    view: FlankView | None,
+    px_per_mm: float,
+) -> Picture | None:
+    """One flank with the drawn paths, and that of the design on top."""
+    box = theme.place(page, *cell)
+    member, colour = side.nominal.design.members[number], (theme.STEEL, theme.BRONZE)[number]
+    drawn = panels.draw_flank(page, box, member, side.flank, view, (), px_per_mm, colour)
+    if view is None or drawn is None:
+        return None
+    axes, picture = drawn
+    panels.label_limits(axes, picture, view)
+    for cloud, (_, hue, alpha) in zip(side.clouds, CLOUDS, strict=True):
+        seen = picture.project(view.place(cloud[number][np.isfinite(cloud[number]).all(axis=(1, 2))]))
+        axes.add_collection(LineCollection(list(seen), colors=hue, linewidths=1.0, alpha=alpha))
+    if side.nominal.found:
+        seen = picture.project(view.place(side.nominal.points[number]))
+        axes.plot(*seen.T, color=theme.INK, linewidth=1.3, solid_capstyle="round")
+    else:
+        text = textwrap.fill(f"no path as designed: {side.nominal.reason}", 12)
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=theme.SMALL)
+    return picture
+
+
+def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
+    start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
+    width = (RIGHT - start - 3.0 * GAP) / 4.0
+    base, high = bottom + theme.inches(page, 0.6), height - theme.inches(page, 0.95)
+    for k, case in enumerate(side.cases):
+        y = base + high + theme.inches(page, 0.55 - 0.23 * k)
+        page.text(start, y, _counts(case), fontsize=theme.SMALL, color=case.colour, va="center")
+    charts = [page.add_axes((start + k * (width + GAP), base, width, high)) for k in range(4)]
+    quantities = (
+        ("contact_ratio", 1.0, "contact ratio"),
+        ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
+        ("pinion_z_middle", 1.0, "z of the pinion at mid-roll (mm)"),
+    )
+    for axes, (name, scale, label) in zip(charts, quantities, strict=False):
+        axes.set_xlabel(label, fontsize=theme.SMALL)
+        _spread(axes, side, name, scale)
+    charts[0].set_ylabel("share of the mountings (%)", fontsize=theme.SMALL, labelpad=2.0)
+    _shares(charts[3], side)
+    for axes in charts:
+        axes.tick_params(labelsize=theme.SMALL)
+        axes.grid(True)
+
+
+def _counts(case: CaseStudy) -> str:
+    """How many mountings have a path, and how many another one."""
+    if case.study is None:
+        return f"{case.name}: not studied"
+    count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
+    share = f"{count} of {every}" if count < every else f"all {every}"
+    return (
+        f"{case.name}: {share} mountings have a path on the flanks, {case.study.limits_changed()} of these"
+        + (" ended by another limit")
+    )
+
+
+def _spread(axes: Axes, side: Side, name: str, scale: float) -> None:
+    """Distribution functions of one quantity over the mountings with a path."""
+    axes.set_ylim(-2.0, 102.0)
+    limits = []
+    for case in side.cases:
+        if case.study is None or not case.study.mountings.solved.any():
+            continue
+        values = _rounded(scale * case.study.mountings.quantities()[name][case.study.mountings.solved], name)
+        nominal = _rounded(scale * case.study.nominal.quantities()[name], name)
+        shares = np.linspace(0.0, 100.0, values.size)
+        axes.plot(np.sort(values), shares, color=case.colour)
+        if np.isfinite(nominal).all():
+            share = 100.0 * np.count_nonzero(values <= nominal) / values.size
+            axes.plot(nominal, [50.0 if np.ptp(values) == 0.0 else share], "o", color=case.colour, ms=7.0)
+        limits += [float(values.min()), float(values.max()), *nominal[np.isfinite(nominal)].tolist()]
+    if limits:
+        room = 0.06 * (max(limits) - min(limits)) or 1.0
+        axes.set_xlim(min(limits) - room, max(limits) + room)
+        return
+    axes.set_xticks([])
+    _say(axes, _reason(side))
+
+
+def _say(axes: Axes, text: str) -> None:
+    """Words in the middle of a narrow panel."""
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": theme.SMALL}
+    axes.text(0.5, 0.5, textwrap.fill(text, 18), transform=axes.transAxes, backgroundcolor="white", **style)
+
+
+def _rounded(values: FloatArray, name: str) -> FloatArray:
+    """Values without the rounding of a transmission error that is zero."""
+    return np.where(np.abs(values) < SMALLEST, 0.0, values) if name == "peak_to_peak" else values
+
+
+def _reason(side: Side) -> str:
+    """Why there is nothing to show."""
+    return next((case.reason for case in side.cases if case.reason), "no mounting has a path on the flanks")
+
+
+def _shares(axes: Axes, side: Side) -> None:
+    """Mountings that end at other limits, and those without a path, against the size of the tolerances."""
+    axes.set_xlabel("times the tolerances", fontsize=theme.SMALL)
+    axes.set_xscale("log")
+    axes.set_xlim(FACTORS[0] / 1.1, 1.1 * FACTORS[-1])
+    axes.set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
+    axes.minorticks_off()
+    axes.set_ylim(-2.0, 102.0)
+    for case in side.cases:
+        changed, without = 100.0 * case.shares
+        axes.plot(FACTORS, changed, "--", color=case.colour, linewidth=2.0)
+        axes.plot(FACTORS, without, "-", color=case.colour, linewidth=2.0)
+    known = np.array([case.shares for case in side.cases])
+    if np.isnan(known).all():
+        _say(axes, _reason(side))
+    elif np.nanmax(known) < FEW:
+        _say(axes, f"under {100.0 * FEW:g} %")
+
+
+def _legend(page: Page, data: tuple[Side, ...]) -> None:
+    handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
+    handles += [
+        Line2D([], [], color=theme.INK, dashes=dashes, linewidth=2.0, label=label)
+        for dashes, label in (
+            ((2.5, 1.5), "another limit ends the path"),
+            ((1.0, 0.0), "no path on the flanks"),
+        )
+    ]
+    drawn = [
+        Line2D([], [], color=hue, linewidth=6.0, alpha=0.6, label=f"{factor:g} \u00d7 tolerances")
+        for factor, hue, _ in reversed(CLOUDS)
+    ]
+    corner = 1.0 - theme.inches(page, 1.15)
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "borderaxespad": 0.0}
+    page.legend(handles=drawn, loc="upper left", bbox_to_anchor=(0.03, corner), ncols=2, **style)
+    page.legend(
+        handles=handles,
+        loc="upper right",
+        bbox_to_anchor=(0.985, corner),
+        ncols=4,
+        **style,
+    )
+
+
+def rows(data: tuple[Side, ...]) -> Table:
+    """Every mounting of every study: its errors, and what it has."""
+    header = [
+        "flank",
+        "case",
+        "mounting",
+        "offset_error_mm",
+        "shaft_angle_error_rad",
+        "pinion_axial_error_mm",
+    ]
+    header += ["gear_axial_error_mm", "status", "contact_ratio", "transmission_error_rad"]
+    header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
+
+    def body() -> Iterator[list[object]]:
+        for side in data:
+            for case in side.cases:
+                who = [side.flank, case.name.replace("$", "")]
+                if case.study is None:
+                    yield [*who, "", "", "", "", "", case.reason, *[""] * (len(header) - 8)]
+                    continue
+                found = case.study.mountings
+                columns: list[Any] = [*found.errors.T.tolist()]
+                columns.append([Status(int(code)).name.lower() for code in found.status])
+                columns += [found.contact_ratio.tolist(), found.peak_to_peak.tolist()]
+                columns += [*found.pinion_z.T.tolist(), *found.gear_z.T.tolist()]
+                for number, values in enumerate(zip(*columns, strict=True)):
+                    yield [*who, number, *values]
+
+    return header, body()
+
+
+RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}

@@ -1,0 +1,196 @@
+"""One map on a page: colours, labelled lines, and hatches over cells that are not to be trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, Colormap, LogNorm, Normalize
+from matplotlib.contour import ContourSet
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+from matplotlib.ticker import MaxNLocator
+
+from beveloid_geom.analysis.maps import DesignMap, Mask
+from beveloid_geom.design.model import FloatArray
+from beveloid_geom.report.path import status_name
+
+from ..stage import theme
+
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.5, foreground="white")]
+ANGLES = np.array(
+    [-90.0, -60.0, -30.0, -15.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 90.0]
+)
+"""Borders of the colours of angles, deg, where they differ widely."""
+ISLAND = 0.06
+"""Share of the cells that a line must part from the others."""
+EDGE, CORNER = 0.46, 0.32
+"""Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
+LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
+"""Hatches of cells without a path, without a figure, and without use."""
+ARCSEC = math.degrees(3600.0)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a figure is mapped: heading, unit, scale, and the way its colours run."""
+
+    title: str
+    unit: str
+    scale: float
+    way: str
+    colours: str
+
+    @property
+    def heading(self) -> str:
+        """Title and unit."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
+
+
+LOOKS = {
+    "contact_ratio": Look("contact ratio (Eq. 16)", "", 1.0, "linear", "viridis"),
+    "angle": Look("angle to the axial direction", "deg", math.degrees(1.0), "angle", "twilight_shifted"),
+    "shift": Look("shift of the path under errors", "mm", 1.0, "log", "cividis"),
+    "peak_to_peak": Look("transmission error", "arcsec", ARCSEC, "linear", "magma"),
+    "centre": Look("middle of the path, pinion z", "mm", 1.0, "signed", "PuOr"),
+    "normal_backlash": Look("normal backlash", "mm", 1.0, "signed", "PuOr"),
+    "flank_share": Look("cycle carried by flanks", "%", 100.0, "share", "viridis"),
+}
+
+
+def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
+    """Draw the map of a figure and its bar of colours, or say why there is nothing to draw."""
+    look, x, y = LOOKS[name], found.pinion, found.gear
+    per = 1e3 if found.over == "parabola" else 1.0
+    values = look.scale * getattr(found, name)
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(y[0], y[-1])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(lambda value, _: _plain(per * value))
+    if not np.isfinite(values).any():
+        bar.set_axis_off()
+        why = "not known in any cell" if found.solved.any() else f"no cell has a path: {statuses(found)}"
+        _hatch(axes, found, ~found.solved, LOST)
+        _say(axes, why)
+        return
+    cells = found.sound if np.isfinite(values[found.sound]).any() else np.ones_like(found.solved)
+    colours, norm, levels, extend = _colours(look, values[cells & np.isfinite(values)])
+    mesh = axes.pcolormesh(
+        x, y, values.T, cmap=colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
+    )
+    scale = axes.figure.colorbar(mesh, cax=bar, extend=extend, ticks=levels, spacing="uniform")
+    scale.ax.minorticks_off()
+    scale.ax.set_yticklabels([_plain(level) for level in levels], fontsize=theme.SMALL)
+    _contours(axes, x, y, values, levels, look)
+    _hatch(axes, found, np.isnan(values) & found.solved, UNKNOWN if name == "flank_share" else ASTRAY)
+    _hatch(axes, found, ~found.solved, LOST)
+    if found.over == "parabola":
+        _hatch(axes, found, np.add.outer(x, y) / np.abs(x).max(), HOLLOW, 1e-9)
+    elif found.hollow.any():
+        _hatch(axes, found, found.hollow, HOLLOW)
+    _hatch(axes, found, -found.normal_backlash, HOLLOW, 0.0)
+
+
+def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, FloatArray, str]:
+    """Colour map, norm, levels of lines and ticks, and which ends of the bar are open."""
+    colours = mpl.colormaps[look.colours]
+    low, high = (float(value) for value in np.percentile(values, [1.0, 99.0]))
+    if look.way == "share":
+        low, high = 0.0, 100.0
+    elif look.way == "signed":
+        high = max(abs(low), abs(high))
+        low = -high
+    elif look.way == "angle" and np.abs(values).max() > 0.5 * ANGLES[-1]:
+        return colours, BoundaryNorm(ANGLES, colours.N), ANGLES, "neither"
+    elif look.way == "angle":
+        colours = mpl.colormaps["viridis"]
+    if high - low < 1e-9:
+        low, high = low - 0.5, high + 0.5
+    if look.way == "log" and high > 5.0 * low > 0.0:  # two levels at least
+        levels = np.array([digit * 10.0**k for k in range(-6, 7) for digit in (1.0, 2.0, 5.0)])
+        norm: Normalize = LogNorm(low, high)
+    else:
+        levels = np.asarray(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+        norm = Normalize(low, high)
+    open_ends = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
+    room = 1e-9 * (high - low)
+    extend = open_ends[bool(values.min() < low - room), bool(values.max() > high + room)]
+    return colours, norm, levels[(levels >= low - room) & (levels <= high + room)], extend
+
+
+def _contours(
+    axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, levels: FloatArray, look: Look
+) -> None:
+    """Labelled lines; none where an angle jumps by half a turn."""
+    if min(values.shape) < 2 or np.nanmax(values) - np.nanmin(values) < 1e-9:
+        _say(axes, f"{_plain(float(f'{round(np.nanmean(values), 9):.4g}'))} in all cells")
+        return
+    if look.way == "share":
+        return
+    shown = np.ma.masked_invalid(values)
+    if look.way == "angle":
+        shown = np.ma.masked_where(_jumps(values), shown)
+    share = np.array([np.mean(shown.compressed() > level) for level in levels])
+    levels = levels[(share > ISLAND) & (share < 1.0 - ISLAND)]
+    if not levels.size:
+        return
+    lines = axes.contour(
+        x, y, shown.T, levels=levels, colors=theme.INK, linewidths=0.8, linestyles="solid", zorder=1.0
+    )
+    labels = axes.clabel(lines, fontsize=9.0, fmt=_plain, inline=False)
+    for label in labels:
+        label.set_path_effects(HALO)
+        place = np.abs(
+            axes.transAxes.inverted().transform(axes.transData.transform(label.get_position())) - 0.5
+        )
+        if place.max() > EDGE or place.min() > CORNER:
+            label.remove()  # cut off, or under the name of a quadrant
+
+
+def _jumps(angle: FloatArray) -> Mask:
+    """Cells beside which an angle (deg) turns over from 90 to -90, where it is the same."""
+    cells = np.zeros(angle.shape, dtype=bool)
+    for one, other in (
+        ((slice(1, None), slice(None)), (slice(-1), slice(None))),
+        ((slice(None), slice(1, None)), (slice(None), slice(-1))),
+    ):
+        with np.errstate(invalid="ignore"):
+            far = np.abs(angle[one] - angle[other]) > ANGLES[-1]
+        cells[one] |= far
+        cells[other] |= far
+    return cells
+
+
+def _hatch(axes: Axes, found: DesignMap, field: FloatArray | Mask, pattern: str, above: float = 0.5) -> None:
+    """Hatch where a field lies above a value: dark on light lines, to be seen on any colour."""
+    field = np.nan_to_num(field.astype(float), nan=above - 1.0)
+    if not (field > above).any():
+        return
+    levels = [above, max(float(field.max()), above) + 1.0]
+    for colour, width in (("white", 2.4), (theme.INK, 0.7)):
+        with mpl.rc_context({"hatch.linewidth": width}):
+            drawn: ContourSet = axes.contourf(
+                found.pinion, found.gear, field.T, levels, colors="none", hatches=[pattern], zorder=2.0
+            )
+        drawn.set_edgecolor(colour)
+        drawn.set_linewidth(0.0)
+
+
+def _say(axes: Axes, words: str) -> None:
+    """Words on top of all marks."""
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
+    axes.text(0.5, 0.68, words, transform=axes.transAxes, ha="center", bbox=box, zorder=8.0)
+
+
+def _plain(value: float, _: object = None) -> str:
+    """A number with a true minus."""
+    return f"{value:.6g}".replace("-", "\u2212")
+
+
+def statuses(found: DesignMap) -> str:
+    """Why cells have no path."""
+    codes = np.unique(found.status[~found.solved]).tolist()
+    return ", ".join(status_name(code).replace("_", " ") for code in codes)

@@ -1,0 +1,148 @@
+"""The pair as it stands in mesh, and its members as surfaces to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from beveloid_geom.contact.placing import Frame, meshing_pair
+from beveloid_geom.design.model import Design, Errors, FloatArray, Member
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
+from beveloid_geom.pair.mounting import Mounting, mounting_of
+from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
+
+from ..stage.scene import Surface
+
+NAMES = ("pinion", "gear")
+SHAFT_SHARE = 0.22
+"""Radius of a shaft as a share of the least tip radius."""
+
+
+@dataclass(frozen=True, eq=False)
+class PosedPair:
+    """A design with the `frames` of its members, their `roll` (2,) (rad) and `position` (2,) along
+    the axes (mm), and the `contact` point (3,) in S_f, NaN where no flanks touch."""
+
+    design: Design
+    mounting: Mounting
+    roll: FloatArray
+    position: FloatArray
+    contact: FloatArray
+    frames: tuple[Frame, Frame]
+
+    @property
+    def axis(self) -> FloatArray:
+        """Unit vectors (2, 3) of the axes in S_f, towards the heels."""
+        return np.stack([rotation[:, 2] for rotation, _ in self.frames])
+
+    @property
+    def foot(self) -> FloatArray:
+        """Points (2, 3) of the axes on the common perpendicular, mm."""
+        return np.stack([origin for _, origin in self.frames]) - self.position[:, None] * self.axis
+
+
+def pose(design: Design, flank: str = "right") -> PosedPair:
+    """The pair with its flanks touching in the middle of the path of contact. Where they share
+    none, the rolls are those of the unmodified pair without errors, or zero."""
+    try:
+        pair = meshing_pair(design, flank)
+    except ValueError:
+        return _placed(design, mounting_of(design), _nominal_rolls(design, flank), np.full(3, np.nan))
+    return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
+
+
+def _nominal_rolls(design: Design, flank: str) -> FloatArray:
+    try:
+        return meshing_pair(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank).roll
+    except ValueError:
+        return np.zeros(2)
+
+
+def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
+    """The pair under other assembly errors at the same rolls; its flanks need not touch."""
+    return _placed(pair.design.with_errors(errors), pair.mounting, pair.roll, np.full(3, np.nan))
+
+
+def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: FloatArray) -> PosedPair:
+    axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
+    layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
+    first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
+    return PosedPair(design, mounting, roll, position, contact, (first, second))
+
+
+def rings(member: Member, count: int = 49) -> FloatArray:
+    """Points (2, count, 3) of the tip circles at toe and heel, own frame, mm."""
+    half = 0.5 * float(member.face_width)
+    return np.stack([circle(float(tip_radius(member, z)), z, count) for z in (-half, half)])
+
+
+def circle(radius: float, z: float, count: int = 97) -> FloatArray:
+    """Points (count, 3) of a circle about z, closed."""
+    turn = np.linspace(0.0, 2.0 * np.pi, count)
+    return np.stack((radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, z)), axis=-1)
+
+
+def shaft_radius(member: Member) -> float:
+    """Radius (mm) of the shaft drawn for a member."""
+    half = 0.5 * float(member.face_width)
+    return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
+
+
+def teeth_of(
+    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+) -> tuple[Mesh | None, str]:
+    """The gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
+    try:
+        return gear_mesh(member, tolerance, teeth, bore_radius), ""
+    except ValueError as error:
+        return None, str(error)
+
+
+def surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surface:
+    """A mesh of the own frame as a surface in S_f."""
+    points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
+    return Surface(points, mesh.faces, normals, colour, opacity)
+
+
+def with_lines(drawn: Surface) -> Surface:
+    """The same surface with the edges of its faces."""
+    return replace(drawn, mesh_lines=True)
+
+
+def lathe(
+    profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
+) -> list[Surface]:
+    """Surfaces of revolution about the own z axis, one for each piece of a profile (n, 2) of
+    radius and z, mm; the metal is on the left of it."""
+    turn = np.linspace(0.0, 2.0 * np.pi, count)
+    index = np.arange(2 * count).reshape(2, count)
+    faces = np.stack((index[0, :-1], index[0, 1:], index[1, 1:], index[1, :-1]), axis=-1)
+    pieces = []
+    for (r0, z0), (r1, z1) in pairwise(profile):
+        points = np.stack((circle(r0, z0, count), circle(r1, z1, count)))
+        size = np.hypot(r1 - r0, z1 - z0)
+        radial, axial = (z1 - z0) / size, (r0 - r1) / size
+        normals = np.stack((radial * np.cos(turn), radial * np.sin(turn), np.full(count, axial)), axis=-1)
+        placed = to_fixed(frame, points).reshape(-1, 3)
+        placed_normals = normals_to_fixed(frame, np.stack((normals, normals))).reshape(-1, 3)
+        pieces.append(Surface(placed, faces, placed_normals, colour, opacity))
+    return pieces
+
+
+def blank(
+    member: Member, frame: Frame, colour: str, bore_radius: float, opacity: float = 1.0
+) -> list[Surface]:
+    """A member as it is before its teeth are cut."""
+    half = 0.5 * float(member.face_width)
+    toe, heel = (float(tip_radius(member, z)) for z in (-half, half))
+    profile = np.array([[bore_radius, -half], [toe, -half], [heel, half], [bore_radius, half]])
+    return lathe(profile, frame, colour, opacity)
+
+
+def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
+    """A round shaft along the own axis from `low` to `high`, mm."""
+    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)

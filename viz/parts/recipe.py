@@ -1,0 +1,39 @@
+"""What a figure consists of: a computation, a drawing, and the numbers behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
+
+from beveloid_geom.design.model import Design
+
+from ..stage.scene import Picture
+from ..stage.theme import Page, Size
+
+Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
+"""Header with units, and rows."""
+Data = TypeVar("Data")
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A finished page, the 3D pictures on it by name, and the triangles they took."""
+
+    page: Page
+    pictures: Mapping[str, Picture]
+
+    @property
+    def triangles(self) -> int:
+        """Triangles in all pictures of the page."""
+        return sum(picture.triangles for picture in self.pictures.values())
+
+
+@dataclass(frozen=True)
+class Recipe(Generic[Data]):
+    """The three steps of a figure: `compute` solves and never draws, `draw` draws at a size in
+    pixels and never solves, `rows` are the numbers behind it."""
+
+    compute: Callable[[Design], Data]
+    draw: Callable[[Data, Size], Drawing]
+    rows: Callable[[Data], Table]

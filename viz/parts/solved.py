@@ -1,0 +1,110 @@
+"""Paths of contact of several cases, taken apart for figures and for their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import ContactPath, path_of_contact
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.gear.flank import flank_point
+
+MEMBERS = ("pinion", "gear")
+COLUMNS = (
+    "status",
+    "index",
+    "pinion_roll_rad",
+    "transmission_error_rad",
+    "z_mm",
+    "r_mm",
+    "l_mm",
+    "u_mm",
+    "x_f_mm",
+    "y_f_mm",
+    "z_f_mm",
+    "contact_ratio",
+    "enters_at",
+    "leaves_at",
+)
+REASONS = {
+    Status.NO_COMMON_NORMAL: "the flanks share no normal",
+    Status.NOT_CONVERGED: "the path could not be followed",
+    Status.OFF_FLANK: "the path misses the flanks",
+    Status.SEVERAL_CONTACTS: "several contacts at one position",
+    Status.ENDLESS: "the path closes on itself",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPath:
+    """The path of one case: the design, the path, and its points (n, 3) on pinion and gear in
+    their own frames; empty if nothing was found."""
+
+    design: Design
+    path: ContactPath
+    points: tuple[FloatArray, FloatArray]
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a path to draw."""
+        return len(self.points[0]) > 1
+
+    def middle(self, member: int) -> FloatArray:
+        """The point (3,) at mid-roll on the pinion (0) or the gear (1), own frame."""
+        points = self.points[member]
+        return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
+
+    @property
+    def ratio(self) -> float:
+        """Contact ratio (Eq. 16)."""
+        return float(self.path.ends.contact_ratio)
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Where the path enters and leaves, as 'gear tip', 'pinion tip'; '' without a path."""
+        enter, leave = (limit_name(limit) for limit in (self.path.ends.enter, self.path.ends.leave))
+        return enter, leave
+
+    @property
+    def reason(self) -> str:
+        """Why there is no path."""
+        return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
+
+
+def limit_name(limit: Limit | None) -> str:
+    """'gear tip' and the like; '' for no limit."""
+    return "" if limit is None else str(limit)
+
+
+def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
+    """The path of contact of a single design, its unsolved positions left out of `points`."""
+    path = path_of_contact(design, flank, points)
+    good = path.status == Status.SOLVED
+    pinion = flank_point(design.pinion, flank, path.l1[good], path.u1[good])
+    gear = flank_point(design.gear, flank, path.l2[good], path.u2[good])
+    return SolvedPath(design, path, (pinion, gear))
+
+
+def solve_all(designs: Iterable[Design], flank: str) -> tuple[SolvedPath, ...]:
+    """The paths of several designs."""
+    return tuple(solve(design, flank) for design in designs)
+
+
+def path_rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
+    """Rows of `COLUMNS` for both members, each led by the values of the case. A path that was
+    not found gives one row that says so."""
+    path, ends = solved.path, [solved.ratio, *solved.ends]
+    for member in MEMBERS:
+        if not solved.found:
+            yield [*case, member, Status(int(path.ends.status)).name.lower(), *[""] * 10, *ends]
+            continue
+        number = 1 + MEMBERS.index(member)
+        z, r = getattr(path, f"{member}_z"), getattr(path, f"{member}_r")
+        l, u = getattr(path, f"l{number}"), getattr(path, f"u{number}")
+        columns = np.stack((path.pinion_roll, path.transmission_error, z, r, l, u, *path.point.T), axis=-1)
+        for index, (status, values) in enumerate(zip(path.status, columns.tolist(), strict=True)):
+            yield [*case, member, Status(int(status)).name.lower(), index, *values, *ends]

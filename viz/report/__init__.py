@@ -1,0 +1,1 @@
+"""`render-report`: a design on one page for the browser."""

@@ -1,0 +1,161 @@
+"""`render-report`: one page on a design, to be opened in a browser, offline."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import tempfile
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from beveloid_geom.cli.options import (
+    BUILTIN_DESIGN,
+    Refusal,
+    changed_design,
+    error_sizes,
+    load_design,
+    override_options,
+    version_option,
+    write_out,
+)
+from beveloid_geom.support.whole_file import require_replaceable, whole_file
+
+if TYPE_CHECKING:
+    from beveloid_geom.design.model import Design
+
+    from .data import PageData, Settings
+
+DEFAULT_OUT = Path("outputs/report.html")
+SUFFIXES = (".html", ".htm")
+MOST_CASES = 1_000_000
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@version_option("render-report")
+@click.argument("design", default=BUILTIN_DESIGN)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=DEFAULT_OUT,
+    show_default=True,
+    help="The page, a single HTML file.",
+)
+@override_options
+@error_sizes("Tolerance")
+@click.option(
+    "--cases", type=click.IntRange(1, MOST_CASES), default=20_000, show_default=True, help="Mountings drawn."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers.")
+@click.pass_context
+def main(
+    context: click.Context,
+    /,
+    design: str,
+    out: Path,
+    offset: float,
+    shaft_angle_deg: float,
+    pinion_axial: float,
+    gear_axial: float,
+    cases: int,
+    seed: int,
+    **changes: float | None,
+) -> None:
+    """Write a report on a DESIGN, a TOML file or ni-2017: one HTML page that needs nothing else.
+
+    Checks, paths of contact, patterns, transmission error, sliding, sensitivity and tolerances of both
+    flanks, and the pair in mesh to be turned in 3D. Without tolerances the usual ones are taken. Exit
+    status 1 if neither flank has contact: the page is written and says why.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+    begin = time.perf_counter()
+    changed = changed_design(load_design(design), changes)
+    prepare(out)
+    name = click.format_filename(design)
+    sizes = (offset, shaft_angle_deg, pinion_axial, gear_axial)
+    try:
+        data, text = _made(name, changed, sizes, cases, seed)
+        with whole_file(out) as beside:
+            beside.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise Refusal([f"cannot write {click.format_filename(out)} ({error.strerror})"]) from None
+    size, seconds = out.stat().st_size, time.perf_counter() - begin
+    write_out(f"{click.format_filename(out.resolve())}: {size / 1e6:.2f} MB, made in {seconds:.1f} s\n")
+    if not data.found:
+        for flank, results in data.flanks.items():
+            click.echo(f"No contact, {flank} flanks: {results.contact.reason}", err=True)
+        context.exit(1)
+
+
+def prepare(out: Path) -> None:
+    """See that the page can be written; its folder is made if it is the usual one, never another."""
+    name, folder = click.format_filename(out), Path(os.path.realpath(out)).parent
+    try:
+        if out == DEFAULT_OUT:
+            folder.mkdir(parents=True, exist_ok=True)
+        if not folder.is_dir():
+            folder_name = click.format_filename(out.parent)
+            raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
+        require_replaceable(out)
+        if out.suffix.lower() not in SUFFIXES:
+            cure = "name it so, and print it from the browser for a PDF"
+            raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise Refusal([f"cannot write {name} ({error.strerror}): choose a file with --out"]) from None
+
+
+def settings_of(design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int) -> Settings:
+    """Settings of the tolerance study: `sizes` in mm, deg, mm, mm, or the usual ones if all are 0.
+    Raises Refusal for those that do not suit the design."""
+    from beveloid_geom.analysis.tolerance import USUAL, Tolerances, tolerance_study
+
+    from .data import Settings
+
+    if not any(sizes):
+        return Settings(USUAL, False, cases, seed)
+    given = Tolerances(sizes[0], math.radians(sizes[1]), sizes[2], sizes[3])
+    try:
+        tolerance_study(design, given, cases=1)
+    except ValueError as error:
+        raise Refusal([str(error)]) from None
+    return Settings(given, True, cases, seed)
+
+
+def _now() -> datetime:
+    """The time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every run."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    return datetime.now(UTC).astimezone() if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
+
+
+def _made(
+    name: str, design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int
+) -> tuple[PageData, str]:
+    """The page's data and its text, with a bar of the progress on standard error."""
+    from tqdm import tqdm
+
+    from .data import compute
+
+    settings = settings_of(design, sizes, cases, seed)
+    with tqdm(total=settings.steps + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
+
+        def progress(stage: str) -> None:
+            bar.set_postfix_str(stage)
+            bar.update()
+
+        data = compute(name, design, settings, progress)
+        progress("charts")
+        from .page import draw_charts, page_text
+
+        drawn = draw_charts(data)
+        progress("view")
+        from .view_data import view_data
+
+        text = page_text(data, drawn, view_data(design), _now())
+        bar.set_postfix_str("")
+    return data, text

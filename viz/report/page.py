@@ -1,0 +1,180 @@
+"""The page as text: template, charts and scripts in one file that needs no other.
+
+Every number in it is written by `number` from the JSON that the page carries, so that text and JSON cannot
+differ. Names come from users: all that is not of our own making is escaped.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from importlib.metadata import version
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from beveloid_geom.analysis.tolerance import SHARES
+from beveloid_geom.cli.options import BUILTIN_DESIGN
+from beveloid_geom.findings.remarks import quiet
+from beveloid_geom.report.sensitivity import STEPS
+from beveloid_geom.report.tolerance import SHOWN_SHARES
+
+from . import charts
+from .data import FLANKS, HARMONICS, POSITIONS, FlankResults, PageData
+from .svg import style, svg_of
+
+NOT_KNOWN = "\u2013"
+MINUS = "\u2212"
+RAD = math.radians(1.0)
+Charts = dict[str, dict[str, Markup]]
+
+
+def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
+    """What stands in nested JSON under names and places joined by dots; None where there is nothing."""
+    found: Any = numbers
+    for part in key.split("."):
+        if isinstance(found, list):
+            found = found[int(part)] if int(part) < len(found) else None
+        else:
+            found = found.get(part) if isinstance(found, Mapping) else None
+    return found
+
+
+def number_text(value: float, digits: int, general: bool = False) -> str:
+    """A number with so many digits after the point, or so many in all; a true minus, no minus zero."""
+    return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
+
+
+def number_of(
+    numbers: Mapping[str, Any], key: str, digits: int, scale: float = 1.0, general: bool = False
+) -> Markup:
+    """The number under a key, times a scale, with key, scale and digits for those who check it."""
+    value = looked_up(numbers, key)
+    known = isinstance(value, (int, float)) and math.isfinite(value)
+    text = number_text(value * scale, digits, general) if known else NOT_KNOWN
+    kind = Markup(' data-format="g"') if general else ""
+    tag = '<span class="n" data-key="{}" data-scale="{}" data-digits="{}"{}>{}</span>'
+    return Markup(tag).format(key, repr(float(scale)), digits, kind, text)
+
+
+def script_json(data: Any) -> Markup:
+    """Strict JSON that may stand in a script element, whatever strings it holds."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return Markup(text)
+
+
+def asset(name: str) -> Markup:
+    """A script or style sheet of ours, as it may stand in its element."""
+    text = files("viz.report").joinpath(name).read_text(encoding="utf-8")
+    return Markup(text.replace("</script", "<\\/script"))
+
+
+def _drawings(results: FlankResults) -> list[tuple[str, str, Callable[[], Any]]]:
+    """Name, title and drawing of each chart that there is something to draw for."""
+    found: list[tuple[str, str, Callable[[], Any]]] = [
+        ("path", "Path of contact, points of first contact and pattern", lambda: charts.flank_chart(results))
+    ]
+    operation, sliding, sensitivity = results.operation, results.sliding, results.sensitivity
+    if operation is not None:
+        found += [
+            ("error", "Transmission error over two mesh cycles", lambda: charts.error_chart(operation)),
+            ("spectrum", "Amplitudes of the transmission error", lambda: charts.spectrum_chart(operation)),
+        ]
+    if sliding is not None:
+        words = "Sliding speed and specific sliding over the pinion's roll"
+        found.append(("sliding", words, lambda: charts.sliding_chart(sliding)))
+    if sensitivity is not None:
+        words = "Change of path, contact ratio and transmission error by each assembly error"
+        found.append(("sensitivity", words, lambda: charts.sensitivity_chart(sensitivity)))
+    if results.study is not None:
+        found += [
+            ("cloud", "Paths of contact under drawn errors", lambda: charts.flank_chart(results, True)),
+            ("ratio", "Spread of the contact ratio under drawn errors", lambda: charts.ratio_chart(results)),
+        ]
+    return found
+
+
+def draw_charts(data: PageData) -> Charts:
+    """The charts by flank and name; what cannot be drawn is left out."""
+    drawn: Charts = {}
+    with style():
+        for flank, results in data.flanks.items():
+            drawn[flank] = {}
+            for name, title, draw in _drawings(results):
+                chart = draw()
+                if chart is not None:
+                    text = svg_of(chart, f"{name}-{flank}", f"{title}, {flank} flanks")
+                    drawn[flank][name] = Markup(text)
+    return drawn
+
+
+def with_code(text: str) -> Markup:
+    """Text with what stands in backticks as code."""
+    parts = [
+        f"<code>{escape(part)}</code>" if k % 2 else escape(part) for k, part in enumerate(text.split("`"))
+    ]
+    return Markup("".join(parts))
+
+
+def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The paper's statements, each with what is found on either flank."""
+    found: dict[str, dict[str, Any]] = {}
+    for one in statements:
+        entry = found.setdefault(one["id"], {"id": one["id"], "statement": one["statement"]})
+        entry[one["flank"]] = one
+    return list(found.values())
+
+
+def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
+    """The whole page, `made` when; `view` is the data of the view in 3D."""
+    environment = Environment(
+        loader=PackageLoader("viz", "page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["code"] = with_code
+    stamp = {
+        "name": data.name,
+        "version": version("beveloid-geom"),
+        "made": made.isoformat(timespec="seconds"),
+    }
+    numbers = stamp | data.numbers
+
+    def number(key: str, digits: int, scale: float = 1.0, general: bool = False) -> Markup:
+        return number_of(numbers, key, digits, scale, general)
+
+    return environment.get_template("report.html").render(
+        name=data.name,
+        data=data,
+        numbers=numbers,
+        number=number,
+        get=lambda key: looked_up(numbers, key),
+        known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
+        charts=drawn,
+        flanks=FLANKS,
+        harmonics=HARMONICS,
+        positions=POSITIONS,
+        quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
+        statements=by_statement(numbers.get("statements", [])),
+        version=stamp["version"],
+        made=made,
+        builtin=BUILTIN_DESIGN,
+        clean=quiet(data.remarks),
+        asset=asset,
+        script_json=script_json,
+        view=view,
+        deg=1.0 / RAD,
+        arcsec=3600.0 / RAD,
+        steps=[
+            (f"{what} {size:g} {unit}", size * (RAD if unit == "deg" else 1.0)) for what, size, unit in STEPS
+        ],
+    )

@@ -1,0 +1,212 @@
+"""What the report's view of the pair in mesh shows, as JSON: teeth, frames, paths, and who touches when.
+
+Only one tooth of each member is stored; the page turns it by its number. Both are in the member's own
+frame, as are the paths of contact. Tooth pair k is tooth k of the pinion on tooth -k of the gear: at
+the pinion roll r it touches where pair 0 touches at r + k pitch, and all stand still in S_f.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beveloid_geom.contact.equation import Limit
+from beveloid_geom.contact.path import ContactPath, path_of_contact
+from beveloid_geom.contact.placing import Frame, frames_at
+from beveloid_geom.contact.roots import Status
+from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.gear.flank import flank_point, tip_radius
+from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.shapes.section import SIDES
+from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
+
+NAMES = ("pinion", "gear")
+FLANKS = ("right", "left")
+TOLERANCE = 1.0 / 500.0
+"""Normal modules by which triangles may miss the teeth unless told otherwise: a fifth of a pixel where the
+view stands closest, ten modules on a thousand pixels."""
+PATH_POINTS = 65
+CYCLE_STEPS = 120
+"""Rolls of a pitch at which first contacts are found. Between them the gear's roll is interpolated: where
+carriers change it is off by some hundredths of the transmission error, tenths of a micrometre."""
+REASONS = {
+    Status.NO_COMMON_NORMAL: "share no normal",
+    Status.NOT_CONVERGED: "have a path of contact that could not be followed",
+    Status.OFF_FLANK: "have no path of contact within their limits",
+    Status.ENDLESS: "have a path of contact that closes on itself",
+}
+
+
+def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
+    """The view of a single design, ready for `json.dumps`: mm, rad, no NaN.
+
+    `members`: pinion and gear, each with its frame at roll 0 in S_f, its tooth, or without one the reason.
+    `flanks`: right and left, each with the path of contact of tooth pair 0 and one mesh `cycle`, or
+    without a path the reason. `tolerance` (mm) of the teeth; TOLERANCE if None. Raises ValueError for a
+    batch of designs."""
+    if design.batch_shape:
+        raise ValueError(f"a view is that of one design, got a batch of the shape {design.batch_shape}")
+    frames = frames_at(design, 0.0, 0.0)
+    members = [
+        _member(name, member, frame, tolerance)
+        for name, member, frame in zip(NAMES, design.members, frames, strict=True)
+    ]
+    flanks = {flank: _flank(design, flank) for flank in FLANKS}
+    return {
+        "module": float(design.pinion.tool.normal_module),
+        "members": members,
+        "flanks": flanks,
+        "roll": next((flank for flank in flanks.values() if flank["path"]), flanks["right"])["middle"],
+        "mesh_point": _mesh_point(design, frames).tolist(),
+    }
+
+
+def packed(values: NDArray[Any]) -> dict[str, Any]:
+    """An array as the page reads it: its bytes, low byte first, in base64."""
+    array = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    return {"type": values.dtype.name, "data": base64.b64encode(array.tobytes()).decode()}
+
+
+def unpacked(value: dict[str, Any]) -> NDArray[Any]:
+    """The values (n,) of a packed array."""
+    kind = np.dtype(value["type"]).newbyteorder("<")
+    return np.frombuffer(base64.b64decode(value["data"]), dtype=kind)
+
+
+def _member(name: str, member: Member, frame: Frame, tolerance: float | None) -> dict[str, Any]:
+    half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
+    rotation, origin = (np.nan_to_num(part) for part in frame)
+    tips = [float(tip_radius(member, z)) for z in (-half, half)]
+    data: dict[str, Any] = {
+        "name": name,
+        "teeth": int(member.teeth),
+        "half_width": half,
+        "tip_radius": tips,
+        "rotation": rotation.ravel().tolist(),
+        "origin": origin.tolist(),
+        "tooth": None,
+        "note": "",
+    }
+    try:
+        tooth = gear_mesh(member, TOLERANCE * module if tolerance is None else tolerance, (0,))
+    except ValueError as error:
+        return data | {"note": f"The {name} is drawn without teeth: {error}."}
+    return data | {"tooth": _tooth(tooth.where(~tooth.is_of(*SIDES)))}
+
+
+def _tooth(mesh: Mesh) -> dict[str, Any]:
+    """Its triangles, those of the end faces last, and the corners of its flanks."""
+    ends = mesh.is_of("toe", "heel")
+    faces = np.concatenate((mesh.faces[~ends], mesh.faces[ends]))
+    corners = {flank: _corners(mesh.of(f"{flank} flank").points).tolist() for flank in FLANKS}
+    return {
+        "points": packed(mesh.points.astype(np.float32)),
+        "normals": packed(mesh.normals.astype(np.float32)),
+        "faces": packed(faces.astype(np.uint16 if len(mesh.points) < 1 << 16 else np.uint32)),
+        "end_faces": int(ends.sum()),
+        "corners": corners,
+    }
+
+
+def _corners(points: FloatArray) -> FloatArray:
+    """Root and tip at the toe, root and tip at the heel, (4, 3)."""
+    radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+    found = []
+    for end in (z.min(), z.max()):
+        there = np.flatnonzero(np.abs(z - end) < 1e-9 * np.ptp(z))
+        found += [points[there[radius[there].argmin()]], points[there[radius[there].argmax()]]]
+    return np.array(found)
+
+
+def _flank(design: Design, flank: str) -> dict[str, Any]:
+    path = path_of_contact(design, flank, PATH_POINTS)
+    solved = path.status == Status.SOLVED
+    cycle = _cycle(design, flank, path)
+    middle = cycle["start"] + 0.5 * cycle["pitch"]
+    data: dict[str, Any] = {"path": None, "middle": middle, "lever": 0.0, "note": "", "cycle": cycle}
+    if solved.sum() > 1:
+        data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
+        data["lever"] = _lever(path)
+        data["path"] = {
+            "roll": packed(path.pinion_roll[solved]),
+            "phase": packed(_phase(design, path.pinion_roll, path.gear_roll)[solved]),
+            "point": packed(path.point[solved]),
+            "normal": packed(path.normal[solved]),
+            "pinion": packed(flank_point(design.pinion, flank, path.l1, path.u1)[solved]),
+            "gear": packed(flank_point(design.gear, flank, path.l2, path.u2)[solved]),
+        }
+    else:
+        reason = REASONS.get(Status(int(path.ends.status)), "have no path of contact")
+        data["note"] = f"The {flank} flanks {reason}."
+    return data
+
+
+def _phase(design: Design, pinion_roll: FloatArray, gear_roll: FloatArray) -> FloatArray:
+    """Gear roll plus N1/N2 pinion roll, rad: constant where the transmission is, the same for all pairs."""
+    return np.asarray(gear_roll + float(design.pinion.teeth) / float(design.gear.teeth) * pinion_roll)
+
+
+def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
+    """Where to look for the mesh, (3,) in S_f: at the pitch point, or on the pinion's side to the gear."""
+    pitch_point, tip = mounting_of(design).pitch_point, float(tip_radius(design.pinion, 0.0))
+    if np.hypot(*pitch_point[:2]) < 1.5 * tip:
+        return np.asarray(pitch_point)
+    return np.asarray(np.nan_to_num(frames[0][1]) + np.array([tip, 0.0, 0.0]))
+
+
+def _lever(path: ContactPath) -> float:
+    """Moment of the normal about the gear's axis in the middle of the path: mm of gap for each rad of it."""
+    rotation, origin = frames_at(path.design, 0.0, 0.0)[1]
+    middle = len(path.point) // 2
+    moment = np.cross(path.point[middle] - origin, path.normal[middle]) @ rotation[:, 2]
+    return float(abs(np.nan_to_num(moment)))
+
+
+def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
+    """Who touches first at rolls from `start` over one `pitch`, both ends included: the `phase` that poses
+    the gear, and where an edge carries, the `point` in S_f and the edge's name.
+
+    The gear is posed by first contacts, all teeth, edges and fillets included. Where none is known, as for
+    undercut members, by the path of the pair that turns it furthest, or as if unmodified: `by` says so."""
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    start, steps = -0.5 * pitch, pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
+    edges: list[dict[str, Any] | None] = [None] * steps.size
+    try:
+        start += float(np.nan_to_num(middle_roll(design, flank)))
+        first = first_contact(design, flank, start + steps)
+    except ValueError:  # the tool's rounds overlap: there are no fillets
+        phase = np.full(steps.shape, np.nan)
+    else:
+        phase = _phase(design, first.pinion_roll, first.gear_roll)
+        for i in np.flatnonzero(np.isfinite(phase) & (first.limit[:, 0] >= 0)):
+            names = " and ".join(str(Limit(int(code))) for code in first.limit[i] if code >= 0)
+            edges[i] = {"point": first.point[i].tolist(), "edge": names}
+    by, roll = "first contact", start + steps
+    if not np.isfinite(phase).all():
+        by, edges = "path", [None] * roll.size
+        phase = carried_phase(path, roll)
+    if not np.isfinite(phase).any():
+        by, phase = "unmodified", np.full(roll.shape, np.nan_to_num(float(conjugate_phase(design, flank))))
+    phase = np.interp(roll, roll[np.isfinite(phase)], phase[np.isfinite(phase)], period=pitch)
+    return {"start": start, "pitch": pitch, "phase": packed(phase), "edges": edges, "by": by}
+
+
+def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
+    """Phase (rad) at pinion rolls (n,) by the path of contact alone: that of the tooth pair that turns the
+    gear furthest, on right flanks down and on left ones up; NaN where no pair is on its path."""
+    design, good = path.design, path.status == Status.SOLVED
+    if good.sum() < 2:
+        return np.full(roll.shape, np.nan)
+    rolls, phases = path.pinion_roll[good], _phase(design, path.pinion_roll, path.gear_roll)[good]
+    sign, pitch = 1.0 if path.flank == "left" else -1.0, 2.0 * np.pi / float(design.pinion.teeth)
+    low, high = (rolls.min() - roll.max()) / pitch, (rolls.max() - roll.min()) / pitch
+    pairs = np.arange(np.floor(low), np.ceil(high) + 1.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = (roll[:, None, None] + pairs[:, None] * pitch - rolls[:-1]) / np.diff(rolls)
+        found = sign * (phases[:-1] + share * np.diff(phases))
+    best = np.where((share >= 0.0) & (share <= 1.0), found, -np.inf).max(axis=(1, 2))
+    return np.where(np.isfinite(best), sign * best, np.nan)

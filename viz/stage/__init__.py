@@ -1,0 +1,1 @@
+"""Off-screen pictures and pages, without a word of gears."""

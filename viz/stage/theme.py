@@ -1,0 +1,209 @@
+"""One look for all figures: colours, sizes, the page, and where pictures stand on it.
+
+A page measures 16 x 12 inches at 1600 x 1200 pixels and is scaled as a whole at any other
+size, so that a small page has the layout of a large one.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from beveloid_geom.support.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from .scene import Picture
+
+Page: TypeAlias = Figure
+"""Matplotlib's figure; ours are those of the paper."""
+Size: TypeAlias = tuple[int, int]
+"""Width and height in pixels."""
+
+# Okabe and Ito's palette: told apart by colour-blind readers and by lightness in print.
+BLACK = "#1a1a1a"
+ORANGE = "#e69f00"
+SKY = "#56b4e9"
+GREEN = "#009e73"
+BLUE = "#0072b2"
+RED = "#d55e00"
+GREY = "#6b6b6b"
+PALE = "#d9d9d9"
+
+STEEL = "#b9c4cf"
+"""The pinion's metal."""
+BRONZE = "#d3c3a6"
+"""The gear's metal."""
+INK = BLACK
+PATH = RED
+MINUS, ZERO, PLUS = BLUE, BLACK, RED
+"""An error at its negative value, at zero, and at its positive value."""
+
+# Text sizes in points on a page 16 inches wide.
+TITLE = 22.0
+SUBTITLE = 15.0
+HEADING = 15.0
+LABEL = 13.0
+SMALL = 11.5
+
+PAGE_INCHES = (16.0, 12.0)
+MARGIN = 0.4  # inches
+STYLE = {
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.labelsize": LABEL,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": HEADING,
+    "font.family": "DejaVu Sans",
+    "font.size": LABEL,
+    "grid.color": PALE,
+    "grid.linewidth": 0.8,
+    "legend.fontsize": LABEL,
+    "legend.frameon": False,
+    "lines.linewidth": 2.5,
+    "mathtext.default": "regular",
+    "mathtext.fontset": "dejavusans",
+    "text.color": INK,
+    "xtick.color": GREY,
+    "xtick.labelcolor": INK,
+    "xtick.labelsize": LABEL,
+    "ytick.color": GREY,
+    "ytick.labelcolor": INK,
+    "ytick.labelsize": LABEL,
+}
+
+
+def style() -> AbstractContextManager[None]:
+    """Matplotlib's settings for our figures, whatever the user's own are; use it in a `with`."""
+    settings: dict[str, Any] = {str(name): value for name, value in mpl.rcParamsDefault.items()}
+    del settings["backend"]
+    return mpl.rc_context(cast("Any", {**settings, **STYLE}))
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of whole pixels on a page: left, bottom, width, height."""
+
+    left: int
+    bottom: int
+    width: int
+    height: int
+
+    @property
+    def size(self) -> Size:
+        """Width and height in pixels, for `scene.render`."""
+        return self.width, self.height
+
+
+def new_page(
+    size_px: Size, title: str, subtitle: str = "", page_inches: tuple[float, float] = PAGE_INCHES
+) -> Page:
+    """A white page with a title, and below it a subtitle, at the top left; on a smaller page all text
+    is larger in pixels.
+
+    Content belongs below `top(page)`."""
+    width, height = size_px
+    dpi = min(width / page_inches[0], height / page_inches[1])
+    page = Page(figsize=((width + 1e-6) / dpi, (height + 1e-6) / dpi), dpi=dpi, facecolor="white")
+    FigureCanvasAgg(page)
+    x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
+    heading = page.text(x, y, title, fontsize=TITLE, fontweight="bold", va="top", ha="left")
+    heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
+    if subtitle:
+        y -= 0.42 / page.get_figheight()
+        page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
+    return page
+
+
+def top(page: Page, subtitle_lines: int = 1) -> float:
+    """Height, as a share of the page, below title and subtitle."""
+    return float(1.0 - (MARGIN + 0.45 + 0.3 * subtitle_lines + 0.1) / page.get_figheight())
+
+
+def inches(page: Page, length: float) -> float:
+    """A length in inches of a page 12 inches high as a share of this page's height."""
+    return float(length / page.get_figheight())
+
+
+def caption(page: Page, text: str, columns: int = 158) -> float:
+    """Small text at the foot of the page, broken into lines of so many characters; the height,
+    as a share of the page, above it."""
+    lines = textwrap.wrap(text, columns)
+    x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
+    page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
+    return inches(page, 0.6 * MARGIN + 0.22 * len(lines) + 0.15)
+
+
+def signed(value: float, digits: int) -> str:
+    """A number with its sign, a true minus, and none if it rounds to zero."""
+    sign = "+" if round(value, digits) else ""
+    return f"{round(value, digits) + 0.0:{sign}.{digits}f}".replace("-", "\u2212")
+
+
+def place(page: Page, left: float, bottom: float, width: float, height: float) -> Box:
+    """The box of whole pixels nearest to these shares of the page."""
+    page_width, page_height = page.canvas.get_width_height()
+    x0, x1 = (round(edge * page_width) for edge in (left, left + width))
+    y0, y1 = (round(edge * page_height) for edge in (bottom, bottom + height))
+    return Box(x0, y0, max(1, x1 - x0), max(1, y1 - y0))
+
+
+def show(page: Page, box: Box, picture: Picture) -> Axes:
+    """Put a picture, rendered at `box.size`, into its box.
+
+    The axes have the picture's pixels as coordinates, from the top left, as `Picture.project`
+    gives them. Pixels are copied one to one."""
+    below, axes = overlay(page, box), overlay(page, box)
+    below.imshow(picture.image, interpolation="nearest", aspect="auto", extent=(0, box.width, box.height, 0))
+    below.set_zorder(-1.0)  # no picture covers the text of another
+    return axes
+
+
+def overlay(page: Page, box: Box) -> Axes:
+    """Bare axes over a box, in its pixels from the top left: for text, arrows and scale bars."""
+    page_width, page_height = page.canvas.get_width_height()
+    axes = page.add_axes(
+        (box.left / page_width, box.bottom / page_height, box.width / page_width, box.height / page_height)
+    )
+    axes.set_axis_off()
+    axes.set_xlim(0, box.width)
+    axes.set_ylim(box.height, 0)
+    axes.patch.set_alpha(0.0)
+    return axes
+
+
+def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float, colour: str = INK) -> None:
+    """A bar `length_mm` long, starting at pixel (x, y), with its length written below."""
+    end = x + length_mm * px_per_mm
+    axes.plot([x, end], [y, y], color=colour, linewidth=3.0, solid_capstyle="butt", clip_on=False)
+    axes.annotate(
+        f"{length_mm:g} mm",
+        ((x + end) / 2.0, y),
+        xytext=(0, -4),
+        textcoords="offset points",
+        ha="center",
+        va="top",
+        fontsize=SMALL,
+        color=colour,
+        annotation_clip=False,
+    )
+
+
+def round_length(length: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not longer: for scale bars."""
+    decade: float = 10.0 ** int(f"{length:e}".split("e")[1])
+    return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
+
+
+def save_page(page: Page, path: Path) -> None:
+    """Write the page as PNG; the file appears whole or not at all."""
+    with whole_file(path) as beside:
+        page.savefig(beside, format="png", dpi=page.dpi, metadata={"Software": None})
