@@ -1,11 +1,10 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
-The house, from the ground up: `field_limits` -> `inputs` -> `rack` -> `flank` -> `assembly` -> `mounting` ->
-`contact` -> `solve` -> `track` -> `follow` -> `path`; from there `fillet` -> `surface` -> `touch` ->
-`first_contact` -> `certificate`, `operation`, `pattern` say what touches first, `sampling` ->
-`proximity` do the same by meshes, and `outline` -> `section` -> `solid`, `hexahedra` -> `export`
-make solids and files. `design_file` reads inputs from TOML, `closing` says how well a design
-closes. Names below are loaded when first used.
+The rooms stand in the data's way, and each imports only from those before it: `design` (what is
+given), `gear` (one gear), `pair` (how two stand to each other), `contact` (where their flanks are
+tangent), `operation` (what touches first), `analysis` (what follows), `shapes` and `export` (meshes
+and files), `reference` and `studies` (the paper), `report` and `cli` (words and commands). Each has
+a page of its own, README.md. Names below are loaded when first used.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from .analysis.sliding import least_sliding as least_sliding, sliding_of as sliding_of
     from .analysis.tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
     from .contact.ellipse import contact_ellipse as contact_ellipse
-    from .contact.equation import Limit as Limit
     from .contact.path import (
         contact_ratio as contact_ratio,
         path_blocks as path_blocks,
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
         path_of_contact as path_of_contact,
     )
     from .contact.placing import meshing_pair as meshing_pair
-    from .contact.roots import Status as Status
     from .contact.rounding import rounding_error as rounding_error
     from .design.field_limits import DesignError as DesignError
     from .design.file import builtin_design as builtin_design, read_design as read_design
@@ -65,6 +62,7 @@ if TYPE_CHECKING:
     from .shapes.sampling import sample_flank as sample_flank
     from .shapes.solid import gear_solid as gear_solid
     from .shapes.surface_mesh import gear_mesh as gear_mesh
+    from .status import Limit as Limit, Status as Status
     from .studies.statements import paper_statements as paper_statements
 
 _HOME = {
@@ -73,10 +71,10 @@ _HOME = {
     "DesignError": "design.field_limits",
     "DesignMap": "analysis.maps",
     "Errors": "design.model",
-    "Limit": "contact.equation",
+    "Limit": "status",
     "Member": "design.model",
     "Pair": "design.model",
-    "Status": "contact.roots",
+    "Status": "status",
     "Tolerances": "analysis.tolerance",
     "Tool": "design.model",
     "backlash_by_errors": "operation.backlash",

@@ -1,121 +1,123 @@
-"""The house: who may import whom, and what a bare import may cost."""
+"""The house: rooms import one way, and a bare import costs little."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FLOORS = (
-    *("process", "whole_file", "few_lines"),
-    *("read_only", "field_limits", "inputs"),
-    *("reference", "reference.pitch_region", "reference.five_equations_math"),
-    *("reference.five_equations_numpy", "reference.five_equations_mp"),
-    *("rack", "flank", "assembly", "mounting", "contact", "solve", "curve"),
-    *("unfolded", "track", "ends", "cells", "walk", "follow", "path", "conditioning"),
-    *("posing", "five_equations_curve", "five_equations", "design_limits", "design_file"),
-    *("fillet", "undercut", "closing", "remarks"),
-    *("surface", "touch", "approach", "scan", "first_contact", "certificate", "operation"),
-    "ratio_in_operation",
-    *("backlash", "backlash_by_tangency"),
-    *("operating_rolls", "foot", "curvature", "marked_area", "pattern"),
-    *("sensitivity", "statement_measures", "statement_verdicts", "modification_statements"),
-    *("error_statements", "statements", "statement_readings"),
-    "sliding",
-    *("sampling", "closest", "proximity", "comparison_methods", "comparison", "job_size"),
-    *("outline", "section", "solid", "tooth", "volume", "hexahedra", "hertz"),
-    *("export", "export.material", "export.vtp", "export.load", "export.surfaces", "export.abaqus"),
-    *("export.nastran", "export.volumes", "export.parts", "export.strips", "export._brep", "export.step"),
-    *("tolerance", "report_notes", "report_backlash", "layout_remarks", "layout_advice"),
-    *("report", "report_closing", "report_operation", "report_statements"),
-    "report_sliding",
-    "report_pattern",
-    *("report_tolerance", "optimise", "report_optimise"),
-    *("design_map", "report_map"),
-    *("report_sensitivity", "cli_support", "cli_mesh", "cli_operation", "cli_tolerance", "cli_optimise"),
-    "cli_map",
-    "cli_sliding",
-    "cli_pattern",
-    *("cli_statements", "cli_sensitivity", "cli", "__main__"),
+LIBRARY = (
+    *("status", "arrays", "support", "design", "gear", "pair", "contact", "operation", "analysis"),
+    *("shapes", "export", "reference", "studies", "findings", "report", "cli"),
 )
-"""From the ground up: a module imports only modules named before it. 'export' is what the subpackage
-imports itself."""
-LOWER = {".opengl", ".theme", ".scene", ".whole_file"}
-PACKAGE = ROOT / "beveloid_geom"
-WRITERS = {"meshio", "trimesh", "OCP"}
-"""Libraries that only the subpackage `export` may import."""
+"""Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
+PICTURES = ("stage", "parts", "figures", "film", "report")
+"""Rooms of `viz`, likewise; the commands of `film` and `report` share options with that in `viz.cli`."""
+REFERENCE = ("five_equations_math", "five_equations_mp", "five_equations_numpy", "pitch_region")
+"""Modules of `reference` that check the numbers of the library and share nothing but its inputs."""
+STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")
+"""Where packages and commands start: of no room, and seen by none."""
 OFFSCREEN = {"viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
-EXCEPTED = {"closest": {"vtkmodules"}}
-"""Its cell locator was the best by measurement; `test_start_up_is_light` keeps it where it is."""
+EXCEPTED = {"beveloid_geom.shapes.closest_points": {"vtkmodules"}}
+"""VTK's cell locator was the best by measurement; `test_start_up_is_light` keeps it where it is."""
+WRITERS = {"meshio", "trimesh", "OCP"}
+"""Libraries that only `export` may import."""
+FULL = 14
+"""Modules beyond which a room is no longer seen at a glance."""
 
 
-def imported(path: Path) -> set[str]:
-    """Top-level packages and, for relative imports, '.module' names that a file imports anywhere."""
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            parts = (node.module or "").split(".")
-            names.add("." + parts[1] if parts[0] == "beveloid_geom" and len(parts) > 1 else parts[0])
-        elif isinstance(node, ast.ImportFrom):
-            names |= {"." + node.module.split(".")[0]} if node.module else {"." + a.name for a in node.names}
-    return names
-
-
-def floor_of(path: Path) -> str:
-    """The name of a module of the library in FLOORS."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
+def name_of(path: Path) -> str:
+    """Dotted name of a module, that of its package for an `__init__`."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(part for part in parts if part != "__init__")
 
 
-def floors_below(path: Path) -> set[str]:
-    """The modules of the library that a file imports, by their names in FLOORS."""
-    home, names = path.relative_to(PACKAGE).parent.parts, set()
+def imported(path: Path) -> Iterator[str]:
+    """Dotted names that a file imports anywhere, relative ones made whole."""
+    package = path.parent.relative_to(ROOT).parts
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if not isinstance(node, ast.ImportFrom) or node.level == 0:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            home = package[: len(package) - node.level + 1] if node.level else ()
+            module = (*home, *(node.module or "").split(".")) if node.module else home
+            yield from (".".join((*module, alias.name)) for alias in node.names)
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def rooms_used(path: Path) -> set[str]:
+    """Rooms of its own package from which a module imports."""
+    package, *_ = name_of(path).split(".")
+    names = (name.split(".") for name in imported(path))
+    return {name[1] for name in names if name[0] == package and len(name) > 1}
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in modules("beveloid_geom") if name_of(p) not in STARTS], ids=name_of
+)
+def test_rooms_of_the_library_import_one_way(path: Path) -> None:
+    _, room, *_ = name_of(path).split(".")
+    assert room in LIBRARY, f"give {room} its place in this test"
+    assert rooms_used(path) <= set(LIBRARY[: LIBRARY.index(room) + 1])
+    tops = {name.split(".")[0] for name in imported(path)}
+    assert not tops & OFFSCREEN - EXCEPTED.get(name_of(path), set())
+    assert room == "export" or not tops & WRITERS
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in modules("viz") if name_of(p) not in STARTS], ids=name_of
+)
+def test_rooms_of_pictures_import_one_way(path: Path) -> None:
+    _, room, *_ = name_of(path).split(".")
+    used = rooms_used(path) - {"cli"} if path.stem == "cli" else rooms_used(path)
+    assert used <= set(PICTURES[: PICTURES.index(room) + 1])
+
+
+@pytest.mark.parametrize("path", modules("viz/stage"), ids=name_of)
+def test_the_stage_knows_nothing_of_gears(path: Path) -> None:
+    assert all(name.startswith("beveloid_geom.support.") for name in imported(path) if "beveloid_geom" in name)
+
+
+@pytest.mark.parametrize("package", ["beveloid_geom", "viz"])
+def test_modules_import_in_no_circle(package: str) -> None:
+    """Within a room as between them; what is imported for the type checker alone counts too."""
+    names = {name_of(path): path for path in modules(package)}
+    below = {
+        name: {n for used in imported(path) for n in (used, used.rpartition(".")[0]) if n in names} - {name}
+        for name, path in names.items()
+        if path.name != "__init__.py"
+    }
+    while below:
+        ground = {name for name, used in below.items() if not used & below.keys()}
+        assert ground, f"a circle among {sorted(below)}"
+        below = {name: used for name, used in below.items() if name not in ground}
+
+
+def test_rooms_are_seen_at_a_glance() -> None:
+    """Each has a page that names its modules, and no more of them than that shows."""
+    for room in (ROOT / "beveloid_geom").iterdir():
+        found = sorted(path.stem for path in room.glob("*.py") if path.stem != "__init__")
+        if not found:
             continue
-        package = home[: len(home) - node.level + 1]
-        module = (*package, *(node.module or "").split(".")) if node.module else package
-        inner = [".".join((*module, alias.name)) for alias in node.names]
-        names |= {name for name in inner if name in FLOORS} or {".".join(module)}
-    return names - {""}
+        page = (room / "README.md").read_text(encoding="utf-8")
+        assert len(found) <= FULL
+        if room.name not in ("export", "report", "cli"):
+            assert all(f"`{name}`" in page for name in found), room.name
 
 
-MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p != PACKAGE / "__init__.py")
-
-
-@pytest.mark.parametrize("path", MODULES, ids=floor_of)
-def test_imports_run_one_way(path: Path) -> None:
-    floor = floor_of(path)
-    assert floor in FLOORS, f"give {floor} its floor in this test"
-    names = imported(path)
-    assert not names & OFFSCREEN - EXCEPTED.get(floor, set())
-    assert floor.startswith("export") or not names & WRITERS
-    assert floors_below(path) <= set(FLOORS[: FLOORS.index(floor)])
-
-
-@pytest.mark.parametrize("path", sorted((PACKAGE / "reference").glob("*.py")), ids=floor_of)
-def test_the_reference_shares_only_the_inputs(path: Path) -> None:
-    """What checks the solver's numbers must not be made of the solver's code."""
-    assert all(n == "inputs" or n.startswith("reference.") for n in floors_below(path))
-    assert not any(name.startswith("beveloid_geom") for name in imported(path))
-
-
-def test_the_library_never_imports_viz() -> None:
-    for path in PACKAGE.rglob("*.py"):
-        assert not imported(path) & OFFSCREEN - EXCEPTED.get(floor_of(path), set())
-
-
-def test_scene_code_never_solves() -> None:
-    """viz/stage/scene.py, theme.py and opengl.py know nothing of gears."""
-    for name in ("scene", "theme", "opengl"):
-        assert not any(n.startswith(".") and n not in LOWER for n in imported(ROOT / "viz" / f"{name}.py"))
-        assert "beveloid_geom" not in imported(ROOT / "viz" / f"{name}.py")
+@pytest.mark.parametrize("name", REFERENCE)
+def test_the_reference_shares_only_the_inputs(name: str) -> None:
+    """What checks the numbers of the library must not be made of its code."""
+    used = [n for n in imported(ROOT / f"beveloid_geom/reference/{name}.py") if n.startswith("beveloid_geom")]
+    assert all(n.split(".")[1] in ("design", "arrays") or n.split(".")[2] in REFERENCE for n in used)
 
 
 @pytest.mark.parametrize(
@@ -136,9 +138,9 @@ def test_start_up_is_light(statement: str, unwanted: str) -> None:
     assert run.stdout.split() == ["False", "False"]
 
 
-def test_no_public_name_hides_a_module() -> None:
-    """Importing a module puts its name into the package, in place of a function of that name."""
+def test_no_public_name_hides_a_room() -> None:
+    """Importing a room puts its name into the package, in place of a function of that name."""
     import beveloid_geom
 
-    assert not set(beveloid_geom.__all__) & {path.stem for path in MODULES}
+    assert not set(beveloid_geom.__all__) & set(LIBRARY)
     assert all(getattr(beveloid_geom, name) is not None for name in beveloid_geom.__all__)

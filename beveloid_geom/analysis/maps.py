@@ -13,7 +13,7 @@ Coefficients whose sum is positive make the flanks hollow against each other (`h
 backlash makes the other flanks interfere (`interferes`): such cells have a path, but no pair runs so.
 Whether flanks or edges touch first is counted where asked for (`flank_share`).
 
-The angle is that of `statement_measures`, of the chord in the pinion's side view; the shift that of
+The angle is that of `analysis.path_measures`, of the chord in the pinion's side view; the shift that of
 `optimise`. Source: the paper's Figs. 7 to 11 are lines of the first map, its case C3 is a quadrant.
 """
 
@@ -26,13 +26,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, Quantity, flank_sign
 from ..contact.path import path_ends
-from ..contact.roots import Status
 from ..design.limits import member_faults, parabola_limit
-from ..design.model import Design, Errors, FloatArray, Quantity, flank_sign, unchecked
+from ..design.model import Design, Errors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
-from ..operation.first_contact import FirstStatus, first_contact, middle_roll
+from ..operation.first_contact import first_contact, middle_roll
 from ..pair.mounting import mounting_of
+from ..status import FirstStatus, Status
 from ..support.few_lines import few_lines
 from .optimise import Aim, paths_of
 from .path_measures import paths_of as measures_of

@@ -20,8 +20,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.model import Design, Errors, FloatArray, flank_sign, unchecked
+from ..design.model import Design, Errors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..support.read_only import kept
 from .tolerance import ERROR_NAMES, swing_of

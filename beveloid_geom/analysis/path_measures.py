@@ -25,9 +25,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contact.ellipse import normal_rates
 from ..contact.path import ContactPath, path_of_contact
-from ..design.model import Design, FloatArray, Member
+from ..design.model import Design, Member
 from ..gear.flank import (
     flank_patch,
     flank_point,

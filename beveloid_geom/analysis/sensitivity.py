@@ -1,7 +1,7 @@
 """How a path of contact answers the four assembly errors: exact derivatives, not differences of results.
 
 The path is a curve in y = (l1, l2, n_x, w1) with three equations R(y, e) = 0 that hold the assembly
-errors e (`unfolded`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the limit met
+errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the limit met
 there is met still, in the middle that the pinion's roll is the mean of the rolls of both ends. Both
 differentiated,
 
@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contact.curve_equations import direction_of, meet_on_curve, units_of
 from ..contact.ends import at_shares
 from ..contact.equation import (
@@ -38,11 +39,11 @@ from ..contact.equation import (
 )
 from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, Track
 from ..contact.path_search import Group, paths_on_flanks
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
 from ..pair.frames import Layout
+from ..status import Status
 from ..support.chebyshev import evaluate, with_derivative
 from ..support.few_lines import few_lines
 

@@ -10,7 +10,7 @@ The last is the equation of meshing (Litvin & Fuentes, Gear Geometry and Applied
 the gear's instantaneous speed phi_2', which with a parabola is not that of the tooth numbers.
 
 The contact point itself moves with V along the path. With T tangent to the path, from its equations
-(`unfolded`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the pinion's
+(`curve_equations`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the pinion's
 flank. Over either flank it runs, in the tangent plane, with
 
     w_j = V - v_j,   w_2 - w_1 = v_1 - v_2.
@@ -43,10 +43,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, flank_sign
 from ..contact.curve_equations import direction_of, linearised, meet_on_curve, units_of
 from ..contact.equation import COMPLEX_STEP, contact_point, pairing_of
 from ..contact.path import ContactPath
-from ..design.model import Design, FloatArray, flank_sign
+from ..design.model import Design
 from ..gear.flank import flank_patch
 from ..pair.frames import layout_by_case, layout_of, member_frame, normals_to_fixed
 from ..support.few_lines import few_lines
@@ -166,7 +167,7 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
     """Tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
     pairing = pairing_of(path.design, path.flank)
     units, v = units_of(pairing), normal[..., 2]
-    across = (point[..., 2] - v * _dot(point, normal)) / np.sqrt(1.0 - v * v)  # w1, as in `unfolded`
+    across = (point[..., 2] - v * _dot(point, normal)) / np.sqrt(1.0 - v * v)  # w1, as in `curve_equations`
     l1, l2 = (values.reshape(v.shape) for values in (path.l1, path.l2))
     z = np.stack((l1, l2, normal[..., 0], across), axis=-1) / units
     moved = z + COMPLEX_STEP * 1j * direction_of(linearised(pairing, z, units)[1])

@@ -25,11 +25,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.equation import Limit
+from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray, flank_sign, unchecked
+from ..design.model import Design, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..status import Limit, Status
 from ..support.few_lines import few_lines
 
 Distribution: TypeAlias = Literal["normal", "uniform"]

@@ -25,7 +25,7 @@ OVERRIDES = (
     ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
 )
-"""Arguments of `design_file.override` that have an option, its metavar and help."""
+"""Arguments of `design.file.override` that have an option, its metavar and help."""
 
 
 class Refusal(click.ClickException):
@@ -45,7 +45,7 @@ class Refusal(click.ClickException):
 
 
 def option_name(argument: str) -> str:
-    """The option for an argument of `design_file.override`; its unit stands in the metavar."""
+    """The option for an argument of `design.file.override`; its unit stands in the metavar."""
     return "--" + argument.removesuffix("_deg").replace("_", "-")
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from ..pair.frames import common_normal
 from ..pair.mounting import across_action
 from .equation import Pairing, terms_of

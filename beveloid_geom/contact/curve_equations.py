@@ -1,6 +1,6 @@
 """The curve of contact in l1, l2, n_x and w1: regular where one flank parameter is not enough.
 
-F(l1, l2) = 0 (`contact`) holds for one sign of n_x, the x component of the common normal. Where
+F(l1, l2) = 0 (`equation`) holds for one sign of n_x, the x component of the common normal. Where
 n_x vanishes both signs join, F has a pole there, and where l1 turns back along the path there are
 two l2 for one l1. With n_x and w1 as unknowns of their own neither square root nor pole is left:
 
@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from ..gear.rack import Numbers
 from ..pair.frames import common_normal
 from ..pair.mounting import across_action, across_of_gear

@@ -3,7 +3,7 @@
 `curves_of` samples F for both signs of n_x along a grid of lines in (l1, l2) that covers both flanks and a
 little more. Every change of sign along a line is a point of a curve of contact, whatever else the
 curve does between. From one such point after the other the curve is walked both ways
-by its length (`unfolded`), predictor and corrector, until it closes or leaves the window: in l1 and l2 a
+by its length (`curve_equations`), predictor and corrector, until it closes or leaves the window: in l1 and l2 a
 little beyond root and tip, along the axes FARTHEST. Points met on the way need no walk of their own; a
 walk that rounding stops, and a change of sign that no walk explains, are `lost`.
 
@@ -22,7 +22,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from ..gear.rack import rack_normal
 from .cells import window_of
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of

@@ -17,16 +17,17 @@ The contact ellipse for a separation s has the semi-axes sqrt(2 s / kappa). The 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..gear.flank import flank_patch
 from ..gear.perpendicular import turned
 from ..gear.rack import rack_normal, rack_of, rack_point, rack_tangent
 from ..pair.frames import layout_by_case, layout_of, member_frame, normals_to_fixed
+from ..status import EllipseStatus
 from ..support.few_lines import few_lines
 from .equation import pairing_of
 from .path import ContactPath
@@ -37,21 +38,9 @@ FLAT = 1e-9
 """Ratio of the principal curvatures below which the smaller one is rounding."""
 
 
-class EllipseStatus(IntEnum):
-    """What is known of the contact ellipse at one position."""
-
-    ELLIPSE = 0
-    LINE_CONTACT = 1
-    """The smaller relative curvature is zero to rounding: the minor axis is given, the other is NaN."""
-    INTERFERENCE = 2
-    """A relative curvature is negative: the flanks cut each other beside the contact."""
-    NO_CONTACT = 3
-    """The path has no contact on the flanks here."""
-
-
 @dataclass(frozen=True, eq=False)
 class RelativeCurvature:
-    """Relative curvature at contacts. `curvature` (..., 2), 1/mm, smaller first, positive where the
+    """Relative curvature at contacts. `contact.ellipse` (..., 2), 1/mm, smaller first, positive where the
     flanks part; `direction` (..., 2, 3): its unit directions in S_f, square to the common normal."""
 
     curvature: FloatArray
@@ -61,7 +50,7 @@ class RelativeCurvature:
 @dataclass(frozen=True, eq=False)
 class ContactEllipse:
     """Where the flanks stand closer than `separation` (mm) around contacts. `semi_axes` (..., 2),
-    mm, major first; `direction` (..., 2, 3) in S_f; `curvature` (..., 2), 1/mm, smaller first, so that
+    mm, major first; `direction` (..., 2, 3) in S_f; `contact.ellipse` (..., 2), 1/mm, smaller first, so that
     it goes with the axes; `status`: codes of `EllipseStatus`. NaN where there is no such axis."""
 
     __repr__ = few_lines

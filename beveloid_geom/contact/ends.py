@@ -13,11 +13,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
+from ..status import Limit, Status
 from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, with_derivative
-from .equation import Limit, Pairing
+from .equation import Pairing
 from .path_polynomial import HEIGHT, LARGEST, ROLL, Track
-from .roots import Status
 
 SCAN = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN, LARGEST)

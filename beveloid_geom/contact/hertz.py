@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 
 SLENDEREST = 1e-12
 """Least b / a: a longer ellipse is a strip wherever there is metal."""
@@ -53,7 +53,7 @@ def slenderness(ratio: float) -> float:
 
 
 def hertz_ellipse(curvature: FloatArray, force: float, modulus: float) -> HertzEllipse:
-    """The ellipse of contact for the relative `curvature` (2,), 1/mm, smaller first, of two bodies pressed
+    """The ellipse of contact for the relative `contact.ellipse` (2,), 1/mm, smaller first, of two bodies pressed
     together by `force` (N), `modulus` E* in MPa.
 
     Raises ValueError where a curvature is negative: the bodies cut each other beside the contact."""

@@ -1,6 +1,6 @@
 """Path of contact of a pair, its contact ratio and the limits that end it.
 
-A path is followed as a polynomial through exact solutions (`track`), expanded in the pinion's
+A path is followed as a polynomial through exact solutions (`path_polynomial`), expanded in the pinion's
 roll between its ends, and evaluated where it is asked for. Pinion drives, so that its roll
 rises along the path of right flanks and falls along that of left flanks: ordinarily the path
 enters at the pinion's root side and leaves towards its tip.
@@ -21,15 +21,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..design.field_limits import float64_of
-from ..design.model import Design, FloatArray
+from ..design.model import Design
+from ..status import Limit, Status
 from ..support.chebyshev import basis_of, evaluate, resolved_degree
 from ..support.few_lines import few_lines
 from .ends import Ends, at_shares, shares_at_l1
-from .equation import Limit, Pairing, gap_tolerance, pairing_of
+from .equation import Pairing, gap_tolerance, pairing_of
 from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, rounding_scale
 from .path_search import Group, paths_on_flanks
-from .roots import Status
 
 DENSE, MANY = basis_of(40), 256
 """A path of MANY positions or more is expanded in roll before it is evaluated."""

@@ -4,7 +4,7 @@
 pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
 rounding the track is resolved: its values anywhere in the window are solutions to rounding.
 Where they do not at any of three degrees, n_x vanishes in the window or an l1 has several contacts, and
-the path is followed by its length (`follow`).
+the path is followed by its length (`path_search`).
 
 Arrays have one axis of cases in place of the batch shape. The rows of a track are those of
 `ROWS`, then the eight limit margins in the order of `Limit`.
@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
+from ..status import Limit, Status
 from ..support.chebyshev import HIGHEST, NOISE, Basis, basis_of, resolved, resolved_degree
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
-    Limit,
     Meeting,
     Pairing,
     axial_and_radius,
@@ -33,7 +33,7 @@ from .equation import (
     roll_angles,
     trace_parameters,
 )
-from .roots import Status, solve_gear_parameter
+from .roots import solve_gear_parameter
 
 ROWS = {
     "l1": 0,

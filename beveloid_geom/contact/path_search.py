@@ -3,7 +3,7 @@
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
 (`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are walked
-(`walk`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
+(`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
 roll is the path.
 
 The parameter of such a part is no true length: a polynomial through the walked points is its guide,
@@ -21,9 +21,10 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
+from ..status import Status
 from ..support.chebyshev import Basis, basis_of
 from .cells import box_of, window_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
@@ -44,7 +45,6 @@ from .path_polynomial import (
     rows_of,
     track_over_l1,
 )
-from .roots import Status
 
 CASES_PER_BLOCK = 256
 """Size at which the arrays of a block stay in the cache."""

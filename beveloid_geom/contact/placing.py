@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
 from ..gear.flank import flank_patch
 from ..pair.frames import layout_of, member_frame
 from ..pair.mounting import mounting_of

@@ -10,12 +10,12 @@ Of several roots the one on the flanks is taken; if two are, the position is mar
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
+from ..status import Status
 from .equation import (
     Pairing,
     Terms,
@@ -42,26 +42,6 @@ SHORT = 3
 LAST_STEP = 1e-6
 """Share of the flank's depth below which a Newton step is the last: it leaves an error of its
 square. The callers judge F afterwards."""
-
-
-class Status(IntEnum):
-    """What is known of one position."""
-
-    SOLVED = 0
-    NO_COMMON_NORMAL = 1
-    """The flanks share no normal at this l1, or none under which they can touch; of a path: no contact
-    was found near the flanks, and for some of their points there is no common normal."""
-    NOT_CONVERGED = 2
-    """Not found to rounding; of a path: lost, or not resolved on the flanks."""
-    OFF_FLANK = 3
-    """A contact of the flanks' extensions, outside root, tip, toe or heel of a member; NaN where it lies
-    more than a flank's depth away. Of a path: none of it lies on the flanks."""
-    SEVERAL_CONTACTS = 4
-    """More than one contact on the flanks for this l1."""
-    ENDLESS = 5
-    """Of a path: it closes on itself on the flanks, without meeting a limit."""
-    UNDEFINED = 6
-    """The inputs leave nothing to solve: a member that its tool cannot cut, parallel axes, NaN."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from .curve_equations import linearised, units_of
 from .equation import pairing_of
 from .path import ContactPath
@@ -21,7 +21,7 @@ def rounding_error(path: ContactPath) -> FloatArray:
     """Distance (*batch, positions), mm, by which rounding in the terms of the equations may move each
     contact of a `path`, square to the path; NaN where there is none.
 
-    From the least singular value of the equations' Jacobian (`unfolded`), an estimate within a factor
+    From the least singular value of the equations' Jacobian (`curve_equations`), an estimate within a factor
     of some ten."""
     if path.l1.size == 0:
         return np.empty(path.l1.shape)

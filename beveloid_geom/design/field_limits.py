@@ -9,7 +9,7 @@ Python takes more than a file where the solver has a named answer, so that such 
 
 - a quantity whose `Limit` has a `least` or a `most` of its own;
 - base pitches that differ by a digit noted too few (`inputs.ROUNDED_PITCH`);
-- what else joins several quantities in `design_limits`: a parabola that folds the
+- what else joins several quantities in `design.limits`: a parabola that folds the
   profile, a tip round that eats the flank, a cone too steep for the tool, helix angles that cancel,
   errors greater than the layout bears, angles that do not fit one another.
 """
@@ -160,7 +160,7 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
     },
 }
-"""Limits by the class of `inputs` and its fields."""
+"""Limits by the class of `design.model` and its fields."""
 _FROM_PYTHON = {
     kind: {name: limit.from_python for name, limit in limits.items()} for kind, limits in LIMITS.items()
 }

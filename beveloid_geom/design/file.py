@@ -2,7 +2,7 @@
 
 A file is checked once, here, and every fault is reported in one go, each on a line that
 names key, limit, value and likely cure. Limits of single keys stand in `field_limits`.
-Limits that join several keys stand in `design_limits`. How well a pair closes, undercut and
+Limits that join several keys stand in `design.limits`. How well a pair closes, undercut and
 pointed teeth do not make a file faulty.
 """
 
@@ -53,7 +53,7 @@ def _within(limit: Limit) -> AfterValidator:
 
 
 def _keys_of(inputs: type) -> dict[str, Any]:
-    """The quantities of a class of `inputs` as keys of a file, with pydantic's type and the default."""
+    """The quantities of a class of `design.model` as keys of a file, with pydantic's type and the default."""
     keys: dict[str, Any] = {}
     for field in fields(inputs):
         if limit := LIMITS[inputs.__name__].get(field.name):

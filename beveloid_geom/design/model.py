@@ -12,30 +12,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, Quantity
 from .field_limits import DesignError, base_pitch_fault, refused, take
-
-FloatArray: TypeAlias = NDArray[np.float64]
-Quantity: TypeAlias = float | FloatArray
-Flank: TypeAlias = Literal["right", "left"]
 
 T = TypeVar("T")
 
 ROUNDED_PITCH = 1e-4
 """Share by which base pitches may differ from Python, where designs are noted with a few digits."""
-FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
-
-
-def flank_sign(flank: str) -> float:
-    """+1 for the right flank (upper sign of Eq. 4), -1 for the left one."""
-    try:
-        return FLANK_SIGN[flank]
-    except KeyError:
-        raise ValueError(f"flank must be 'right' or 'left', got {flank!r}") from None
 
 
 def unchecked(given: T, **values: Any) -> T:

@@ -43,7 +43,7 @@ from OCP.TopAbs import TopAbs_REVERSED
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from .strips import Net, Revolved, Strip, Trace
 
 PRECISION = 1e-7

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 from ..export import CONVENTIONS, identifier
 from ..shapes.elements import Indices, VolumeMesh
 from .load import ContactLoad

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..design.model import FloatArray
 from ..shapes.elements import Indices, VolumeMesh, face_nodes
 from .material import POISSON, YOUNG
 
@@ -42,7 +42,7 @@ FOUND = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ContactPlace:
-    """A contact on a member: `point` (3,), mm, unit `normal` (3,) out of the metal, relative `curvature`
+    """A contact on a member: `point` (3,), mm, unit `normal` (3,) out of the metal, relative `contact.ellipse`
     (2,), 1/mm, smaller first, and its unit directions `direction` (2, 3)."""
 
     point: FloatArray

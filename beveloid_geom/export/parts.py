@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..contact.ellipse import relative_curvature
 from ..contact.placing import MeshingPair
-from ..design.model import Design, FloatArray, Member
+from ..design.model import Design, Member
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
 from ..operation.operating_rolls import first_contact_operation
@@ -67,7 +68,7 @@ def gear_surface(
     """A whole gear, or `teeth` neighbouring teeth, as triangles within `tolerance` (mm).
 
     For a format that holds fields: exact normals, the surfaces apart at their edges, and the cell
-    field 'part' (0 ... as `tooth.gear_mesh` names them). For the others: closed, each point there once.
+    field 'part' (0 ... as `surface_mesh.gear_mesh` names them). For the others: closed, each point there once.
     Raises ValueError as `gear_solid` does, and where memory would not suffice."""
     count = int(member.teeth) if teeth is None else teeth
     require_memory(lambda trial: count * len(gear_solid(member, trial, 1, bore_radius).points), tolerance)

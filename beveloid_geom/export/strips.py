@@ -17,8 +17,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..design.field_limits import shown_value
-from ..design.model import FloatArray, Member
+from ..design.model import Member
 from ..gear.fillet import bottom_point, fillet_point, tool_round
 from ..gear.flank import flank_point, tip_parameter, tip_radius, trace_parameter
 from ..gear.rack import reference_radius

@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contact.placing import Frame
-from ..design.model import FloatArray
 from ..export import FIELD_FORMATS, MEMBERS, SURFACE_FORMATS
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.sampling import Faces

@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 
 Array = NDArray[Any]
 TYPES = {"f": "Float", "i": "Int", "u": "UInt"}

@@ -19,12 +19,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import FLANK_SIGN, Quantity
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.roots import Status
-from ..design.model import FLANK_SIGN, Design, Errors, Quantity
+from ..design.model import Design, Errors
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_radius
 from ..pair.closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..status import Status
 from .path import reason_of
 from .remarks import ERROR, WARNING, Remark, clearance_remarks, in_order, tooth_remarks
 

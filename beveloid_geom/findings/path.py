@@ -9,16 +9,14 @@ import numpy as np
 
 from ..analysis.sensitivity import path_sensitivity
 from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
-from ..contact.equation import Limit
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.roots import Status
 from ..contact.rounding import rounding_error
 from ..design.model import Design
 from ..gear.fillet import tool_round
 from ..gear.flank import highest_parameter, root_parameter
-from ..operation.certificate import Certificate, Verdict
-from ..operation.first_contact import FirstStatus
+from ..operation.certificate import Certificate
 from ..pair.mounting import mounting_of
+from ..status import FirstStatus, Limit, Status, Verdict
 from .remarks import NOTE, WARNING, Remark
 
 SENSITIVE = ((0.25, WARNING), (0.1, NOTE))

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..design.model import Design, FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Design, Member
 from ..gear.fillet import root_radius
 from ..gear.flank import root_parameter, tip_radius, tip_thickness, undercut_margin
 from ..gear.undercut import CURE, cut_fault, pointed_part, undercut_of, words_of

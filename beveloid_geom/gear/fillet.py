@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.model import FloatArray, Member, Tool, flank_sign
+from ..arrays import FloatArray, flank_sign
+from ..design.model import Member, Tool
 from .flank import generated
 from .rack import rack_of, reference_radius, section_point
 

@@ -26,7 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from .rack import Rack, parameter_at_height, rack_normal, rack_of, rack_point, rack_tangent, reference_radius
 
 ROUND_SNAP = 1e-4

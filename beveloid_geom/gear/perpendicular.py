@@ -23,8 +23,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.roots import Status
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
+from ..status import Status
 from .flank import highest_parameter, root_parameter, tip_radius
 from .rack import Rack, rack_normal, rack_of, rack_point
 

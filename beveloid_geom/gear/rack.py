@@ -33,7 +33,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray, Member, Quantity, Tool, flank_sign
+from ..arrays import FloatArray, Quantity, flank_sign
+from ..design.model import Member, Tool
 
 Numbers: TypeAlias = NDArray[Any]
 """Real or complex array: derivatives are taken by complex steps."""

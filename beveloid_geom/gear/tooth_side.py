@@ -24,7 +24,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..support.read_only import kept
 from .fillet import tool_round
 from .flank import highest_parameter, tip_radius

@@ -19,8 +19,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, flank_sign
 from ..design.limits import member_faults
-from ..design.model import FloatArray, Member, flank_sign
+from ..design.model import Member
 from .fillet import fillet_point, tool_round
 from .flank import (
     flank_patch,

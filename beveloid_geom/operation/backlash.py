@@ -22,12 +22,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
 from ..gear.tooth_side import cut_at, surface_of
 from ..pair.frames import layout_of, member_frame, normals_to_fixed
 from ..pair.mounting import half_pitch, mounting_of
+from ..status import FirstStatus
 from ..support.read_only import kept
-from .first_contact import FirstContact, FirstStatus, first_contact, middle_roll
+from .first_contact import FirstContact, first_contact, middle_roll
 from .separation import pitch_shift, pose_of
 
 SAMPLES, KEPT = 32, 2

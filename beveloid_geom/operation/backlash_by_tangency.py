@@ -21,10 +21,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray, flank_sign
 from ..contact.path import PathEnds, path_ends, path_of_contact
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray, flank_sign
+from ..design.model import Design
 from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
+from ..status import Status
 from .backlash import FLANKS, JAMMED, lever_of
 from .first_contact import conjugate_phase
 

@@ -12,17 +12,17 @@ tangency is a saddle of the approach, at which the flanks pass through each othe
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contact.path import ContactPath
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..gear.tooth_side import cut_at
+from ..status import FirstStatus, Status, Verdict
 from ..support.few_lines import few_lines
-from .first_contact import FirstContact, FirstStatus, first_contact, mesh_of
+from .first_contact import FirstContact, first_contact, mesh_of
 from .least_clearance import local_at
 
 TOLERANCE = 2e-7
@@ -34,29 +34,13 @@ JOINT = 2e-10
 """Modules above the joint with the fillet, from where on a point is taken to be on the flank."""
 
 
-class Verdict(IntEnum):
-    """What the tangency at one position of a path is."""
-
-    FIRST_CONTACT = 0
-    """Nothing touches earlier."""
-    EDGE_CONTACT = 1
-    """An edge touches earlier; the limits of the first contact name it."""
-    NEXT_PAIR = 2
-    """The flanks of another tooth pair touch earlier, in a tangency of their own: this position
-    lies beyond the hand-over."""
-    INTERFERENCE = 3
-    """The flanks overlap beside their tangency, or a tip or flank stands in a fillet."""
-    NOT_SOLVED = 4
-    """No position on the flanks, or no first contact found."""
-
-
 @dataclass(frozen=True, eq=False)
 class Certificate:
     """Verdicts on the positions of a path, arrays (*batch, positions).
 
     `separation` (mm along the normal): least clearance of the gear's teeth from the pinion's at the
     pose of the position, negative for overlap, to first order in it; `first`: the first contact
-    at this roll of the pinion, where the least clearance is; `curvature` (1/mm): the lesser
+    at this roll of the pinion, where the least clearance is; `contact.ellipse` (1/mm): the lesser
     curvature of the approach at the tangency, negative where the flanks pass through each other;
     `verdict`: codes of `Verdict`. NaN where not solved."""
 

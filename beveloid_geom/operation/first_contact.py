@@ -1,6 +1,6 @@
 """First contact of the flanks as the gear turns towards the pinion, edges and fillets included.
 
-At a given roll of the pinion the least approach f(s1, z1) (`approach`) over all points within the
+At a given roll of the pinion the least approach f(s1, z1) (`least_clearance`) over all points within the
 limits of both members, on any of the neighbouring teeth, is the first contact. It lies
 
     on no limit      at a tangency of flanks or fillets
@@ -20,17 +20,18 @@ left out: with less than no backlash it touches before.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contact.equation import Limit, pairing_of
+from ..arrays import FloatArray
+from ..contact.equation import pairing_of
 from ..contact.path_polynomial import PHASE, exact_rows
 from ..design.field_limits import float64_of
-from ..design.model import Design, Errors, FloatArray
+from ..design.model import Design, Errors
 from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import mounting_of
+from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_approach
 from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
@@ -55,24 +56,6 @@ POSITIONS = 256
 """Positions taken at a time."""
 
 
-class FirstStatus(IntEnum):
-    """What is known of the first contact at one position."""
-
-    SOLVED = 0
-    NO_CONTACT = 1
-    """No tooth has points within the limits of both members."""
-    NOT_CONVERGED = 2
-    MEETS_BOTTOM = 3
-    """A tip reaches down to the other member's bottom land."""
-    UNDERCUT = 4
-    """A fillet reaches into its flank: the surfaces used here are not those of the tooth."""
-    OUT_OF_STEP = 5
-    """Few teeth, so far from where the unmodified pair without errors would touch that an overlap and
-    the clearance of the next turn cannot be told apart."""
-    UNDEFINED = 6
-    """The inputs leave nothing to search: a member that its tool cannot cut, no layout, NaN."""
-
-
 @dataclass(frozen=True, eq=False)
 class FirstContact:
     """First contact at given pinion rolls, arrays (*batch, positions), or with a last axis.
@@ -80,7 +63,7 @@ class FirstContact:
     `pinion_roll`, `gear_roll` (rad) of tooth pair 0; `pair`: the tooth pair that touches, of several
     that touch together the one that came into mesh last, but tangencies before edges; `l1`, `l2`
     (mm) profile coordinates, the flank parameters above the joints, on the fillets below
-    (`surface`); `z1`, `z2` (mm from mid-face); `point` (..., 3) in S_f, mm; `limit` (..., 2): codes
+    (`tooth_side`); `z1`, `z2` (mm from mid-face); `point` (..., 3) in S_f, mm; `limit` (..., 2): codes
     of `Limit` of the edges that touch, -1 for none: no edge is a tangency; `on_fillet` (..., 2):
     whether the contact lies on the fillet of pinion and gear; `transmission_error` (rad): gear
     roll plus N1/N2 pinion roll, less that of the unmodified pair without errors; `status`: codes

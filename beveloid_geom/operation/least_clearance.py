@@ -1,14 +1,14 @@
 """How near a tooth of the gear is to the pinion's, point by point, and where it is nearest.
 
 At a given roll of the pinion every point (s1, z1) of its flank and fillet is met by the gear's at
-a roll T(s1, z1) of the gear (`touch`). The approach is f = sigma (T - T0) g, in mm along the normal,
+a roll T(s1, z1) of the gear (`separation`). The approach is f = sigma (T - T0) g, in mm along the normal,
 with a roll T0 to count from and the gear's lever g = m_n N2 cos(alpha) / 2. Its gradient is
 explicit: if the pinion's point moves by dP and n is the gear's unit normal where they meet,
 
     dT = n.dP / (r_P2 n_y2),
 
 so that f is stationary where the normals are opposed. The limits of both members are eight
-functions c(s1, z1) >= 0 in the order of `contact.Limit`, those of the gear through the meeting
+functions c(s1, z1) >= 0 in the order of `status.Limit`, those of the gear through the meeting
 point; a root limit is the end of the fillet here. Second derivatives are complex steps.
 
 `least_approach` goes from a start to a local least f within the limits by quadratic programs. In
@@ -23,10 +23,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.equation import COMPLEX_STEP, Limit
-from ..design.model import FloatArray
+from ..arrays import FloatArray
+from ..contact.equation import COMPLEX_STEP
 from ..gear.rack import Numbers
 from ..gear.tooth_side import Cut, Surface, cut_at
+from ..status import Limit
 from .separation import Pose, met_by, seen_by_other
 
 BOX_SIDES = 4

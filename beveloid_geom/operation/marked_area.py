@@ -22,7 +22,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 
 ROUNDS = 12
 """How often the border is improved, at most."""

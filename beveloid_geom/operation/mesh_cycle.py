@@ -17,9 +17,11 @@ import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legvander
 from numpy.typing import NDArray
 
-from ..design.model import Design, Errors, FloatArray, Pair, unchecked
+from ..arrays import FloatArray
+from ..design.model import Design, Errors, Pair, unchecked
+from ..status import FirstStatus
 from ..support.few_lines import few_lines
-from .first_contact import FirstStatus, first_contact, middle_roll
+from .first_contact import first_contact, middle_roll
 
 Numbers: TypeAlias = NDArray[np.int_]
 Label: TypeAlias = Callable[[Numbers, FloatArray], Numbers]

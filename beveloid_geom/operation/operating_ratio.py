@@ -9,12 +9,13 @@ rigid teeth touch in one point at a time and have 1, unless given a thickness.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
+from ..status import RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Mesh, mesh_of, middle_roll
 from .least_clearance import OVERLAP
@@ -25,20 +26,6 @@ STRIDE = 8
 to touch between. Its clearance is taken to change by no more than the mesh advances; by a third was seen."""
 AT_LEAST = 1.0 - 1e-6
 """Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
-
-
-class RatioStatus(IntEnum):
-    """What is known of an operating contact ratio."""
-
-    KNOWN = 0
-    NO_FIRST_CONTACT = 1
-    """A position of the cycle has no first contact."""
-    NOT_CONVERGED = 2
-    """At a roll the clearance of a tooth pair taken alone is not known."""
-    TOO_THICK = 3
-    """The thickness reaches tooth pairs beyond those looked at, or the next turn of the same teeth."""
-    UNSTEADY = 4
-    """Rolls at which a tooth pair begins and ceases to touch cannot be told apart."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..contact.path import path_ends
-from ..contact.roots import Status
 from ..design.field_limits import float64_of
-from ..design.model import Design, FloatArray
-from .first_contact import FirstStatus, first_contact, middle_roll, spread
+from ..design.model import Design
+from ..status import FirstStatus, Status
+from .first_contact import first_contact, middle_roll, spread
 
 RUN_OUT, LEAST_CYCLE = 0.5, 3.0
 """Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""

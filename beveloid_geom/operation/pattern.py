@@ -5,7 +5,7 @@ mating flank. The pattern is the region in which it stays below a given thicknes
 transmission error the least separation is the ease-off of the one flank against the surface that
 the other one generates.
 
-The separation is the exact distance to the mating flank (`foot.feet`), counted while the foot
+The separation is the exact distance to the mating flank (`perpendicular.feet`), counted while the foot
 lies on that flank. Along the roll it is sampled, bracketed, and searched for its least value. Where
 the foot leaves the mating flank before, the least value is that at the edge, found by quartering.
 
@@ -18,19 +18,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..contact.ellipse import MARKING_SEPARATION
 from ..contact.placing import frames_at
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray, Member
+from ..design.model import Design, Member
 from ..gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from ..gear.perpendicular import feet
 from ..pair.frames import to_fixed
+from ..status import PatternStatus, Status
 from ..support.few_lines import few_lines
 from .marked_area import marked_area
 from .operating_rolls import Operation, first_contact_operation, given_operation
@@ -56,19 +56,6 @@ ROUNDING = 1e-12
 """Relative: what counts as whole."""
 NEAR = 4.0
 """Multiples of the separation up to which the least separation is resolved to a tolerance."""
-
-
-class PatternStatus(IntEnum):
-    """How the separation of one point comes to its least value."""
-
-    STANDSTILL = 0
-    """It stands still there."""
-    MATE_EDGE = 1
-    """The foot reaches an edge of the mating flank there."""
-    END_OF_ROLL = 2
-    """It still falls at the first or the last pose."""
-    NO_MATE = 3
-    """The point has no foot on the mating flank at any pose; NaN."""
 
 
 @dataclass(frozen=True, eq=False)

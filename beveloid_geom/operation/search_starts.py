@@ -1,6 +1,6 @@
 """Scans of the approach over a tooth of the pinion, and where to start a search for its least.
 
-The approach (`approach`) is convex along the profile of ordinary flanks and nearly so along the
+The approach (`least_clearance`) is convex along the profile of ordinary flanks and nearly so along the
 face, so that the local least values of a scan's lines lead to the true ones. Fillets are concave:
 beside a tangency on the flank there may be another least at the edge of a tip on the other's
 fillet, closer by than any scan tells apart. Where a tip's edge may touch a fillet, searches start
@@ -14,10 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.equation import Limit
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at
+from ..status import Limit
 from .least_clearance import Task, local_at
 from .separation import BLOCK, Pose, met_by, seen_by_other
 

@@ -3,7 +3,7 @@
 Every point of one member's flank moves, seen from the other member, along a circle about that
 member's axis when this one turns. In the other's frame the point has a radius r, an axial
 coordinate z and an angle theta. The other's flank has one point at this r in this plane z
-(`surface`), at the angle theta_f, and
+(`tooth_side`), at the angle theta_f, and
 
     sigma (theta - theta_f) = clearance (rad) of the other member at this point,
 
@@ -24,8 +24,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..design.field_limits import float64_of
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..gear.rack import Numbers
 from ..gear.tooth_side import Surface, cut_at, profile_at, surface_of as surface_of
 from ..pair.frames import layout_of
@@ -85,7 +86,7 @@ def seen_by_other(
     pose: Pose, member: int, x: Numbers, y: Numbers, z: Numbers
 ) -> tuple[Numbers, Numbers, Numbers]:
     """Points of a member's fixed frame, z from its mid-face, in the other's fixed frame, z from
-    the other's mid-face. The same formula both ways (see `assembly`)."""
+    the other's mid-face. The same formula both ways (see `pair.frames`)."""
     z = z + pose.position[member]
     return (
         pose.offset - x,

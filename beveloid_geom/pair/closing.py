@@ -34,7 +34,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..design.model import Design, FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Design, Member
 from ..gear.rack import rack_of
 from .frames import common_normal, layout_of
 from .mounting import mounting_of

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.model import Design, FloatArray, Quantity
+from ..arrays import FloatArray, Quantity
+from ..design.model import Design
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from ..design.model import Design, Errors, FloatArray, Member, Pair, Quantity
+from ..arrays import FloatArray, Quantity
+from ..design.model import Design, Errors, Member, Pair
 from ..gear.rack import rack_of
 from ..support.read_only import kept
 from .frames import Layout, common_normal, layout_by_case, layout_of

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import fsolve
 
+from ..arrays import FloatArray, flank_sign
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
-from ..contact.roots import Status
-from ..design.model import Design, Errors, FloatArray, flank_sign
+from ..design.model import Design, Errors
 from ..pair.mounting import mounting_of
+from ..status import Status
 from .five_equations_curve import (
     L1,
     LARGEST_STEP,

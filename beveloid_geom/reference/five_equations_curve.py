@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, fsolve
 
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
 from ..gear.flank import generated, highest_parameter, root_parameter
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, reference_radius
 from ..pair.frames import layout_of, member_frame

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..design.model import FLANK_SIGN, Design, Member
+from ..arrays import FLANK_SIGN
+from ..design.model import Design, Member
 from .pitch_region import hand_of_pair
 
 FloatArray = NDArray[np.float64]

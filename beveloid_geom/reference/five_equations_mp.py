@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 
 import mpmath
 
-from ..design.model import FLANK_SIGN, Design, Errors, Member
+from ..arrays import FLANK_SIGN
+from ..design.model import Design, Errors, Member
 from .pitch_region import hand_of_pair, pitch_guess, pitch_region
 
 MP = mpmath.MPContext()

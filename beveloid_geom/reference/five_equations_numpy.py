@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..design.model import Design, Member, flank_sign
+from ..arrays import flank_sign
+from ..design.model import Design, Member
 from .five_equations_math import RESIDUAL_LIMIT, XTOL, Contacts, first_start
 from .pitch_region import hand_of_pair
 

@@ -12,7 +12,8 @@ from math import atan2, cos, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FLANK_SIGN, Design, Member
+from ..arrays import FLANK_SIGN
+from ..design.model import Design, Member
 
 Vector = NDArray[np.float64]
 Guess = tuple[float, float, float, float, float, float]

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ..contact.equation import Limit
 from ..design.model import Design
 from ..findings.path import UNKNOWN, first_contact_fault
 from ..operation.backlash import FLANKS, Backlash, mounted_backlash
-from ..operation.first_contact import FirstContact, FirstStatus
+from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
+from ..status import FirstStatus, Limit
 
 
 @dataclass(frozen=True, eq=False)

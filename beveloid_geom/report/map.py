@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..analysis.maps import FIGURES, UNITS, DesignMap, Mask, own_values
-from ..contact.roots import Status
 from ..design.model import Design
 from ..pair.mounting import mounting_of
+from ..status import Status
 from .path import (
     csv_text,
     error_line,

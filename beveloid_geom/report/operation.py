@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.equation import Limit
+from ..arrays import FloatArray
 from ..contact.path import contact_ratio
-from ..design.model import Design, FloatArray
-from ..operation.first_contact import FirstContact, FirstStatus, first_contact
+from ..design.model import Design
+from ..operation.first_contact import FirstContact, first_contact
 from ..operation.mesh_cycle import Cycle, mesh_cycle
-from ..operation.operating_ratio import RatioStatus, operating_ratios
+from ..operation.operating_ratio import operating_ratios
 from ..pair.mounting import Mounting, mounting_of
+from ..status import FirstStatus, Limit, RatioStatus
 from .backlash import backlash_report
 from .path import (
     backlash_lines,

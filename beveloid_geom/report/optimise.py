@@ -11,8 +11,8 @@ import numpy as np
 from ..analysis.optimise import Aim, Optimum
 from ..design.model import Design
 from ..findings.remarks import remarks_data
-from ..operation.certificate import Verdict
 from ..pair.mounting import mounting_of
+from ..status import Verdict
 from .backlash import backlash_data
 from .path import (
     contact_report,

@@ -17,16 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.equation import Limit
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.roots import Status
 from ..design.model import Design, Errors
 from ..findings.advice import Advice, advice_on
 from ..findings.layout import layout_remarks
 from ..findings.path import path_remarks, reason_of
 from ..findings.remarks import NOTE, Remark, in_order, remarks_data
-from ..operation.certificate import Certificate, Verdict, certify
+from ..operation.certificate import Certificate, certify
 from ..pair.mounting import Mounting, mounting_of
+from ..status import Limit, Status, Verdict
 from .backlash import BacklashReport, backlash_data, backlash_report
 
 UNITS = {"pinion_roll": "rad", "gear_roll": "rad", "transmission_error": "rad", "normal": "", "status": ""}

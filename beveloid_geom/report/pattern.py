@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..design.model import Design
-from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, PatternStatus, contact_pattern
+from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
 from ..pair.mounting import Mounting, mounting_of
+from ..status import PatternStatus
 from .backlash import backlash_report
 from .path import (
     backlash_lines,

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..analysis.sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
-from ..contact.equation import Limit
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
 from ..findings.path import first_contact_fault
 from ..operation.backlash import backlash_by_errors
 from ..pair.mounting import mounting_of
+from ..status import Limit
 from .backlash import backlash_report
 from .path import (
     backlash_lines,

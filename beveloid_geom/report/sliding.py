@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sliding import Sliding, least_along, least_sliding, sliding_of
+from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..findings.path import reason_of
 from ..pair.mounting import Mounting, mounting_of
+from ..status import Status
 from .path import (
     csv_text,
     error_line,

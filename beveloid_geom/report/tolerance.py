@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from ..analysis.tolerance import ERROR_NAMES, PLACES, SHARES, ToleranceStudy
-from ..contact.equation import Limit
-from ..design.model import Design, FloatArray
+from ..arrays import FloatArray
+from ..design.model import Design
 from ..findings.remarks import NOTE, WARNING, Remark, remarks_data
 from ..operation.backlash_by_tangency import Tangency
 from ..pair.mounting import mounting_of
+from ..status import Limit
 from .path import (
     backlash_lines,
     csv_text,

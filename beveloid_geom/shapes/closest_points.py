@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 
 
 def closest_on_mesh(

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from .elements import Indices, VolumeMesh, element_shapes, face_nodes
 from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations

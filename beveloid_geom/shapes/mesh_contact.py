@@ -7,7 +7,7 @@ is least, is worse: by the square root of tolerance over relative curvature, whi
 line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
 `convergence` charts both.
 
-Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`foot.feet`),
+Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`perpendicular.feet`),
 and the vertex of least separation starts Newton for the standstill of the exact separation D,
 as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
 n2 at its foot on the gear,
@@ -27,14 +27,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..contact.ellipse import normal_rates
 from ..contact.path import path_of_contact
 from ..contact.placing import Frame, frames_at
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray, Member
+from ..design.model import Design, Member
 from ..gear.flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from ..gear.perpendicular import Feet, feet
 from ..pair.frames import normals_to_fixed, to_fixed
+from ..status import Status
 from ..support.few_lines import few_lines
 from ..support.read_only import kept
 from .closest_points import closest_on_mesh

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.model import FloatArray, Member, flank_sign
+from ..arrays import FloatArray, flank_sign
+from ..design.model import Member
 from ..gear.fillet import bottom_point, fillet_point, tool_round
 from ..gear.flank import half_thickness_angle, tip_parameter, tip_radius
 from ..gear.undercut import require_sound

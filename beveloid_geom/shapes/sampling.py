@@ -30,7 +30,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..gear.flank import generated, root_parameter, tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.undercut import require_cut

@@ -29,7 +29,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray
+from ..arrays import FloatArray
 
 Indices = NDArray[np.int64]
 Plane: TypeAlias = NDArray[np.complex128]

@@ -5,7 +5,7 @@ and heel with quadrilaterals. These are the end faces; their inner edge is that 
 along their sides a tooth joins the next one or is cut from it. Surfaces share the points of
 their common edges, so that the solid is closed by construction. Other teeth are the same, turned.
 
-Pictures are drawn from the same pieces (`tooth.gear_mesh`).
+Pictures are drawn from the same pieces (`surface_mesh.gear_mesh`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..gear.fillet import root_radius
 from ..support.few_lines import few_lines
 from .outline import cut_sheets, outline_grids, require_memory, require_tolerance

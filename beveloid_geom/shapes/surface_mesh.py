@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.model import FloatArray, Member
+from ..arrays import FloatArray
+from ..design.model import Member
 from ..support.few_lines import few_lines
 from .outline import cut_sheets
 from .sampling import Faces, cells_for, form_of, grid_of, stations

@@ -33,8 +33,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..contact.path import path_of_contact
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..pair.mounting import mounting_of
 from ..shapes.mesh_contact import flank_mesh
 from .comparison_methods import (

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..contact.equation import (
     Pairing,
     contact_point,
@@ -25,13 +26,13 @@ from ..contact.equation import (
     terms_of_one,
 )
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.roots import Status
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..gear.flank import flank_patch, trace_parameter
 from ..gear.rack import Numbers, Rack
 from ..pair.frames import Layout
 from ..pair.mounting import mounting_of
 from ..shapes.mesh_contact import MeshContact, mesh_contact
+from ..status import Status
 
 if TYPE_CHECKING:
     from ..reference.five_equations_math import Contacts

@@ -12,8 +12,9 @@ import numpy as np
 
 from ..analysis.path_measures import paths_of
 from ..analysis.sensitivity import ERRORS, path_sensitivity
+from ..arrays import FloatArray
 from ..contact.path import contact_ratio
-from ..design.model import Errors, FloatArray
+from ..design.model import Errors
 from .statement_verdicts import (
     LENGTH_WORDS,
     LITTLE,

@@ -18,8 +18,9 @@ from itertools import islice
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..contact.path import path_blocks, path_ends, path_of_contact
-from ..design.model import Design, Errors, FloatArray
+from ..design.model import Design, Errors
 from .comparison import CLOCK
 from .comparison_methods import one_design, whole_numbers
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..analysis.path_measures import Paths, Sweep, concavity, unwrapped
-from ..contact.equation import Limit
-from ..design.model import FloatArray
+from ..arrays import FloatArray
+from ..status import Limit
 from .statement_verdicts import (
     CLEAR,
     LARGE,

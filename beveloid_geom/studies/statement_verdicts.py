@@ -1,7 +1,7 @@
 """What a verdict on a statement of the paper is made of: claims, the ways to measure them, sweeps.
 
 A statement makes one or more claims. The paper's words can be measured in several ways
-(`statement_measures`), and each way gives its own answer, on pinion and gear. A statement holds if all
+(`analysis.path_measures`), and each way gives its own answer, on pinion and gear. A statement holds if all
 its claims hold in all ways; it does not hold if a claim holds in none; otherwise it depends on the
 measure. Ways that give no number, as where a path has left the flanks, are left out; a claim with no
 way left is not known.
@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from ..analysis.path_measures import Sweep, shifts, sweep
+from ..arrays import FloatArray
 from ..contact.path import contact_ratio
-from ..design.model import Design, FloatArray
+from ..design.model import Design
 from ..support.read_only import read_only
 
 SMALL, LARGE = 0.0002, 0.002

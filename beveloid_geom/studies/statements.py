@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..design.model import Design, Errors, flank_sign
+from ..arrays import flank_sign
+from ..design.model import Design, Errors
 from .error_statements import m1, m2, m3, m4, m5, m6
 from .modification_statements import c1, c2, c3, c4, d1, f6, r1, r2, r3, r4
 from .statement_verdicts import Case, Statement

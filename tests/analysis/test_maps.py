@@ -20,13 +20,13 @@ from beveloid_geom.analysis.maps import (
     usual_bounds,
 )
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.operation.mesh_cycle import mesh_cycle
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.map import quadrant_bests
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
 from viz.figures import FIGURES as PAGES

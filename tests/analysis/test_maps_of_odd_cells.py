@@ -11,10 +11,10 @@ import pytest
 
 from beveloid_geom.analysis.maps import Over, _flank_share, map_of
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
-from beveloid_geom.operation.first_contact import FirstContact, FirstStatus, first_contact
+from beveloid_geom.operation.first_contact import FirstContact, first_contact
 from beveloid_geom.report.map import cell_words, map_table, quadrant_bests, ratio_as_given
+from beveloid_geom.status import FirstStatus, Status
 from tests.analysis.test_maps import MODIFIED, OFFSET, small_map
 from tests.oracle.table1 import table1
 

@@ -12,15 +12,15 @@ import pytest
 from click.testing import CliRunner, Result
 
 from beveloid_geom.analysis.sensitivity import ERRORS, Sensitivity, path_sensitivity
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.cli.sensitivity import sensitivity as command
-from beveloid_geom.contact.equation import Limit
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors, FloatArray, unchecked
+from beveloid_geom.design.model import Design, Errors, unchecked
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
+from beveloid_geom.status import Limit, Status
 
 from ..contact.test_path_search import LOST
 from ..oracle.table1 import table1

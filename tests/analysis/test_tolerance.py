@@ -31,15 +31,14 @@ from beveloid_geom.analysis.tolerance import (
     tolerance_study,
 )
 from beveloid_geom.cli.tolerance import tolerance
-from beveloid_geom.contact.equation import Limit
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.design.model import Errors
 from beveloid_geom.gear.flank import root_parameter
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.report.tolerance import jam_counts, tolerance_json, tolerance_table
+from beveloid_geom.status import Limit, Status
 from tests.oracle.table1 import table1
 
 GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)

@@ -14,8 +14,8 @@ from beveloid_geom.analysis.optimise import Aim, optimise_parabola, paths_of
 from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK, _extreme, path_sensitivity
 from beveloid_geom.analysis.tolerance import UNIT, Tolerances, drawn_errors, swing_of, tolerance_study
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Errors
+from beveloid_geom.status import Status
 from beveloid_geom.support.chebyshev import basis_of
 
 from ..oracle.table1 import table1

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.closest_points import closest_on_mesh
 from beveloid_geom.shapes.mesh_contact import flank_mesh
 from beveloid_geom.shapes.sampling import Faces

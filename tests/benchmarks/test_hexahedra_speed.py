@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.hexahedra import Cells, tooth_hexahedra
 from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of

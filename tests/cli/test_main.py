@@ -19,11 +19,11 @@ from click.testing import CliRunner, Result
 
 from beveloid_geom.cli.main import main
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.file import builtin_design, builtin_text, parse_design
 from beveloid_geom.design.model import Errors
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report import path as report
+from beveloid_geom.status import Status
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),

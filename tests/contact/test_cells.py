@@ -17,8 +17,8 @@ from beveloid_geom.contact.cells import box_of, window_of
 from beveloid_geom.contact.curve_tracing import Window
 from beveloid_geom.contact.equation import Pairing, pairing_of
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Design, Errors, Pair
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import cases_of
 from tests.stability.random_designs import random_designs

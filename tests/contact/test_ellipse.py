@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import (
-    EllipseStatus,
     RelativeCurvature,
     contact_ellipse,
     ellipse_of,
@@ -18,11 +18,11 @@ from beveloid_geom.contact.ellipse import (
 )
 from beveloid_geom.contact.equation import pairing_of
 from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, Errors, FloatArray
+from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, trace_parameter
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
+from beveloid_geom.status import EllipseStatus, Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 

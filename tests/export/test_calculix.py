@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.export.abaqus import FIXED_SETS
 from beveloid_geom.export.parts import contact_case
 from beveloid_geom.export.volumes import write_volume

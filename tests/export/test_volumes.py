@@ -14,8 +14,8 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings, strategies as st
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
-from beveloid_geom.design.model import FloatArray
 from beveloid_geom.export import VOLUME_FORMATS, identifier
 from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
 from beveloid_geom.export.load import ContactPlace, contact_load, shape_functions

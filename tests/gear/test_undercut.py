@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.design.model import FloatArray, Member, Tool, unchecked
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Member, Tool, unchecked
 from beveloid_geom.gear.flank import flank_point, trace_parameter
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.gear.undercut import pointed_part, require_sound, undercut_of, words_of

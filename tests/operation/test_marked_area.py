@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.marked_area import marked_area
 
 Field = Callable[[FloatArray, FloatArray], FloatArray]

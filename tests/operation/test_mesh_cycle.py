@@ -8,12 +8,12 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.equation import Limit
 from beveloid_geom.contact.path import contact_ratio
 from beveloid_geom.design.model import Errors
 from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.operation.mesh_cycle import Cycle, error_over_cycles, mesh_cycle
 from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
+from beveloid_geom.arrays import FloatArray, Quantity
 from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors, FloatArray, Member, Pair, Quantity, Tool
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.findings.remarks import tip_clearances
 from beveloid_geom.gear.fillet import root_radius

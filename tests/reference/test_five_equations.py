@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
@@ -23,6 +22,7 @@ from beveloid_geom.reference.five_equations_curve import (
     follow_five_equations,
 )
 from beveloid_geom.reference.five_equations_mp import solve_mp
+from beveloid_geom.status import Status
 from tests.contact.test_path import NUMBERS, five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged

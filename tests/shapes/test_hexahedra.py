@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Member
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of

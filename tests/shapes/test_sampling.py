@@ -9,7 +9,8 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import FloatArray, Member, Quantity
+from beveloid_geom.arrays import FloatArray, Quantity
+from beveloid_geom.design.model import Member
 from beveloid_geom.gear.flank import (
     flank_patch,
     flank_point,

@@ -12,8 +12,9 @@ import pytest
 import trimesh
 from scipy.optimize import brentq
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import MeshingPair, meshing_pair
-from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.design.model import Member
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
 from beveloid_geom.gear.rack import reference_radius

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Design, Member, Pair
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.status import Status
 
 from .five_residuals import residuals
 

@@ -1,8 +1,8 @@
 """The five equations of Eq. 15 written from Eqs. 1-14, for batches, by other code than the library's.
 
 Flanks, frames and misalignment stand here as in the paper, component by component; profile shift
-enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `rack`, `assembly` or
-`contact` is used. Lengths mm, angles rad; arrays (*batch, positions).
+enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `rack`, `pair.frames` or
+`contact.equation` is used. Lengths mm, angles rad; arrays (*batch, positions).
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from beveloid_geom.arrays import FLANK_SIGN, FloatArray, Quantity
 from beveloid_geom.contact.path import ContactPath
-from beveloid_geom.design.model import FLANK_SIGN, Design, FloatArray, Member, Quantity
+from beveloid_geom.design.model import Design, Member
 
 Vector = tuple[FloatArray, FloatArray, FloatArray]
 

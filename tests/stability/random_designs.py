@@ -16,7 +16,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from beveloid_geom.design.model import Design, Errors, Flank, FloatArray, Member, Pair, Tool, unchecked
+from beveloid_geom.arrays import Flank, FloatArray
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool, unchecked
 
 from .five_residuals import Vector, cases_of, flank_at, rack_at
 
@@ -38,7 +39,7 @@ def signed(rng: np.random.Generator, low: float, high: float, size: int, zeros: 
 
 
 def parabola_limits(member: Member) -> FloatArray:
-    """`design_limits.parabola_limit` for arrays."""
+    """`design.limits.parabola_limit` for arrays."""
     tool = member.tool
     alpha, height = tool.normal_pressure_angle, tool.normal_module * np.maximum(tool.addendum, tool.dedendum)
     lowest = np.arctan(np.abs(np.sin(member.helix_angle) * np.tan(member.cone_angle))) + DEG

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from beveloid_geom.contact.path import ContactPath, contact_ratio, path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 from beveloid_geom.design.model import Design, Pair
 from beveloid_geom.findings.layout import remarks_on
@@ -20,6 +19,7 @@ from beveloid_geom.reference.five_equations import path_of_contact_five_equation
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.shapes.sampling import sample_flank
 from beveloid_geom.shapes.solid import gear_solid
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.validation.test_crossed_helical import closed_form
 

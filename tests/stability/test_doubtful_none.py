@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom.contact.path import path_ends, path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.status import Status
 from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged

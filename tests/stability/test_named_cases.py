@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from beveloid_geom.arrays import Flank
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, Errors, Flank, Member, Pair, Tool
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import solve_mp
+from beveloid_geom.status import Status
 
 from .five_residuals import batch_of_one, joined, margins, off_path, residuals, search
 

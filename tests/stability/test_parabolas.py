@@ -9,12 +9,11 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.limits import parabola_limit
-from beveloid_geom.design.model import FloatArray
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.flank import (
     active_range,
@@ -30,6 +29,7 @@ from beveloid_geom.reference.five_equations import path_of_contact_five_equation
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.shapes.sampling import sample_flank
 from beveloid_geom.shapes.solid import gear_solid
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 
 from .answers import FLANKS, changed, check, checked_path, solved_path

@@ -12,7 +12,6 @@ import pytest
 from scipy.optimize import brentq
 
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
-from beveloid_geom.contact.roots import Status
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.model import Design, Errors, Pair
@@ -24,6 +23,7 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.reference.five_equations_mp import solve_mp
 from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
 from tests.validation.test_crossed_helical import closed_form

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.contact.equation import Limit
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.pair.closing import closed_layout, closing_of, zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 6.0, radians(20.0)
 

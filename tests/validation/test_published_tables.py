@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.contact.equation import Limit
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, FloatArray, Member, Pair, Tool
+from beveloid_geom.design.model import Design, Member, Pair, Tool
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_patch,
@@ -29,6 +29,7 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.closing import closed_layout
+from beveloid_geom.status import Limit
 
 from .test_spur_and_helical_limits import limit_of
 

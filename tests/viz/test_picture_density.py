@@ -18,8 +18,7 @@ from viz.parts import panels
 from viz.parts.recipe import Drawing
 from viz.stage import theme
 from viz.stage.opengl import require_opengl
-from viz.stage.scene import MESH_PX, Camera, Scene, Tube
-from viz.stage.theme import Size
+from viz.stage.scene import MESH_PX, Camera, Scene, Size, Tube
 
 SMALL: dict[Callable[[Design, Size], View], Size] = {
     density.pair_view: (332, 253),

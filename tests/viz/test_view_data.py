@@ -14,8 +14,9 @@ import pyvista as pv
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors, FloatArray
+from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.operation.first_contact import FirstContact, first_contact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.solid import gear_solid

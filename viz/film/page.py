@@ -14,14 +14,14 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 
 from ..figures.results.transmission_error import ARCSEC, SMALLEST
 from ..parts import annotate, panels
 from ..parts.panels import FlankView, Trace
 from ..stage import theme
-from ..stage.scene import Picture
-from ..stage.theme import Box, Page, Size
+from ..stage.scene import Picture, Size
+from ..stage.theme import Box, Page
 from . import zone
 from .motion import FILM, Film, Motion
 

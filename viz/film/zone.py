@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Member
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..stage import theme
-from ..stage.scene import MESH_PX, Camera, Picture, Scene, Surface, fit_camera, render_moving
-from ..stage.theme import Size
+from ..stage.scene import MESH_PX, Camera, Picture, Scene, Size, Surface, fit_camera, render_moving
 from .motion import Film, Motion, NoFilmError
 
 LEAST = 3.0

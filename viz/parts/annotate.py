@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike
 
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 
 from ..stage import theme
 from ..stage.scene import Picture

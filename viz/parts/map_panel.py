@@ -14,7 +14,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
 from beveloid_geom.analysis.maps import DesignMap, Mask
-from beveloid_geom.design.model import FloatArray
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.path import status_name
 
 from ..stage import theme

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Member
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.shapes.sampling import FlankGrid, grid_faces, sample_flank
 

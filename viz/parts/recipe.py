@@ -8,8 +8,8 @@ from typing import Generic, TypeAlias, TypeVar
 
 from beveloid_geom.design.model import Design
 
-from ..stage.scene import Picture
-from ..stage.theme import Page, Size
+from ..stage.scene import Picture, Size
+from ..stage.theme import Page
 
 Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 """Header with units, and rows."""

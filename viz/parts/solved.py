@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom.contact.equation import Limit
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.status import Limit, Status
 
 MEMBERS = ("pinion", "gear")
 COLUMNS = (

@@ -11,15 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import ContactPath
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import FloatArray
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.operation.first_contact import FirstStatus
 from beveloid_geom.operation.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.report.sensitivity import STEPS, SensitivityReport
 from beveloid_geom.report.sliding import SlidingReport, span_of
+from beveloid_geom.status import FirstStatus, Status
 
 from ..stage import theme
 from .data import FlankResults

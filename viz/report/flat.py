@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom.design.model import FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Member
 from beveloid_geom.gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
 
 from ..parts.panels import FlankView, flank_view

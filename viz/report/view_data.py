@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom.contact.equation import Limit
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.contact.placing import Frame, frames_at
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import flank_point, tip_radius
 from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
+from beveloid_geom.status import Limit, Status
 
 NAMES = ("pinion", "gear")
 FLANKS = ("right", "left")

@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
-    from .theme import Size
-
 FloatArray: TypeAlias = NDArray[np.float64]
+
+Size: TypeAlias = tuple[int, int]
+"""Width and height in pixels."""
 
 Pose: TypeAlias = tuple[FloatArray, FloatArray]
 """Rotation (3, 3) and shift (3,), mm: a point x of an item is drawn at rotation @ x + shift."""

@@ -10,7 +10,7 @@ import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -19,13 +19,10 @@ from matplotlib.figure import Figure
 
 from beveloid_geom.support.whole_file import whole_file
 
-if TYPE_CHECKING:
-    from .scene import Picture
+from .scene import Picture, Size as Size
 
 Page: TypeAlias = Figure
 """Matplotlib's figure; ours are those of the paper."""
-Size: TypeAlias = tuple[int, int]
-"""Width and height in pixels."""
 
 # Okabe and Ito's palette: told apart by colour-blind readers and by lightness in print.
 BLACK = "#1a1a1a"

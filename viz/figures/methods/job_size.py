@@ -23,7 +23,7 @@ from beveloid_geom.studies.job_size import (
 from ...parts.curves import Look, curve, duration, log_axes, say, whole_decades
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Size
+from ...stage.scene import Size
 
 FLANK = "right"
 JOBS = SIZES

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.shapes.mesh_contact import Convergence, convergence
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Size
+from ...stage.scene import Size
 
 FLANKS = ("right", "left")
 TOLERANCES = np.logspace(-1.0, -4.0, 13)

@@ -20,7 +20,8 @@ from beveloid_geom.design.model import Design
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Page, Size
+from ...stage.scene import Size
+from ...stage.theme import Page
 from . import picture_differences as density
 from .picture_differences import NOTICEABLE, Series, Shot
 

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.shapes.sampling import sample_flank
 
 from ...parts import panels, posed, solved
 from ...stage import theme
-from ...stage.scene import MESH_PX, Item, Picture, Scene, Surface, render
-from ...stage.theme import Size
+from ...stage.scene import MESH_PX, Item, Picture, Scene, Size, Surface, render
 from ..paper import fig_01_pair as fig_pair
 from ..results import posed_pair as fig_posed
 

@@ -15,7 +15,8 @@ from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
 from ...parts.curves import Labels, Look, curve, duration, log_axes, say, whole_decades
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Page, Size
+from ...stage.scene import Size
+from ...stage.theme import Page
 
 FLANKS = ("right", "left")
 COLUMNS = 176

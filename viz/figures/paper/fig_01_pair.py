@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import transverse_section
 
@@ -17,8 +18,8 @@ from ...parts import annotate, posed
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Picture, Scene, fit_camera, render
-from ...stage.theme import Box, Page, Size
+from ...stage.scene import MESH_PX, Camera, Item, Picture, Scene, Size, fit_camera, render
+from ...stage.theme import Box, Page
 
 COLOURS = (theme.STEEL, theme.BRONZE)
 FACES = ("#c9d3dc", "#e4d7bd")

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
-from beveloid_geom.design.model import Design, FloatArray, Tool
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design, Tool
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...parts import annotate, cutter

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, Errors, FloatArray, unchecked
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design, Errors, unchecked
 from beveloid_geom.pair.frames import to_fixed
 
 from ...parts import annotate, posed

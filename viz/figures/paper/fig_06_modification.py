@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Item, Picture, Scene, Tube, fit_camera, grid_surface, render
-from ...stage.theme import Page, Size
+from ...stage.scene import Item, Picture, Scene, Size, Tube, fit_camera, grid_surface, render
+from ...stage.theme import Page
 
 FLANK = "right"
 COEFFICIENTS = (-0.01, 0.0, 0.01)

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.contact.equation import Limit
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.design.model import Design
+from beveloid_geom.status import Limit
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import limit_name
 from ...stage import theme
-from ...stage.theme import Size
+from ...stage.scene import Size
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
 POINTS = 161

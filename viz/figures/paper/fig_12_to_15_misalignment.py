@@ -18,8 +18,8 @@ from ...parts.panels import FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture
-from ...stage.theme import Page, Size
+from ...stage.scene import Picture, Size
+from ...stage.theme import Page
 
 FLANK = "right"
 STRETCH = 3.0

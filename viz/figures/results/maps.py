@@ -30,7 +30,8 @@ from beveloid_geom.report.path import error_line
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Page, Size
+from ...stage.scene import Size
+from ...stage.theme import Page
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.patches import Patch
 
-from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design, Member
 from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 from beveloid_geom.shapes.hexahedra import tooth_hexahedra
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Picture, Scene, Surface, fit_camera, render
-from ...stage.theme import Page, Size
+from ...stage.scene import Picture, Scene, Size, Surface, fit_camera, render
+from ...stage.theme import Page
 
 COLOURS = {
     "right flank": "#e07b54",

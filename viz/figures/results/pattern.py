@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.path import Path as Outline
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import ContactEllipse, contact_ellipse
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, FloatArray, Member
+from beveloid_geom.design.model import Design, Member
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.operation.pattern import ContactPattern, contact_pattern
@@ -26,8 +27,8 @@ from ...parts.panels import FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Item, Paint, Picture, Surface
-from ...stage.theme import Page, Size
+from ...stage.scene import Item, Paint, Picture, Size, Surface
+from ...stage.theme import Page
 
 STRETCH = 2.0
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh
 
@@ -17,8 +18,7 @@ from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Camera, Item, Picture, Scene, fit_camera, render
-from ...stage.theme import Size
+from ...stage.scene import Camera, Item, Picture, Scene, Size, fit_camera, render
 
 TOLERANCE = 1.0 / 600.0
 """In normal modules, so that teeth of any size look alike: a tenth of a pixel of the close picture on a

@@ -11,14 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom.analysis.sensitivity import Sensitivity, path_sensitivity
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.report.sensitivity import ARCSEC, STEPS
+from beveloid_geom.status import Status
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import REASONS
 from ...stage import theme
-from ...stage.theme import Page, Size
+from ...stage.scene import Size
+from ...stage.theme import Page
 
 MODIFIED = (0.001, -0.001)
 """Parabola coefficients of pinion and gear in the second case, 1/mm."""

@@ -11,14 +11,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport, header_of, sliding_report
+from beveloid_geom.status import Status
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import REASONS, limit_name
 from ...stage import theme
-from ...stage.theme import Size
+from ...stage.scene import Size
 
 FLANKS = ("right", "left")
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (

@@ -21,19 +21,20 @@ from beveloid_geom.analysis.tolerance import (
     mounted,
     tolerance_study,
 )
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.contact.roots import Status
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.tolerance import ARCSEC
+from beveloid_geom.status import Status
 
 from ...parts import panels, solved
 from ...parts.panels import FlankView
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture
-from ...stage.theme import Page, Size
+from ...stage.scene import Picture, Size
+from ...stage.theme import Page
 
 FLANKS = ("right", "left")
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design, FloatArray
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.model import Design
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.theme import Size
+from ...stage.scene import Size
 
 FLANK = "right"
 CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (

@@ -1,0 +1,27 @@
+"""Types and names that all rooms share."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+
+Quantity: TypeAlias = float | FloatArray
+
+
+Flank: TypeAlias = Literal["right", "left"]
+
+
+FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
+
+
+def flank_sign(flank: str) -> float:
+    """+1 for the right flank (upper sign of Eq. 4), -1 for the left one."""
+    try:
+        return FLANK_SIGN[flank]
+    except KeyError:
+        raise ValueError(f"flank must be 'right' or 'left', got {flank!r}") from None
