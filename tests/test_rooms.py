@@ -72,9 +72,7 @@ def test_rooms_of_the_library_import_one_way(path: Path) -> None:
     assert room == "export" or not tops & WRITERS
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in modules("viz") if name_of(p) not in STARTS], ids=name_of
-)
+@pytest.mark.parametrize("path", [p for p in modules("viz") if name_of(p) not in STARTS], ids=name_of)
 def test_rooms_of_pictures_import_one_way(path: Path) -> None:
     _, room, *_ = name_of(path).split(".")
     used = rooms_used(path) - {"cli"} if path.stem == "cli" else rooms_used(path)
@@ -83,7 +81,9 @@ def test_rooms_of_pictures_import_one_way(path: Path) -> None:
 
 @pytest.mark.parametrize("path", modules("viz/stage"), ids=name_of)
 def test_the_stage_knows_nothing_of_gears(path: Path) -> None:
-    assert all(name.startswith("beveloid_geom.support.") for name in imported(path) if "beveloid_geom" in name)
+    assert all(
+        name.startswith("beveloid_geom.support.") for name in imported(path) if "beveloid_geom" in name
+    )
 
 
 @pytest.mark.parametrize("package", ["beveloid_geom", "viz"])

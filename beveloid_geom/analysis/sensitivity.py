@@ -1,8 +1,8 @@
 """How a path of contact answers the four assembly errors: exact derivatives, not differences of results.
 
 The path is a curve in y = (l1, l2, n_x, w1) with three equations R(y, e) = 0 that hold the assembly
-errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the limit met
-there is met still, in the middle that the pinion's roll is the mean of the rolls of both ends. Both
+errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the
+limit met there is met still, in the middle that the pinion's roll is the mean of the rolls of both ends. Both
 differentiated,
 
     [R_y; c_y] dy/de = -[R_e; c_e],   dq/de = q_y dy/de + q_e

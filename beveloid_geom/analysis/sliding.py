@@ -10,8 +10,8 @@ The last is the equation of meshing (Litvin & Fuentes, Gear Geometry and Applied
 the gear's instantaneous speed phi_2', which with a parabola is not that of the tooth numbers.
 
 The contact point itself moves with V along the path. With T tangent to the path, from its equations
-(`curve_equations`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the pinion's
-flank. Over either flank it runs, in the tangent plane, with
+(`curve_equations`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the
+pinion's flank. Over either flank it runs, in the tangent plane, with
 
     w_j = V - v_j,   w_2 - w_1 = v_1 - v_2.
 

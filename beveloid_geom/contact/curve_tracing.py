@@ -3,8 +3,8 @@
 `curves_of` samples F for both signs of n_x along a grid of lines in (l1, l2) that covers both flanks and a
 little more. Every change of sign along a line is a point of a curve of contact, whatever else the
 curve does between. From one such point after the other the curve is walked both ways
-by its length (`curve_equations`), predictor and corrector, until it closes or leaves the window: in l1 and l2 a
-little beyond root and tip, along the axes FARTHEST. Points met on the way need no walk of their own; a
+by its length (`curve_equations`), predictor and corrector, until it closes or leaves the window: in l1 and l2
+a little beyond root and tip, along the axes FARTHEST. Points met on the way need no walk of their own; a
 walk that rounding stops, and a change of sign that no walk explains, are `lost`.
 
 What is left out is a curve that stays between the lines of the grid, 1/29 of a flank's depth apart, or

@@ -40,7 +40,7 @@ FLAT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class RelativeCurvature:
-    """Relative curvature at contacts. `contact.ellipse` (..., 2), 1/mm, smaller first, positive where the
+    """Relative curvature at contacts. `curvature` (..., 2), 1/mm, smaller first, positive where the
     flanks part; `direction` (..., 2, 3): its unit directions in S_f, square to the common normal."""
 
     curvature: FloatArray
@@ -50,7 +50,7 @@ class RelativeCurvature:
 @dataclass(frozen=True, eq=False)
 class ContactEllipse:
     """Where the flanks stand closer than `separation` (mm) around contacts. `semi_axes` (..., 2),
-    mm, major first; `direction` (..., 2, 3) in S_f; `contact.ellipse` (..., 2), 1/mm, smaller first, so that
+    mm, major first; `direction` (..., 2, 3) in S_f; `curvature` (..., 2), 1/mm, smaller first, so that
     it goes with the axes; `status`: codes of `EllipseStatus`. NaN where there is no such axis."""
 
     __repr__ = few_lines

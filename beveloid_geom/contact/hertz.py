@@ -53,7 +53,7 @@ def slenderness(ratio: float) -> float:
 
 
 def hertz_ellipse(curvature: FloatArray, force: float, modulus: float) -> HertzEllipse:
-    """The ellipse of contact for the relative `contact.ellipse` (2,), 1/mm, smaller first, of two bodies pressed
+    """The ellipse of contact for the relative `curvature` (2,), 1/mm, smaller first, of two bodies pressed
     together by `force` (N), `modulus` E* in MPa.
 
     Raises ValueError where a curvature is negative: the bodies cut each other beside the contact."""

@@ -3,8 +3,8 @@
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
 (`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are walked
-(`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that covers most
-roll is the path.
+(`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
+covers most roll is the path.
 
 The parameter of such a part is no true length: a polynomial through the walked points is its guide,
 and the point with parameter x is where the curve crosses the plane square to the guide at x. That is

@@ -42,7 +42,7 @@ FOUND = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ContactPlace:
-    """A contact on a member: `point` (3,), mm, unit `normal` (3,) out of the metal, relative `contact.ellipse`
+    """A contact on a member: `point` (3,), mm, unit `normal` (3,) out of the metal, relative `curvature`
     (2,), 1/mm, smaller first, and its unit directions `direction` (2, 3)."""
 
     point: FloatArray

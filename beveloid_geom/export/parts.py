@@ -68,8 +68,8 @@ def gear_surface(
     """A whole gear, or `teeth` neighbouring teeth, as triangles within `tolerance` (mm).
 
     For a format that holds fields: exact normals, the surfaces apart at their edges, and the cell
-    field 'part' (0 ... as `surface_mesh.gear_mesh` names them). For the others: closed, each point there once.
-    Raises ValueError as `gear_solid` does, and where memory would not suffice."""
+    field 'part' (0 ... as `surface_mesh.gear_mesh` names them). For the others: closed, each point there
+    once. Raises ValueError as `gear_solid` does, and where memory would not suffice."""
     count = int(member.teeth) if teeth is None else teeth
     require_memory(lambda trial: count * len(gear_solid(member, trial, 1, bore_radius).points), tolerance)
     if suffix in FIELD_FORMATS:

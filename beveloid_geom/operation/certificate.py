@@ -40,7 +40,7 @@ class Certificate:
 
     `separation` (mm along the normal): least clearance of the gear's teeth from the pinion's at the
     pose of the position, negative for overlap, to first order in it; `first`: the first contact
-    at this roll of the pinion, where the least clearance is; `contact.ellipse` (1/mm): the lesser
+    at this roll of the pinion, where the least clearance is; `curvature` (1/mm): the lesser
     curvature of the approach at the tangency, negative where the flanks pass through each other;
     `verdict`: codes of `Verdict`. NaN where not solved."""
 

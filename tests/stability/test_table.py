@@ -1,4 +1,4 @@
-"""README's table of where methods fail is what its run gives, and what it trusts may be trusted."""
+"""The page's table of where methods fail is what its run gives, and what it trusts may be trusted."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .outcomes import METHODS, WRONG, Case, attempted, in_a_cell, of_five, of_me
 from .situations import SITUATIONS
 from .table import HEADINGS, Row, line, markdown, row as run
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-SECTION = README.split("\n## Where methods fail\n")[1].split("\n## ")[0]
+PAGE = (Path(__file__).parent / "README.md").read_text(encoding="utf-8")
+SECTION = PAGE
 TABLE = [text for text in SECTION.splitlines() if text.startswith("|")]
 STATUS = re.compile(r"`[A-Z_]+`|refused")
 ROUNDING = 2e-13
@@ -30,14 +30,14 @@ def words(row: Row, method: str) -> list[str]:
     return row.cells[METHODS.index(method)].split(", ")
 
 
-def test_the_readme_has_every_situation() -> None:
+def test_the_page_has_every_situation() -> None:
     assert len(TABLE) == 2 + len(SITUATIONS)
     assert TABLE[:2] == [text for text, _ in zip(markdown(), "12", strict=False)]
     assert f"{len(SITUATIONS)} situations" in " ".join(SECTION.split())
 
 
 @every
-def test_the_readme_holds_the_run(number: int) -> None:
+def test_the_page_holds_the_run(number: int) -> None:
     assert TABLE[2 + number] == line(number)
 
 

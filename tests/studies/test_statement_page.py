@@ -1,4 +1,4 @@
-"""README's section on the paper's statements is what its run gives, and its numbers are the library's."""
+"""What the page of studies says of the paper's statements is what their run gives."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from beveloid_geom.studies.statements import paper_statements
 
 from ..validation.statements_page import AS_GIVEN, FLANKS, cell, found, markdown, ratios, readings, verdicts
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "beveloid_geom/studies/README.md").read_text(encoding="utf-8")
 HEADING = "## The paper, statement by statement"
 
 
@@ -23,9 +23,11 @@ def cells(table: str) -> list[list[str]]:
     return [line[2:-2].split(" | ") for line in table.splitlines()[2:]]
 
 
-def test_the_readme_holds_the_run() -> None:
-    _, heading, rest = README.partition(f"\n{HEADING}\n")
-    assert heading, f"README has no section {HEADING!r}: see `python -m tests.validation.statements_page`"
+def test_the_page_holds_the_run() -> None:
+    _, heading, rest = PAGE.partition(f"\n{HEADING}\n")
+    assert heading, (
+        f"the page of studies has no section {HEADING!r}: see `python -m tests.validation.statements_page`"
+    )
     section = [line for line in rest.split("\n## ")[0].splitlines() if line.startswith("|")]
     assert section == [line for line in markdown().splitlines() if line]
 
