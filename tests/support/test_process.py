@@ -29,6 +29,11 @@ LONG = {
 COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-report")
 
 
+def heed_ctrl_c() -> None:
+    """Shells let what they start in the background ignore Ctrl-C, and children inherit that."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
     """The command, in a group of its own as in a terminal, once it answers to signals."""
     process = subprocess.Popen(
@@ -37,8 +42,7 @@ def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        # Shells let what they start in the background ignore Ctrl-C, and children inherit that.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=heed_ctrl_c,
     )
     state = Path(f"/proc/{process.pid}/status")
     while state.exists() and process.poll() is None and not _catches(state.read_text(), signal.SIGTERM):
@@ -147,7 +151,9 @@ def test_signals_that_are_ignored_stay_ignored() -> None:
     code = "import os, signal\nfrom beveloid_geom.support.process import _answer_signals\n_answer_signals()\n"
     code += "os.kill(os.getpid(), signal.SIGHUP)\nos.kill(os.getpid(), signal.SIGINT)\n"
     ignored = "trap '' HUP; exec " + f"{sys.executable} -c '{code}'"
-    done = subprocess.run(["bash", "-c", ignored], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["bash", "-c", ignored], capture_output=True, text=True, check=False, preexec_fn=heed_ctrl_c
+    )
     assert (done.returncode, done.stderr) == (130, "Error: interrupted\n")
 
 

@@ -19,6 +19,7 @@ import viz
 from beveloid_geom.contact.equation import _kept_flanks, pairing_of
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.gear.tooth_side import _kept_surface
+from beveloid_geom.operation.backlash import _kept_backlash
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.mesh_contact import flank_mesh, mesh_separation
 from beveloid_geom.studies.statement_verdicts import Case
@@ -34,6 +35,7 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.support.chebyshev._derivation": lambda: _derivation(9),
     "beveloid_geom.design.model.Design.batch_shape": lambda: TABLE.batch_shape,
     "beveloid_geom.pair.mounting._kept_mounting": lambda: _kept_mounting(*TABLE.members, TABLE.pair),
+    "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
     "beveloid_geom.shapes.mesh_contact.flank_mesh": lambda: flank_mesh(TABLE.pinion, "right", 0.05),
     "beveloid_geom.studies.statement_verdicts.Case.face": lambda: Case(TABLE, "right").face,
     "beveloid_geom.studies.statement_verdicts.Case.modified": lambda: Case(TABLE, "right").modified,
