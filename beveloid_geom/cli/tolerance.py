@@ -149,7 +149,8 @@ def workers(number: int) -> Iterator[Executor]:
         if hasattr(signal, "pthread_sigmask"):  # what is blocked here stays so in the processes started
             resource_tracker.ensure_running()  # it would end the blocking
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        pool.submit(int)  # starts them all
+        for _ in range(number):  # each starts a process, as none is idle so soon
+            pool.submit(int)
         if hasattr(signal, "pthread_sigmask"):
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         yield pool
