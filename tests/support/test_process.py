@@ -3,6 +3,7 @@ at most, and nothing left behind. Status 1 is kept for "no contact"."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import random
 import signal
@@ -15,6 +16,7 @@ from pathlib import Path
 import pytest
 
 import beveloid_geom
+from beveloid_geom.cli.tolerance import workers
 
 BIN = Path(sys.executable).parent
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no signals between processes here")
@@ -167,3 +169,9 @@ def test_the_package_is_a_command() -> None:
     command = [sys.executable, "-m", "beveloid_geom", "tca", "--points", "3"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "dw1 = 211.594669 mm" in done.stdout
+
+
+def test_all_workers_start_while_ctrl_c_waits() -> None:
+    """One that started later would answer to it, with a traceback."""
+    with workers(3):
+        assert len(multiprocessing.active_children()) == 3
