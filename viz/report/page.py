@@ -134,7 +134,7 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
     """The whole page, `made` when; `view` is the data of the view in 3D."""
     environment = Environment(
-        loader=PackageLoader("viz", "page"),
+        loader=PackageLoader("viz", "report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
