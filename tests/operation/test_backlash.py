@@ -76,11 +76,13 @@ def at_roll(roll: FloatArray) -> FloatArray:
 
 def test_it_is_followed_past_half_a_pitch() -> None:
     """Half a normal pitch is 8.86 mm; the gear here stands so far off that play is more."""
-    design = table1(errors=Errors(offset=9.0))
-    plays, status = play_at(design, at_roll(middle_roll(design, "right")))
-    near, _ = play_at(table1(errors=Errors(offset=8.9)), at_roll(middle_roll(design, "right")))
-    if (status == FirstStatus.SOLVED).all():
-        assert 0.0 < plays[0] - near[0] < 0.2
+    roll = at_roll(middle_roll(table1(errors=Errors(offset=12.0)), "right"))
+    (near, far), status = zip(
+        *(play_at(table1(errors=Errors(offset=e)), roll) for e in (11.9, 12.0)), strict=True
+    )
+    assert (np.array(status) == FirstStatus.SOLVED).all()
+    assert near[0] > 8.86
+    assert 0.0 < far[0] - near[0] < 0.2
 
 
 def test_mirrored_exchanged_and_scaled() -> None:
