@@ -66,18 +66,18 @@ def below_one(study: ToleranceStudy) -> int:
 
 
 def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
-    """Which share of the mountings has no contact or cannot be assembled, if any."""
+    """Which share of the mountings has no contact on its flanks or cannot be assembled, if any."""
     words = f"with errors drawn at random within {_tolerance_words(study)}"
-    counts = {
-        "have no contact": study.cases - int(np.count_nonzero(study.mountings.solved)),
-        "cannot be assembled, by the tangency of their flanks": jam_counts(study)["jammed"],
+    lost = study.cases - int(np.count_nonzero(study.mountings.solved))
+    counts = {  # the latter is of both flanks, and the same whichever drives
+        f"{study.flank} flanks: {{}} of mountings have no contact": lost,
+        "{} of mountings cannot be assembled, by the tangency of their flanks": jam_counts(study)["jammed"],
     }
     found = []
-    for what, count in counts.items():
-        share = f"{100.0 * count / study.cases:.3g} %"
+    for text, count in counts.items():
         level = WARNING if count >= LOST_SHARE * study.cases else NOTE
         if count:
-            found.append(Remark(level, f"{study.flank} flanks: {share} of mountings {what}, {words}"))
+            found.append(Remark(level, f"{text.format(f'{100.0 * count / study.cases:.3g} %')}, {words}"))
     return tuple(found)
 
 
