@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import threading
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -14,25 +13,43 @@ settings.load_profile("repeatable")
 
 
 SILENT = 15.0
-"""s after which a test that is still running is named."""
+"""s without a word after which the tests that are still running are named."""
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    done = threading.Event()
-    reporter: Any = item.config.pluginmanager.get_plugin("terminalreporter")
+class Heartbeat:
+    """Names the tests that are running when none has ended for a while, in this process or in its workers."""
 
-    def watch() -> None:
-        while not done.wait(SILENT):
-            reporter.write(f"[{item.name} goes on]", flush=True)
+    def __init__(self) -> None:
+        self.terminal = open(os.dup(1), "w")  # noqa: SIM115 - what a test writes to 1 is captured
+        self.running: dict[str, None] = {}
+        self.news, self.done = threading.Event(), False
+        self.watcher = threading.Thread(target=self._watch, daemon=True)
+        self.watcher.start()
 
-    watcher = threading.Thread(target=watch, daemon=True)
-    if reporter is not None:
-        watcher.start()
-    try:
-        return (yield)
-    finally:
-        done.set()
+    def _watch(self) -> None:
+        while not self.done:
+            self.news.clear()
+            if not self.news.wait(SILENT) and self.running:
+                names = (node.rsplit("/", 1)[-1] for node in tuple(self.running))
+                print(f"[{', '.join(names)} goes on]", end="", file=self.terminal, flush=True)
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.running[nodeid] = None
+
+    def pytest_runtest_logfinish(self, nodeid: str) -> None:
+        self.running.pop(nodeid, None)
+        self.news.set()
+
+    def pytest_sessionfinish(self) -> None:
+        self.done = True
+        self.news.set()
+        self.watcher.join()
+        self.terminal.close()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Heartbeat())
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -72,6 +72,7 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("over", OVER)
 def test_cells_are_those_of_single_designs(over: Over, flank: str) -> None:

@@ -96,6 +96,7 @@ def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
     assert others.shift[met].min() > found.found.shift * (1.0 - 1e-5)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_said() -> None:
     aim = replace(C3, contact_ratio=2.5, pinion_parabola=(0.0, 0.0005), gear_parabola=(-0.0005, 0.0))
     with pytest.raises(

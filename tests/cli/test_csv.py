@@ -85,6 +85,7 @@ def test_statements() -> None:
             }
 
 
+@pytest.mark.slow
 def test_readings() -> None:
     rows = rows_of("statements", "--readings", "--flank", "left")
     readings = readings_of(builtin_design())

@@ -131,6 +131,7 @@ def test_shape_functions_and_their_slopes(place: tuple[float, float], size: int)
         np.testing.assert_allclose(slopes[:, axis], shifted.imag / 1e-30, rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nodes", [8, 20])
 @settings(max_examples=20, deadline=None)
 @given(

@@ -65,6 +65,7 @@ def assert_sound(design: Design) -> None:
         assert path.ends.contact_ratio > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRIAL)
 def test_advice_that_is_followed_leads_to_a_pair_that_works(name: str) -> None:
     design = TRIAL[name]
@@ -78,6 +79,7 @@ def test_advice_that_is_followed_leads_to_a_pair_that_works(name: str) -> None:
         assert again["errors"] == again["warnings"] == again["advice"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [16.0, 20.0, 30.0, 45.0])
 def test_for_another_shaft_angle_a_helix_angle_comes_first(angle: float) -> None:
     """And it keeps the shaft angle that was wanted: not that the gears happen to have."""

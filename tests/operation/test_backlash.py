@@ -56,6 +56,7 @@ def test_without_errors_it_is_that_of_the_layout() -> None:
     assert float(found.normal) == pytest.approx(own, abs=6.0 * 3e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.3, radians(0.02), 0.3, -0.4)])
 @pytest.mark.parametrize(
     "parabola", [NO_PARABOLA, (0.001, -0.001), (-0.0005, -0.0005), (0.0002, 0.0002), (-0.002, 0.001)]
@@ -130,6 +131,7 @@ def test_a_layout_without_backlash_is_not_jammed() -> None:
     assert not mounted_backlash(design).jammed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.2, radians(0.02), 0.3, -0.4)])
 @pytest.mark.parametrize("parabola", [NO_PARABOLA, (0.001, -0.001), (-0.0005, -0.0005), (0.0002, -0.0001)])
 def test_derivatives_are_those_of_differences(parabola: tuple[float, float], errors: Errors) -> None:
@@ -164,6 +166,7 @@ def test_by_tangency_without_parabolas() -> None:
     assert (exact - found.normal)[~touches].max() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parabola", [(-0.0005, -0.0005), (-0.001, 0.0005), (0.0002, -0.0004)])
 def test_by_tangency_of_modified_flanks(parabola: tuple[float, float]) -> None:
     cases = mounted(table1(parabola), drawn_errors(WIDE, 3, 0, 24))

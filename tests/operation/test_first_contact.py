@@ -195,6 +195,7 @@ def least_distance(design: Design, flank: str, member: int, roll: float, gear_ro
     return float(np.where(met.inside, met.distance, np.inf).min())
 
 
+@pytest.mark.slow
 def test_nothing_touches_earlier() -> None:
     """One-sided: a dense search finds no overlap where the first contact is said to be, and does so
     a few micrometres further on. Random pairs, mountings, rolls."""

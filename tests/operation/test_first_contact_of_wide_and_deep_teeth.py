@@ -55,6 +55,7 @@ def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None
     np.testing.assert_array_equal(found.pair, every.pair)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [-0.15, -0.05, 0.1])
 def test_unmodified_wide_faces_operate_with_the_ratio_of_eq_16(error: float) -> None:
     design = wide(error)

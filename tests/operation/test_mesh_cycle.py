@@ -61,6 +61,7 @@ def test_ratio_within_a_thickness() -> None:
     assert ratio > 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parabola", "flank"),
     [((0.001, -0.001), "right"), ((0.0002, 0.0002), "left"), ((-0.0005, -0.0005), "right")],
@@ -130,6 +131,7 @@ def test_mirror_image() -> None:
     assert np.abs(np.abs(image.harmonics) - np.abs(cycle.harmonics)).max() < 1e-6 * float(cycle.peak_to_peak)
 
 
+@pytest.mark.slow
 def test_arrays_of_errors() -> None:
     """Also a case whose tips meet bottom lands: it has no answer, the others have theirs."""
     offsets = np.array([0.2, -5.0])

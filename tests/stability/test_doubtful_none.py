@@ -61,6 +61,7 @@ LOST_OUTSIDE = Design(
 """n_x is 1e-5 all along: rounding ends every walk, outside the face."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("design", "l1"), [(ACROSS_A_NARROW_FACE, 2.15928085), (LOST_OUTSIDE, -3.15)], ids=["narrow", "lost"]
 )

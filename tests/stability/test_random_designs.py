@@ -100,6 +100,7 @@ def none_is_missed(design: Design, flank: Flank) -> None:
         assert (at.status != Status.SOLVED).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_designs(kind: Kind, flank: Flank) -> None:

@@ -168,6 +168,7 @@ def cycle_rolls(design: Design, flank: str, count: int = 7) -> FloatArray:
     return np.asarray(float(middle_roll(design, flank)) + pitch * (np.arange(count) + 0.37) / count)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", OTHER)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_first_contacts(name: str, flank: str) -> None:
@@ -204,6 +205,7 @@ def test_first_contacts(name: str, flank: str) -> None:
         assert (np.abs(where - places(design)) <= bound).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", OTHER)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_certificates(name: str, flank: str) -> None:
@@ -226,6 +228,7 @@ def test_certificates(name: str, flank: str) -> None:
     assert (np.abs(other.separation - proof.separation) <= 1e-10 + second_order).all()
 
 
+@pytest.mark.slow
 def test_mesh_cycles() -> None:
     """Extremes may differ by what the kinks, found to CHANGE_WIDTH of a pitch, leave to them."""
     flank, design = "left", table1(DESIGNS["recommended"], Errors(0.05, 1e-4, 0.1, -0.2))
@@ -303,6 +306,7 @@ def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
     return np.isfinite(pattern.least)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", OTHER)
 def test_contact_patterns(flank: str) -> None:
     """Of an unmodified pair, whose operation is not interpolated; the marking compound scales too."""

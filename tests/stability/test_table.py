@@ -36,6 +36,7 @@ def test_the_page_has_every_situation() -> None:
     assert f"{len(SITUATIONS)} situations" in " ".join(SECTION.split())
 
 
+@pytest.mark.slow
 @every
 def test_the_page_holds_the_run(number: int) -> None:
     assert TABLE[2 + number] == line(number)
@@ -67,6 +68,7 @@ def test_no_method_is_wrong(number: int) -> None:
         assert "another piece" not in words(row, method)
 
 
+@pytest.mark.slow
 @every
 def test_words_do_not_hang_on_rounding(number: int) -> None:
     """Poses of a path differ by 1e-13 rad from one release of NumPy to the next; so must no word."""

@@ -23,6 +23,7 @@ def cells(table: str) -> list[list[str]]:
     return [line[2:-2].split(" | ") for line in table.splitlines()[2:]]
 
 
+@pytest.mark.slow
 def test_the_page_holds_the_run() -> None:
     _, heading, rest = PAGE.partition(f"\n{HEADING}\n")
     assert heading, (

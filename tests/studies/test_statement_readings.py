@@ -71,6 +71,7 @@ def test_a_path_that_toe_or_heel_cut_off_is_what_brings_r1_back() -> None:
     assert row[-1] < 0.5 * row[0]
 
 
+@pytest.mark.slow
 def test_readings_of_the_command() -> None:
     result = CliRunner().invoke(command, ["--readings", "--json", "--flank", "right"])
     assert (result.exit_code, result.stderr) == (0, "")

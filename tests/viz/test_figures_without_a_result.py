@@ -13,6 +13,7 @@ from viz.stage.opengl import require_opengl
 SIZE = (400, 300)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parabola", "name", "reason"),
     [

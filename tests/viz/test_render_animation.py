@@ -112,6 +112,7 @@ def test_no_teeth_overlap(modified: Film) -> None:
     assert FILM > np.nanmin(gap[~modified.motion.touching]) > 0.0
 
 
+@pytest.mark.slow
 def test_a_mirrored_pair_moves_as_its_mirror_image(modified: Film) -> None:
     """Its left flanks drive as the right ones did, the other way round: tooth pair k as -k did."""
     one, other = modified.motion, film_of(mirrored(modified.motion.design), "left", 5).motion

@@ -105,6 +105,7 @@ def page(text: str) -> Page:
     return Page(text)
 
 
+@pytest.mark.slow
 def test_nothing_is_fetched(page: Page, text: str) -> None:
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(set(ids)) == len(ids)
@@ -249,6 +250,7 @@ def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
     assert "nan" not in page.words.lower().split()
 
 
+@pytest.mark.slow
 def test_a_section_that_fails_leaves_the_others_and_two_runs_give_the_same_bytes(tmp_path: Path) -> None:
     """Here the tool's rounds overlap: there are paths of contact, but no fillets to look for others."""
     options = ["--parabola-pinion", "0.01", "--cases", "20", "--out"]
@@ -374,6 +376,7 @@ def test_charts_keep_their_numbers_and_share_no_ids() -> None:
     assert not re.search(r'd="[^"]*\d\.\d{3}', one)
 
 
+@pytest.mark.slow
 def test_progress_counts_the_mountings() -> None:
     calls: list[str] = []
     settings = Settings(cases=2 * UNIT + 1)
