@@ -22,7 +22,7 @@ REFERENCE = ("five_equations_math", "five_equations_mp", "five_equations_numpy",
 """Modules of `reference` that check the numbers of the library and share nothing but its inputs."""
 STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")
 """Where packages and commands start: of no room, and seen by none."""
-OFFSCREEN = {"viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
+OFFSCREEN = {"viz", "beveloid_viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
 EXCEPTED = {"beveloid_geom.shapes.closest_points": {"vtkmodules"}}
 """VTK's cell locator was the best by measurement; `test_start_up_is_light` keeps it where it is."""
 WRITERS = {"meshio", "trimesh", "OCP"}
@@ -79,6 +79,15 @@ def test_rooms_of_pictures_import_one_way(path: Path) -> None:
     assert used <= set(PICTURES[: PICTURES.index(room) + 1])
 
 
+@pytest.mark.parametrize("path", [*modules("viz"), *modules("tests")], ids=name_of)
+def test_nothing_names_the_folder_viz(path: Path) -> None:
+    """Installed, it is `beveloid_viz`: its modules see each other by relative imports, tests by that name."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    absolute = {n.name for node in ast.walk(tree) if isinstance(node, ast.Import) for n in node.names}
+    absolute |= {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and not n.level}
+    assert "viz" not in {name.partition(".")[0] for name in absolute}
+
+
 @pytest.mark.parametrize("path", modules("viz/stage"), ids=name_of)
 def test_the_stage_knows_nothing_of_gears(path: Path) -> None:
     assert all(
@@ -127,7 +136,7 @@ def test_the_reference_shares_only_the_inputs(name: str) -> None:
         ("import beveloid_geom.cli.main", "numpy"),
         ("import beveloid_geom.export.parts", "meshio"),
         ("import beveloid_geom.export.parts", "trimesh"),
-        ("import viz.cli", "numpy"),
+        ("import beveloid_viz.cli", "numpy"),
         ("import beveloid_geom.contact.path", "scipy"),
         ("import beveloid_geom.contact.path", "mpmath"),
     ],

@@ -5,14 +5,14 @@ from beveloid_geom.support.process import run
 
 def figures() -> None:
     """Run `render-figures`."""
-    run("viz.cli")
+    run("beveloid_viz.cli")
 
 
 def animation() -> None:
     """Run `render-animation`."""
-    run("viz.film.cli")
+    run("beveloid_viz.film.cli")
 
 
 def report() -> None:
     """Run `render-report`."""
-    run("viz.report.cli")
+    run("beveloid_viz.report.cli")

@@ -11,6 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from beveloid_viz.film import page, writer, zone
+from beveloid_viz.film.cli import main
+from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
+from beveloid_viz.film.page import Image, Sheet
+from beveloid_viz.stage import opengl
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.scene import Picture
 from click.testing import CliRunner, Result
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread, imsave
@@ -20,13 +27,6 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.pair.frames import to_fixed
 from tests.symmetry import mirrored
-from viz.film import page, writer, zone
-from viz.film.cli import main
-from viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
-from viz.film.page import Image, Sheet
-from viz.stage import opengl
-from viz.stage.opengl import require_opengl
-from viz.stage.scene import Picture
 
 COMMAND = Path(sys.executable).with_name("render-animation")
 SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
@@ -185,7 +185,7 @@ def test_snapshot(modified: Film, request: pytest.FixtureRequest, tmp_path: Path
 
 def solved(patch: pytest.MonkeyPatch, film: Film) -> None:
     """Let the command take this film instead of its own."""
-    patch.setattr("viz.film.motion.film_of", lambda *_: film)
+    patch.setattr("beveloid_viz.film.motion.film_of", lambda *_: film)
 
 
 def test_gif(modified: Film, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,22 +15,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beveloid_viz.figures import FIGURES, Figure
+from beveloid_viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
+from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
+from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
+from beveloid_viz.figures.results import maps as fig_maps
+from beveloid_viz.figures.results.pattern import BandFigure
+from beveloid_viz.parts.recipe import Drawing, Recipe
+from beveloid_viz.parts.solved import SolvedPath
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
 from matplotlib.image import imread, imsave
 from numpy.typing import NDArray
 
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.studies.comparison import Settings
-from viz.figures import FIGURES, Figure
-from viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
-from viz.figures.paper.fig_07_to_10_paths import PathFigure
-from viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
-from viz.figures.results import maps as fig_maps
-from viz.figures.results.pattern import BandFigure
-from viz.parts.recipe import Drawing, Recipe
-from viz.parts.solved import SolvedPath
-from viz.stage import theme
-from viz.stage.opengl import require_opengl
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZE = (800, 600)

@@ -71,7 +71,7 @@ def script_json(data: Any) -> Markup:
 
 def asset(name: str) -> Markup:
     """A script or style sheet of ours, as it may stand in its element."""
-    text = files("viz.report").joinpath(name).read_text(encoding="utf-8")
+    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
     return Markup(text.replace("</script", "<\\/script"))
 
 
@@ -134,7 +134,7 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
     """The whole page, `made` when; `view` is the data of the view in 3D."""
     environment = Environment(
-        loader=PackageLoader("viz", "report"),
+        loader=PackageLoader(__package__, ""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
