@@ -144,11 +144,10 @@ def test_balls_are_where_the_teeth_touch(modified: Film, sheet: Sheet, frames: l
         assert_ball(image, seen + corner)
         for row, flank in enumerate(sheet.flanks):
             assert flank is not None
-            view, picture = flank
             own = motion.own[row, motion.touching[:, step], step]
             axes = sheet.moving.balls[1 + row][0].axes
             assert axes is not None
-            pixels = axes.transData.transform(picture.project(view.place(own)))
+            pixels = axes.transData.transform(flank.place(own))
             assert_ball(image, pixels * (1.0, -1.0) + (0.0, SIZE[1]))
 
 
