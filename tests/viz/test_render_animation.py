@@ -15,6 +15,7 @@ from beveloid_viz.film import page, writer, zone
 from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
 from beveloid_viz.film.page import Image, Sheet
+from beveloid_viz.parts import posed
 from beveloid_viz.stage import opengl
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.scene import Picture
@@ -98,7 +99,7 @@ def test_contacts_stand_on_both_teeth(modified: Film) -> None:
     for number, (frame, member) in enumerate(zip(motion.frames, motion.design.members, strict=True)):
         for k, pair in enumerate(motion.pairs.tolist()):
             tooth = -pair if number else pair
-            placed = to_fixed(frame, zone.turned(motion.own[number, k], member, tooth))
+            placed = to_fixed(frame, posed.on_tooth(motion.own[number, k], member, tooth))
             off = np.linalg.norm(placed - motion.point[k], axis=-1)
             near = motion.near[k]
             room = motion.gap[k] * number  # what is between the gear's tooth and the pinion's

@@ -254,22 +254,22 @@ def flank_rows(
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, STRETCH)
-    pictures: dict[str, Picture] = {}
-    edge = high
+    heights = [around + spare + px_per_mm * float(span) / page_height for span in spans[:, 1]]
+    bottoms = high - heights[0], high - heights[0] - heights[1]
     for row, member in enumerate(MEMBERS):
-        height = around + spare + px_per_mm * float(spans[row, 1]) / page_height
-        middle = edge - 0.5 * (height - under)
+        middle = bottoms[row] + 0.5 * (heights[row] + under)
         page.text(0.012, middle, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
-        for column, (heading, _, _) in enumerate(columns):
-            x, y = LEFT + column * width, edge - height + under
-            if row == 0:
-                at = x + 0.5 * width, high + theme.inches(page, 0.3)
-                page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
-            box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height - under)
+    pictures: dict[str, Picture] = {}
+    for column, (heading, _, _) in enumerate(columns):
+        x = LEFT + column * width
+        at = x + 0.5 * width, high + theme.inches(page, 0.3)
+        page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
+        for row, member in enumerate(MEMBERS):
+            y, height = bottoms[row] + under, heights[row] - under
+            box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
             picture = draw(Cell(row, column, box, views[row][column], px_per_mm, (x + 0.5 * width, y)))
             if picture is not None:
                 pictures[f"{member}-{column}"] = picture
-        edge -= height
     return pictures
 
 
