@@ -16,13 +16,13 @@ LIBRARY = (
     *("shapes", "export", "reference", "studies", "findings", "report", "cli"),
 )
 """Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
-PICTURES = ("stage", "parts", "figures", "film", "report")
-"""Rooms of `viz`, likewise; the commands of `film` and `report` share options with that in `viz.cli`."""
+PICTURES = ("options", "stage", "parts", "figures", "film", "report")
+"""Rooms of `viz`, likewise, and what its commands share."""
 REFERENCE = ("five_equations_math", "five_equations_mp", "five_equations_numpy", "pitch_region")
 """Modules of `reference` that check the numbers of the library and share nothing but its inputs."""
 STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")
 """Where packages and commands start: of no room, and seen by none."""
-OFFSCREEN = {"viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
+OFFSCREEN = {"viz", "beveloid_viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
 EXCEPTED = {"beveloid_geom.shapes.closest_points": {"vtkmodules"}}
 """VTK's cell locator was the best by measurement; `test_start_up_is_light` keeps it where it is."""
 WRITERS = {"meshio", "trimesh", "OCP"}
@@ -75,8 +75,16 @@ def test_rooms_of_the_library_import_one_way(path: Path) -> None:
 @pytest.mark.parametrize("path", [p for p in modules("viz") if name_of(p) not in STARTS], ids=name_of)
 def test_rooms_of_pictures_import_one_way(path: Path) -> None:
     _, room, *_ = name_of(path).split(".")
-    used = rooms_used(path) - {"cli"} if path.stem == "cli" else rooms_used(path)
-    assert used <= set(PICTURES[: PICTURES.index(room) + 1])
+    assert rooms_used(path) <= set(PICTURES[: PICTURES.index(room) + 1])
+
+
+@pytest.mark.parametrize("path", [*modules("viz"), *modules("tests")], ids=name_of)
+def test_nothing_names_the_folder_viz(path: Path) -> None:
+    """Installed, it is `beveloid_viz`: its modules see each other by relative imports, tests by that name."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    absolute = {n.name for node in ast.walk(tree) if isinstance(node, ast.Import) for n in node.names}
+    absolute |= {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and not n.level}
+    assert "viz" not in {name.partition(".")[0] for name in absolute}
 
 
 @pytest.mark.parametrize("path", modules("viz/stage"), ids=name_of)
@@ -127,7 +135,7 @@ def test_the_reference_shares_only_the_inputs(name: str) -> None:
         ("import beveloid_geom.cli.main", "numpy"),
         ("import beveloid_geom.export.parts", "meshio"),
         ("import beveloid_geom.export.parts", "trimesh"),
-        ("import viz.cli", "numpy"),
+        ("import beveloid_viz.cli", "numpy"),
         ("import beveloid_geom.contact.path", "scipy"),
         ("import beveloid_geom.contact.path", "mpmath"),
     ],

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import csv
-import os
-import re
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from beveloid_geom.cli.options import Refusal, load_design, version_option, write_out
+from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 
 from .figures import FIGURES, Figure
+from .options import command, option, prepare_folder, require_drawing, size_option, writing
 
 if TYPE_CHECKING:
     from beveloid_geom.design.model import Design
@@ -25,31 +23,6 @@ if TYPE_CHECKING:
     from .parts.recipe import Table
 
 DEFAULT_OUT = Path("outputs/figures")
-SMALLEST, LARGEST = 200, 8000
-
-
-class NoOpenGL(click.ClickException):
-    """Nothing can be drawn on this machine: one line, exit status 3."""
-
-    exit_code = 3
-
-
-class PageSize(click.ParamType[tuple[int, int]]):
-    """A page size in pixels, such as 1600x1200."""
-
-    name = "WxH"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """Width and height."""
-        match = re.fullmatch(r"(\d+)[xX](\d+)", str(value))
-        if not match:
-            self.fail(f"{value!r} is not a size: write it as 1600x1200", param, ctx)
-        width, height = int(match[1]), int(match[2])
-        if not all(SMALLEST <= side <= LARGEST for side in (width, height)):
-            self.fail(f"{value!r} is out of range: sides are {SMALLEST} to {LARGEST} pixels", param, ctx)
-        return width, height
 
 
 def chosen_figures(names: Sequence[str]) -> list[Figure]:
@@ -59,16 +32,6 @@ def chosen_figures(names: Sequence[str]) -> list[Figure]:
     if unknown:
         raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}"])
     return [figure for figure in FIGURES if not names or figure.name in names]
-
-
-def prepare_folder(path: Path) -> None:
-    """Make the output folder and see that it can be written to."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            pass
-    except OSError as error:
-        raise Refusal([f"cannot write to {path} ({error.strerror}): choose a folder with --out"]) from None
 
 
 def write_table(table: Table, path: Path) -> None:
@@ -99,8 +62,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
         context.exit()
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@version_option("render-figures")
+@command("render-figures")
 @click.option(
     "--list",
     is_flag=True,
@@ -110,56 +72,30 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     help="List the figures, and stop.",
 )
 @click.option("--only", "names", metavar="NAME", multiple=True, help="Draw only this figure; repeatable.")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(path_type=Path),
-    default=DEFAULT_OUT,
-    show_default=True,
-    help="Folder for PNG and CSV files.",
-)
-@click.option("--size", type=PageSize(), default="1600x1200", show_default=True, help="Size in pixels.")
-@click.option(
-    "--design",
-    "source",
-    metavar="FILE",
-    default="ni-2017",
-    show_default=True,
-    help="Design file (TOML), or the built-in design's name.",
-)
-def main(names: tuple[str, ...], folder: Path, size: tuple[int, int], source: str) -> None:
+@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for PNG and CSV files.", metavar="DIR")
+@size_option("1600x1200")
+@option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
+def main(names: tuple[str, ...], out: Path, size: tuple[int, int], design: str) -> None:
     """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
     pattern, separation, transmission error, and meshes."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     figures = chosen_figures(names)
-    design = load_design(source)
+    loaded = load_design(design)
 
     from tqdm import tqdm
 
-    from .stage.opengl import MissingOpenGLError, require_opengl
-
-    try:
-        require_opengl()
-    except MissingOpenGLError as error:
-        raise NoOpenGL(str(error)) from None
-    prepare_folder(folder)
-    summary: list[tuple[Figure, int, float]] = []
+    require_drawing()
+    prepare_folder(out)
+    lines: list[str] = []
     begin = time.perf_counter()
     bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
     for figure in bar:
         bar.set_postfix_str(figure.name)
         start = time.perf_counter()
-        try:
-            triangles = make_figure(figure, design, size, folder)
-        except OSError as error:
-            raise Refusal([f"cannot write {figure.name} to {folder} ({error.strerror})"]) from None
-        summary.append((figure, triangles, time.perf_counter() - start))
-    lines = [
-        f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}"
-        for figure, triangles, seconds in summary
-    ]
-    drawn = "1 figure (PNG) and its" if len(summary) == 1 else f"{len(summary)} figures (PNG) and their"
+        with writing(f"{figure.name} to {out}"):
+            triangles = make_figure(figure, loaded, size, out)
+        seconds = time.perf_counter() - start
+        lines.append(f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}")
+    drawn = "1 figure (PNG) and its" if len(lines) == 1 else f"{len(lines)} figures (PNG) and their"
     seconds = time.perf_counter() - begin
-    lines.append(f"{drawn} numbers (CSV) are in {folder.resolve()}, drawn in {seconds:.1f} s")
+    lines.append(f"{drawn} numbers (CSV) are in {out.resolve()}, drawn in {seconds:.1f} s")
     write_out("\n".join(lines) + "\n")

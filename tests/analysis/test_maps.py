@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beveloid_viz.figures import FIGURES as PAGES
+from beveloid_viz.figures.results import maps as fig_maps
+from beveloid_viz.stage import theme
 
 from beveloid_geom.analysis.maps import (
     FIGURES,
@@ -29,9 +32,6 @@ from beveloid_geom.report.map import quadrant_bests
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
-from viz.figures import FIGURES as PAGES
-from viz.figures.results import maps as fig_maps
-from viz.stage import theme
 
 OFFSET = Errors(offset=0.05)
 MODIFIED = (0.001, -0.001)

@@ -580,8 +580,14 @@ def test_progress_is_for_terminals(tmp_path: Path) -> None:
             ["--part", "pinion-tooth", *COARSE, "--out", "a.vtp"],
             {"trimesh", "meshio", "OCP", "pyvista", "vtkmodules"},
         ),
-        (["--part", "gear-tooth", *COARSE, "--out", "a.stl"], {"OCP", "pyvista", "vtkmodules", "viz"}),
-        (["--part", "gear-flank", "--out", "a.vtu"], {"trimesh", "OCP", "pyvista", "vtkmodules", "viz"}),
+        (
+            ["--part", "gear-tooth", *COARSE, "--out", "a.stl"],
+            {"OCP", "pyvista", "vtkmodules", "beveloid_viz"},
+        ),
+        (
+            ["--part", "gear-flank", "--out", "a.vtu"],
+            {"trimesh", "OCP", "pyvista", "vtkmodules", "beveloid_viz"},
+        ),
     ],
     ids=["help", "vtp", "stl", "vtu"],
 )

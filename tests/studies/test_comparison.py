@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from beveloid_viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
+from beveloid_viz.stage import theme
 
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.design.model import Errors
@@ -25,8 +27,6 @@ from beveloid_geom.studies.comparison_methods import (
     prepared,
     true_positions,
 )
-from viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
-from viz.stage import theme
 
 from ..oracle.table1 import table1
 

@@ -11,11 +11,11 @@ from inspect import isclass
 from pathlib import Path
 from types import MappingProxyType
 
+import beveloid_viz
 import numpy as np
 import pytest
 
 import beveloid_geom
-import viz
 from beveloid_geom.contact.equation import _kept_flanks, pairing_of
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.gear.tooth_side import _kept_surface
@@ -28,7 +28,7 @@ from beveloid_geom.support.read_only import kept, read_only
 from tests.oracle.table1 import table1
 
 TABLE = table1()
-ROOTS = [Path(package.__file__ or "").parent for package in (beveloid_geom, viz)]
+ROOTS = [Path(package.__file__ or "").parent for package in (beveloid_geom, beveloid_viz)]
 CACHES = {"lru_cache", "cache", "cached_property"}
 KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.contact.equation._kept_flanks": lambda: _kept_flanks(*TABLE.members, "right"),
@@ -41,7 +41,7 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.studies.statement_verdicts.Case.modified": lambda: Case(TABLE, "right").modified,
     "beveloid_geom.studies.statement_verdicts.Case.sweeps": lambda: Case(TABLE, "right").sweeps,
     "beveloid_geom.gear.tooth_side._kept_surface": lambda: _kept_surface(TABLE.pinion, "right"),
-    "viz.report.data.PageData.found": lambda: True,  # it is a bool
+    "beveloid_viz.report.data.PageData.found": lambda: True,  # it is a bool
 }
 """An example of every result that a module keeps."""
 

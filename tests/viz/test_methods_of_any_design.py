@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beveloid_viz.figures.methods import (
+    job_size as fig_job_size,
+    picture_density as fig_density,
+    picture_differences as density,
+    speed_accuracy as fig_speed,
+)
+from beveloid_viz.figures.methods.picture_differences import Difference, Series, Shot
+from beveloid_viz.figures.results import posed_pair as fig_posed
+from beveloid_viz.parts import posed, solved
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.theme import Page
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.studies import comparison, job_size
 from beveloid_geom.studies.comparison import Row
-from viz.figures.methods import (
-    job_size as fig_job_size,
-    picture_density as fig_density,
-    picture_differences as density,
-    speed_accuracy as fig_speed,
-)
-from viz.figures.methods.picture_differences import Difference, Series, Shot
-from viz.figures.results import posed_pair as fig_posed
-from viz.parts import posed, solved
-from viz.stage import theme
-from viz.stage.opengl import require_opengl
-from viz.stage.theme import Page
 
 from ..symmetry import scaled
 

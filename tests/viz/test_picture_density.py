@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beveloid_viz.figures import FIGURES
+from beveloid_viz.figures.methods import picture_density as fig_density, picture_differences as density
+from beveloid_viz.figures.methods.picture_differences import NOTICEABLE, Difference, Series, View
+from beveloid_viz.figures.results import posed_pair as fig_posed
+from beveloid_viz.parts import panels
+from beveloid_viz.parts.recipe import Drawing
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.scene import MESH_PX, Camera, Scene, Size, Tube
 
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors
-from viz.figures import FIGURES
-from viz.figures.methods import picture_density as fig_density, picture_differences as density
-from viz.figures.methods.picture_differences import NOTICEABLE, Difference, Series, View
-from viz.figures.results import posed_pair as fig_posed
-from viz.parts import panels
-from viz.parts.recipe import Drawing
-from viz.stage import theme
-from viz.stage.opengl import require_opengl
-from viz.stage.scene import MESH_PX, Camera, Scene, Size, Tube
 
 SMALL: dict[Callable[[Design, Size], View], Size] = {
     density.pair_view: (332, 253),

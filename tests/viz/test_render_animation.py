@@ -11,6 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from beveloid_viz.film import page, writer, zone
+from beveloid_viz.film.cli import main
+from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
+from beveloid_viz.film.page import Image, Sheet
+from beveloid_viz.parts import posed
+from beveloid_viz.stage import opengl
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.scene import Picture
 from click.testing import CliRunner, Result
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread, imsave
@@ -20,13 +28,6 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.pair.frames import to_fixed
 from tests.symmetry import mirrored
-from viz.film import page, writer, zone
-from viz.film.cli import main
-from viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
-from viz.film.page import Image, Sheet
-from viz.stage import opengl
-from viz.stage.opengl import require_opengl
-from viz.stage.scene import Picture
 
 COMMAND = Path(sys.executable).with_name("render-animation")
 SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
@@ -98,7 +99,7 @@ def test_contacts_stand_on_both_teeth(modified: Film) -> None:
     for number, (frame, member) in enumerate(zip(motion.frames, motion.design.members, strict=True)):
         for k, pair in enumerate(motion.pairs.tolist()):
             tooth = -pair if number else pair
-            placed = to_fixed(frame, zone.turned(motion.own[number, k], member, tooth))
+            placed = to_fixed(frame, posed.on_tooth(motion.own[number, k], member, tooth))
             off = np.linalg.norm(placed - motion.point[k], axis=-1)
             near = motion.near[k]
             room = motion.gap[k] * number  # what is between the gear's tooth and the pinion's
@@ -145,11 +146,10 @@ def test_balls_are_where_the_teeth_touch(modified: Film, sheet: Sheet, frames: l
         assert_ball(image, seen + corner)
         for row, flank in enumerate(sheet.flanks):
             assert flank is not None
-            view, picture = flank
             own = motion.own[row, motion.touching[:, step], step]
             axes = sheet.moving.balls[1 + row][0].axes
             assert axes is not None
-            pixels = axes.transData.transform(picture.project(view.place(own)))
+            pixels = axes.transData.transform(flank.place(own))
             assert_ball(image, pixels * (1.0, -1.0) + (0.0, SIZE[1]))
 
 
@@ -186,7 +186,7 @@ def test_snapshot(modified: Film, request: pytest.FixtureRequest, tmp_path: Path
 
 def solved(patch: pytest.MonkeyPatch, film: Film) -> None:
     """Let the command take this film instead of its own."""
-    patch.setattr("viz.film.motion.film_of", lambda *_: film)
+    patch.setattr("beveloid_viz.film.motion.film_of", lambda *_: film)
 
 
 def test_gif(modified: Film, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from beveloid_viz.cli import main
+from beveloid_viz.figures import FIGURES
+from beveloid_viz.stage import opengl
 from click.testing import CliRunner
 from matplotlib.image import imread
 
 from beveloid_geom.design.file import builtin_text
-from viz.cli import main
-from viz.figures import FIGURES
-from viz.stage import opengl
 
 COMMAND = Path(sys.executable).with_name("render-figures")
 

@@ -17,6 +17,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beveloid_viz.report import svg
+from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
+from beveloid_viz.report.page import looked_up, number_of, script_json, with_code
 from click.testing import CliRunner
 
 from beveloid_geom.analysis.tolerance import UNIT, USUAL, Tolerances, tolerance_study
@@ -25,14 +28,11 @@ from beveloid_geom.design.file import builtin_design, builtin_text
 from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import tolerance_json, tolerance_remarks
-from viz.report import svg
-from viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
-from viz.report.page import looked_up, number_of, script_json, with_code
 
 COMMAND = [str(Path(sys.executable).with_name("render-report"))]
 WITHOUT_VTK = [
     *(sys.executable, "-c"),
-    "import sys; from viz.report.cli import main; main(standalone_mode=False);"
+    "import sys; from beveloid_viz.report.cli import main; main(standalone_mode=False);"
     "sys.exit(9 if {'vtkmodules', 'vtk', 'pyvista'} & set(sys.modules) else 0)",
 ]
 NAME = Path("x<", "script><img src=x onerror=alert(1)> & \"'.toml")
@@ -336,7 +336,7 @@ def test_bad_input_ends_with_one_line(tmp_path: Path, arguments: list[str], word
 
 
 def test_start_up_is_light() -> None:
-    code = "import viz.report.cli, sys; print({'numpy', 'jinja2', 'matplotlib'} & set(sys.modules))"
+    code = "import beveloid_viz.report.cli, sys; print({'numpy', 'jinja2', 'matplotlib'} & set(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "set()\n"
 

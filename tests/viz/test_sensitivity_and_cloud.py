@@ -9,6 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
+from beveloid_viz.parts import charts
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.theme import Page
 from matplotlib.collections import LineCollection
 
 from beveloid_geom.analysis.sensitivity import path_sensitivity
@@ -18,10 +23,6 @@ from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.sensitivity import ARCSEC
-from viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
-from viz.stage import theme
-from viz.stage.opengl import require_opengl
-from viz.stage.theme import Page
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
@@ -57,12 +58,12 @@ def test_sensitivity_is_the_librarys() -> None:
     for case, changed in zip(data, (design, design.with_parabola(0.001, -0.001)), strict=True):
         for flank in ("right", "left"):
             found = path_sensitivity(changed, flank)
-            along, square, ratio, swing = (case.values(quantity) for quantity in fig_sensitivity.QUANTITIES)
+            along, square, ratio, swing = (case.values(quantity) for quantity in charts.QUANTITIES)
             for j, member in enumerate(("pinion", "gear")):
                 np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)
                 np.testing.assert_array_equal(square[flank, member], found.square_shift_by[1, j] * STEPS)
-            np.testing.assert_allclose(ratio[flank,], 1e3 * found.contact_ratio_by * STEPS, rtol=1e-14)
-            np.testing.assert_allclose(swing[flank,], ARCSEC * found.peak_to_peak_by * STEPS, rtol=1e-14)
+            np.testing.assert_allclose(ratio[flank, ""], 1e3 * found.contact_ratio_by * STEPS, rtol=1e-14)
+            np.testing.assert_allclose(swing[flank, ""], ARCSEC * found.peak_to_peak_by * STEPS, rtol=1e-14)
     page, table = next(pages(design))
     shown = words(page)
     for value in ("+2.54", "\u221210.2", "\u22120.575", "+0.389", "\u221218.9", "0 under every error"):

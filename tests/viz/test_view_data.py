@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 import pyvista as pv
+from beveloid_viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -22,7 +23,6 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from tests.oracle.table1 import table1
-from viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
 
 TABLE = table1()
 LEFT_HAND = replace(
@@ -246,7 +246,7 @@ def test_where_a_first_contact_is_not_known_the_path_poses_the_gear(monkeypatch:
         found.gear_roll[3] = np.nan
         return found
 
-    monkeypatch.setattr("viz.report.view_data.first_contact", first)
+    monkeypatch.setattr("beveloid_viz.report.view_data.first_contact", first)
     cycle = view_data(DESIGNS["modified"], 0.1)["flanks"]["right"]["cycle"]
     assert cycle["by"] == "path"
     assert not any(cycle["edges"])

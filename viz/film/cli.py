@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from pathlib import Path
@@ -18,11 +17,10 @@ from beveloid_geom.cli.options import (
     flank_option,
     load_design,
     override_options,
-    version_option,
     write_out,
 )
 
-from ..cli import NoOpenGL, PageSize, prepare_folder
+from ..options import command, option, prepare_folder, require_drawing, size_option, writing
 
 if TYPE_CHECKING:
     from .motion import Film
@@ -59,12 +57,7 @@ def check_format(out: Path, size: tuple[int, int], fps: float, seconds: float) -
 
 
 def write_film(
-    film: Film,
-    out: Path,
-    size: tuple[int, int],
-    fps: float,
-    pitches: int,
-    program: str | None,
+    film: Film, out: Path, size: tuple[int, int], fps: float, pitches: int, program: str | None
 ) -> int:
     """Draw and write the frames; how many. Raises Refusal where the file cannot be written."""
     from tqdm import tqdm
@@ -74,65 +67,34 @@ def write_film(
     from . import page, writer
 
     count = pitches * len(film.motion.share)
-    name = click.format_filename(out)
-    try:
-        with (
-            whole_file(out) as beside,
-            tqdm(
-                page.frames(film, size, pitches),
-                desc="frames",
-                total=count,
-                unit="frame",
-                file=sys.stderr,
-            ) as frames,
-        ):
-            if program is None:
-                writer.write_gif(frames, beside, fps)
-            else:
-                writer.write_mp4(frames, beside, fps, program)
-    except OSError as error:
-        raise Refusal(
-            [f"cannot write {name} ({error.strerror or error}): choose another with --out"]
-        ) from None
+    with (
+        writing(click.format_filename(out), ": choose another with --out"),
+        whole_file(out) as beside,
+        tqdm(
+            page.frames(film, size, pitches), desc="frames", total=count, unit="frame", file=sys.stderr
+        ) as frames,
+    ):
+        if program is None:
+            writer.write_gif(frames, beside, fps)
+        else:
+            writer.write_mp4(frames, beside, fps, program)
     return count
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@version_option("render-animation")
+@command("render-animation")
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
-@click.option(
-    "--out",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    default=DEFAULT_OUT,
-    show_default=True,
-    help="The film, .gif or .mp4.",
-)
-@click.option(
-    "--pitches",
-    type=click.IntRange(1, 100),
-    default=1,
-    show_default=True,
-    help="Pitches of the pinion that pass; each is as the one before.",
-)
-@click.option(
-    "--seconds",
-    type=NumberRange(0.1, 60.0),
-    default=3.0,
-    show_default=True,
-    metavar="S",
-    help="Time a pitch takes.",
-)
-@click.option(
+@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "The film, .gif or .mp4.", metavar="FILE")
+@option("--pitches", click.IntRange(1, 100), 1, "Pitches of the pinion that pass; each is as the one before.")
+@option("--seconds", NumberRange(0.1, 60.0), 3.0, "Time a pitch takes.", metavar="S")
+@option(
     "--fps",
-    type=NumberRange(1.0, 60.0),
-    default=20.0,
-    show_default=True,
+    NumberRange(1.0, 60.0),
+    20.0,
+    "Frames a second; in a GIF 100 over a whole number, up to 50.",
     metavar="N",
-    help="Frames a second; in a GIF 100 over a whole number, up to 50.",
 )
-@click.option("--size", type=PageSize(), default="960x720", show_default=True, help="Size in pixels.")
+@size_option("960x720")
 @override_options
 def main(
     design: str,
@@ -150,18 +112,13 @@ def main(
     film runs without a jump when it is repeated, as a GIF is. MP4 needs an encoder: pip install
     'beveloid-geom[film]', or ffmpeg. Exit status 1 without contact on the flanks.
     """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     program = check_format(out, size, fps, seconds)
     changed = changed_design(load_design(design), changes)
     begin = time.perf_counter()
+    require_drawing()
 
-    from ..stage.opengl import MissingOpenGLError, require_opengl
     from .motion import NoFilmError, film_of
 
-    try:
-        require_opengl()
-    except MissingOpenGLError as error:
-        raise NoOpenGL(str(error)) from None
     try:
         film = film_of(changed, flank, round(seconds * fps))
         prepare_folder(out.parent)

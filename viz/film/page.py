@@ -15,10 +15,10 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.report.operation import ARCSEC
 
-from ..figures.results.transmission_error import ARCSEC, SMALLEST
-from ..parts import annotate, panels
-from ..parts.panels import FlankView, Trace
+from ..parts import annotate, charts, panels
+from ..parts.panels import Panel, Trace
 from ..stage import theme
 from ..stage.scene import Picture, Size
 from ..stage.theme import Box, Page
@@ -31,7 +31,6 @@ SIDE = 0.615
 """Share of the page's width at which flanks and curve begin."""
 FLANKS = 0.475
 """Share of the page's height at which the flanks begin."""
-STRETCH = 2.0
 BALL = theme.BLUE
 BALL_POINTS = 11.0
 NOTE = (
@@ -40,7 +39,7 @@ NOTE = (
     " large across as along. Lines, over everything: paths of contact. Full balls: contacts; hollow ones:"
     " within {film:g} \u00b5m of touching."
 )
-EDGES = " Orange in the curve: an edge carries."
+EDGES = " Red in the curve: an edge carries."
 ROWS = ("pinion roll", "transmission error", "pairs in contact", "carried by")
 COLUMNS = 142
 """Characters in a line of the note."""
@@ -71,7 +70,7 @@ class Sheet:
 
     page: Page
     box: Box
-    flanks: tuple[tuple[FlankView, Picture] | None, ...]
+    flanks: tuple[Panel | None, ...]
     moving: Moving
 
 
@@ -155,58 +154,42 @@ def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
 
 def _flanks(
     page: Page, film: Film, high: float
-) -> tuple[tuple[tuple[FlankView, Picture] | None, ...], list[tuple[Line2D, Line2D]]]:
+) -> tuple[tuple[Panel | None, ...], list[tuple[Line2D, Line2D]]]:
     """Both flanks with their path, and the balls on them."""
     design, flank = film.motion.design, film.motion.flank
-    views = [panels.flank_view(member, flank, STRETCH) for member in design.members]
+    views = panels.flank_views(design, flank, panels.STRETCH)
     span = panels.greatest_span(views)
     width, height = page.canvas.get_width_height()
     step, bottom = 0.5 * (0.985 - SIDE), FLANKS + theme.inches(page, 0.35)
     top = high - theme.inches(page, 0.75)
     px_per_mm = min((top - bottom) * height / span[1], 0.74 * step * width / span[0])
-    found: list[tuple[FlankView, Picture] | None] = []
+    found: list[Panel | None] = []
     balls = []
-    for row, (member, view) in enumerate(zip(design.members, views, strict=True)):
+    for row, view in enumerate(views):
         left = SIDE + row * step
         page.text(left + 0.5 * step, high, f"{('pinion', 'gear')[row]}'s flank", ha="center", va="top")
         edge = theme.inches(page, 0.3)
         box = theme.place(page, left, bottom - edge, step, top - bottom + 2.0 * edge)
         traces = [Trace(film.path.points[row], width=0.6)]
-        colour = (theme.STEEL, theme.BRONZE)[row]
-        drawn = panels.draw_flank(page, box, member, flank, view, traces, float(px_per_mm), colour)
-        if view is None or drawn is None:
+        drawn = panels.draw_flank(page, box, design, row, flank, view, traces, float(px_per_mm))
+        if drawn is None:
             found.append(None)
             balls.append(_balls(theme.overlay(page, box)))
             continue
-        axes, picture = drawn
-        panels.label_limits(axes, picture, view)
-        found.append((view, picture))
-        balls.append(_balls(axes))
+        found.append(drawn)
+        balls.append(_balls(drawn.axes))
     return tuple(found), balls
 
 
 def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
     """The transmission error over all pitches, and a marker for it."""
-    cycle = film.cycle
     bottom = low + theme.inches(page, 0.6)
     top = FLANKS - theme.inches(page, 1.3)
     axes = page.add_axes((SIDE + 0.065, bottom, 0.985 - SIDE - 0.065, top - bottom))
-    axes.set_xlabel("pinion roll from the pitch point (pitches)", fontsize=theme.SMALL)
-    axes.set_ylabel("error (arcsec)", fontsize=theme.SMALL)
+    charts.error_over_rolls(axes, film.cycle, pitches)
     axes.tick_params(labelsize=theme.SMALL)
-    axes.grid(True)
-    axes.set_xlim(0.0, pitches)
-    points = cycle.first.pinion_roll.size
-    share = np.concatenate([np.linspace(0.0, 1.0, points) + pitch for pitch in range(pitches)])
-    error = np.tile(ARCSEC * (cycle.first.transmission_error - float(cycle.cycle.mean)), pitches)
-    edge = np.tile(cycle.first.limit[:, 0] >= 0, pitches)
-    axes.plot(share, error, color=theme.GREY, linewidth=2.0)
-    axes.plot(share, np.where(edge, error, np.nan), color=theme.ORANGE, linewidth=3.0)
-    swing = ARCSEC * float(cycle.cycle.peak_to_peak)
-    if swing < SMALLEST:
-        axes.set_ylim(-1.0, 1.0)
-    else:
-        axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set_fontsize(theme.SMALL)
     return _balls(axes)[0]
 
 
@@ -230,7 +213,7 @@ def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> 
     seen = [picture.project(motion.point[:, step])]
     for row, flank in enumerate(sheet.flanks):
         points = motion.own[row, :, step]
-        seen.append(points[:, :2] * np.nan if flank is None else flank[1].project(flank[0].place(points)))
+        seen.append(points[:, :2] * np.nan if flank is None else flank.place(points))
     for pixels, balls in zip(seen, moving.balls, strict=True):
         for ball, shown in zip(balls, (touching, near & ~touching), strict=True):
             ball.set_data(*pixels[shown].T)

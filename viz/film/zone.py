@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
+from ..parts import posed
 from ..stage import theme
 from ..stage.scene import MESH_PX, Camera, Picture, Scene, Size, Surface, fit_camera, render_moving
 from .motion import Film, Motion, NoFilmError
@@ -60,7 +60,7 @@ def pictures(film: Film, size: Size) -> Iterator[Picture]:
             mesh = gear_mesh(member, tolerance, teeth_near(motion, number, camera))
         except ValueError as error:
             raise NoFilmError(f"{('pinion', 'gear')[number]}: {error}") from None
-        colour, opacity = ((theme.STEEL, 1.0), (theme.BRONZE, GLASS))[number]
+        colour, opacity = theme.METALS[number], (1.0, GLASS)[number]
         skin = mesh.where(~mesh.is_of("bore", far, "first side", "last side"))
         items.append(Surface(skin.points, skin.faces, skin.normals, colour, opacity))
         items.append(outline(mesh))
@@ -98,12 +98,6 @@ def paths_on_teeth(film: Film, step: int) -> list[FloatArray]:
     motion = film.motion
     rotation, origin = (part[step] for part in motion.frames[0])
     points, member = film.path.points[0], motion.design.pinion
-    return [to_fixed((rotation, origin), turned(points, member, pair)) for pair in motion.pairs.tolist()]
-
-
-def turned(points: FloatArray, member: Member, tooth: int) -> FloatArray:
-    """Points (..., 3) on tooth 0 of a member, on another of its teeth, own frame."""
-    turn = 2.0 * np.pi * tooth / float(member.teeth)
-    cos, sin = np.cos(turn), np.sin(turn)
-    about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(points @ about.T)
+    return [
+        to_fixed((rotation, origin), posed.on_tooth(points, member, pair)) for pair in motion.pairs.tolist()
+    ]

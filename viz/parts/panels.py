@@ -7,8 +7,7 @@ the tip on the right, one looks at it through the tooth, from its metal side.
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,13 +15,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member
+from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.shapes.sampling import FlankGrid, grid_faces, sample_flank
 
 from ..stage import theme
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
+from .solved import MEMBERS
 
 LINE_POINTS = 2.6
 """Half the width of a path, in points of the page."""
@@ -31,6 +31,10 @@ OUTLINE_PX = 0.03
 more within the flank, as an outline, than the flank does out of itself."""
 INTO_PAGE, UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
 SOLID: tuple[float, ...] = ()
+STRETCH = 2.0
+"""How many times as large across as along flanks are drawn side by side."""
+LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
+LABEL = 0.27  # inches, over and under a flank
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
@@ -99,6 +103,11 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | 
     return replace(view, bounds=bounds, frame=seen[::4])
 
 
+def flank_views(design: Design, flank: str, stretch: float) -> list[FlankView | None]:
+    """The views of pinion and gear."""
+    return [flank_view(member, flank, stretch) for member in design.members]
+
+
 def surface(grid: FlankGrid, view: FlankView, colour: str) -> Surface:
     """The flank as a lit surface in the frame of the picture."""
     faces = grid_faces(grid.points, grid.normals)[:, :: 1 if view.outside else -1]
@@ -143,27 +152,43 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     return items
 
 
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A flank as drawn on a page: axes whose coordinates are the pixels of the `picture`, and its view."""
+
+    axes: Axes
+    picture: Picture
+    view: FlankView
+
+    def place(self, points: FloatArray) -> FloatArray:
+        """Pixels (..., 2) in the axes of points (..., 3) of the member's own frame, mm."""
+        return self.picture.project(self.view.place(points))
+
+
 def draw_flank(
     page: Page,
     box: Box,
-    member: Member,
+    design: Design,
+    number: int,
     flank: str,
     view: FlankView | None,
     traces: Iterable[Trace],
     px_per_mm: float,
-    colour: str,
-) -> tuple[Axes, Picture] | None:
-    """Draw one flank into its box at a given scale; a note, and None, where there is no flank."""
+    limits: float = 0.0,
+) -> Panel | None:
+    """Draw a flank of pinion (0) or gear (1) into its box at a given scale, and name its `limits`, root and
+    tip at a share of the way from mid-face to the heel; a note, and None, where there is no flank."""
     if view is None:
-        _write_instead(page, box, "no flank: it ends short of its tip")
+        theme.say(theme.overlay(page, box), "no flank: it ends short of its tip", 24)
         return None
     try:
-        grid = sample_flank(member, flank, OUTLINE_PX / (px_per_mm * view.stretch))
+        grid = sample_flank(design.members[number], flank, OUTLINE_PX / (px_per_mm * view.stretch))
     except ValueError:
-        _write_instead(page, box, "no flank to draw: is it undercut?")
+        theme.say(theme.overlay(page, box), "no flank to draw: is it undercut?", 24)
         return None
-    items: list[Item] = [surface(grid, view, colour), *path_items(page, traces, view, px_per_mm)]
-    return show_items(page, box, view, items, px_per_mm)
+    items: list[Item] = [surface(grid, view, theme.METALS[number])]
+    items += path_items(page, traces, view, px_per_mm)
+    return show_items(page, box, view, items, px_per_mm, limits)
 
 
 def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
@@ -178,46 +203,83 @@ def camera_of(view: FlankView, half_height: float) -> Camera:
 
 
 def show_items(
-    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float
-) -> tuple[Axes, Picture]:
-    """Draw what stands in the frame of a flank's picture into a box, the flank in its middle."""
+    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float, limits: float = 0.0
+) -> Panel:
+    """Draw what stands in the frame of a flank's picture into a box, the flank in its middle, and write root,
+    tip, toe and heel around it."""
     picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
-    return theme.show(page, box, picture), picture
-
-
-def _write_instead(page: Page, box: Box, text: str) -> None:
-    axes = theme.overlay(page, box)
-    axes.text(0.5, 0.5, textwrap.fill(text, 24), transform=axes.transAxes, ha="center", va="center")
-
-
-def label_limits(axes: Axes, picture: Picture, view: FlankView, share: float = 0.0) -> None:
-    """Write root, tip, toe and heel around a flank; root and tip at a share of the way from
-    mid-face to the heel."""
+    axes = theme.show(page, box, picture)
     root, middle, tip = view.frame
-    sides = (
-        ("root", root[1] + share * (root[2] - root[1]), (-10, 0), "right", "center", 90),
-        ("tip", tip[1] + share * (tip[2] - tip[1]), (10, 0), "left", "center", 90),
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "color": theme.GREY, "annotation_clip": False}
+    for text, place, offset, ha, va, rotation in (
+        ("root", root[1] + limits * (root[2] - root[1]), (-10, 0), "right", "center", 90),
+        ("tip", tip[1] + limits * (tip[2] - tip[1]), (10, 0), "left", "center", 90),
         ("heel", middle[2], (0, 5), "center", "bottom", 0),
         ("toe", middle[0], (0, -5), "center", "top", 0),
-    )
-    for text, place, offset, ha, va, rotation in sides:
-        axes.annotate(
-            text,
-            tuple(picture.project(place)),
-            xytext=offset,
-            textcoords="offset points",
-            ha=ha,
-            va=va,
-            rotation=rotation,
-            fontsize=theme.SMALL,
-            color=theme.GREY,
-            annotation_clip=False,
-        )
+    ):
+        style |= {"xytext": offset, "ha": ha, "va": va, "rotation": rotation}
+        axes.annotate(text, tuple(picture.project(place)), textcoords="offset points", **style)
+    return Panel(axes, picture, view)
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """Where a flank stands among others: in the `row` of pinions (0) or gears (1) and a `column`, its box,
+    view and scale, and the place (2,) of words under it, shares of the page."""
+
+    row: int
+    column: int
+    box: Box
+    view: FlankView | None
+    px_per_mm: float
+    under: tuple[float, float]
+
+
+def flank_rows(
+    page: Page,
+    columns: Sequence[tuple[str, Design, str]],
+    low: float,
+    text: float,
+    draw: Callable[[Cell], Picture | None],
+) -> dict[str, Picture]:
+    """Draw a row of pinion flanks over a row of gear flanks, all to one scale, above `low` (a share of the
+    page), by calling `draw` for each. `columns` are their headings, designs and flanks; `text` inches are
+    left for words under a flank. The pictures by member and column."""
+    views = list(zip(*(flank_views(design, flank, STRETCH) for _, design, flank in columns), strict=True))
+    spans = np.stack([greatest_span(row) for row in views])
+    page_width, page_height = page.canvas.get_width_height()
+    high, width = theme.top(page) - theme.inches(page, 0.4), (RIGHT - LEFT) / len(columns)
+    around, under = theme.inches(page, text + 2.0 * LABEL), theme.inches(page, text)
+    room = (high - low - 2.0 * around) * page_height
+    px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
+    spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
+    scale_bars(page, px_per_mm, STRETCH)
+    heights = [around + spare + px_per_mm * float(span) / page_height for span in spans[:, 1]]
+    bottoms = high - heights[0], high - heights[0] - heights[1]
+    for row, member in enumerate(MEMBERS):
+        middle = bottoms[row] + 0.5 * (heights[row] + under)
+        page.text(0.012, middle, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
+    pictures: dict[str, Picture] = {}
+    for column, (heading, _, _) in enumerate(columns):
+        x = LEFT + column * width
+        at = x + 0.5 * width, high + theme.inches(page, 0.3)
+        page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
+        for row, member in enumerate(MEMBERS):
+            y, height = bottoms[row] + under, heights[row] - under
+            box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
+            picture = draw(Cell(row, column, box, views[row][column], px_per_mm, (x + 0.5 * width, y)))
+            if picture is not None:
+                pictures[f"{member}-{column}"] = picture
+    return pictures
 
 
 def how_drawn(flank: str, stretch: float) -> str:
-    """The part of a caption that says how flanks are drawn."""
-    side = "through the tooth, from its metal side" if flank == "right" else "from outside"
+    """Say in a caption how flanks are drawn: "right", "left" or "right and left" ones."""
+    side = {
+        "right": "through the tooth, from its metal side",
+        "left": "from outside",
+        "right and left": "through the tooth, from its metal side (right) or from outside (left)",
+    }[flank]
     stretched = f"{stretch:g} times as large across as along" if stretch != 1.0 else "in true proportions"
     return (
         f"Flanks are seen square on {side}, so that root is left, tip right and heel on top"

@@ -19,6 +19,7 @@ from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 from ..stage.scene import Surface
 
 NAMES = ("pinion", "gear")
+SHAFT = "#9aa1a8"
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
 
@@ -103,10 +104,38 @@ def teeth_of(
         return None, str(error)
 
 
+def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
+    """Points (n, 3) in S_f that a picture of whole pairs must show, mm: tip circles and `feet`."""
+    found = [pair.foot for pair in pairs if feet]
+    for pair in pairs:
+        members = zip(pair.frames, pair.design.members, strict=True)
+        found += [to_fixed(frame, rings(member)).reshape(-1, 3) for frame, member in members]
+    return np.concatenate(found)
+
+
 def surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surface:
     """A mesh of the own frame as a surface in S_f."""
     points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
     return Surface(points, mesh.faces, normals, colour, opacity)
+
+
+def gear_items(
+    member: Member,
+    frame: Frame,
+    tolerance: float,
+    colours: tuple[str, str],
+    bore_radius: float,
+    teeth: Sequence[int] | None = None,
+) -> tuple[list[Surface], str]:
+    """A gear, or some of its teeth, to a tolerance (mm) in the colours of teeth and of toe and heel. Where
+    its teeth cannot be drawn, the blank before they are cut, and the reason."""
+    try:
+        mesh = gear_mesh(member, tolerance, teeth, bore_radius)
+    except ValueError as error:
+        return blank(member, frame, colours[0], bore_radius), str(error)
+    ends = mesh.is_of("toe", "heel")
+    parts = ((mesh.where(~ends), colours[0]), (mesh.where(ends), colours[1]))
+    return [surface(part, frame, colour) for part, colour in parts], ""
 
 
 def with_lines(drawn: Surface) -> Surface:
@@ -147,3 +176,11 @@ def blank(
 def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
     """A round shaft along the own axis from `low` to `high`, mm."""
     return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)
+
+
+def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
+    """Points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
+    turn = 2.0 * np.pi * tooth / float(member.teeth)
+    cos, sin = np.cos(turn), np.sin(turn)
+    about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(points @ about.T)

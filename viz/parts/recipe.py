@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
@@ -14,6 +14,16 @@ from ..stage.theme import Page
 Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 """Header with units, and rows."""
 Data = TypeVar("Data")
+
+
+def quantities(*lines: tuple[str, str, float]) -> Table:
+    """A table of single numbers: name, unit and value of each."""
+    return ("quantity", "unit", "value"), [(name, unit, float(value)) for name, unit, value in lines]
+
+
+def vector(name: str, unit: str, values: Iterable[float]) -> Iterator[tuple[str, str, float]]:
+    """Lines of `quantities` for the components of a vector (3,), the place of its letter in the name {}."""
+    return ((name.format(letter), unit, value) for letter, value in zip("xyz", values, strict=True))
 
 
 @dataclass(frozen=True, eq=False)

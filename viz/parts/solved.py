@@ -80,13 +80,17 @@ def limit_name(limit: Limit | None) -> str:
     return "" if limit is None else str(limit)
 
 
+def points_on(path: ContactPath, member: int) -> FloatArray:
+    """Points (..., 3) of a path on the flank of pinion (0) or gear (1), own frame, mm."""
+    l, u = ((path.l1, path.u1), (path.l2, path.u2))[member]
+    return flank_point(path.design.members[member], path.flank, l, u)
+
+
 def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
     """The path of contact of a single design, its unsolved positions left out of `points`."""
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
-    pinion = flank_point(design.pinion, flank, path.l1[good], path.u1[good])
-    gear = flank_point(design.gear, flank, path.l2[good], path.u2[good])
-    return SolvedPath(design, path, (pinion, gear))
+    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]))
 
 
 def solve_all(designs: Iterable[Design], flank: str) -> tuple[SolvedPath, ...]:

@@ -20,10 +20,11 @@ from beveloid_geom.cli.options import (
     error_sizes,
     load_design,
     override_options,
-    version_option,
     write_out,
 )
 from beveloid_geom.support.whole_file import require_replaceable, whole_file
+
+from ..options import command, option, writing
 
 if TYPE_CHECKING:
     from beveloid_geom.design.model import Design
@@ -35,22 +36,13 @@ SUFFIXES = (".html", ".htm")
 MOST_CASES = 1_000_000
 
 
-@click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@version_option("render-report")
+@command("render-report")
 @click.argument("design", default=BUILTIN_DESIGN)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=DEFAULT_OUT,
-    show_default=True,
-    help="The page, a single HTML file.",
-)
+@option("--out", click.Path(path_type=Path, dir_okay=False), DEFAULT_OUT, "The page, a single HTML file.")
 @override_options
 @error_sizes("Tolerance")
-@click.option(
-    "--cases", type=click.IntRange(1, MOST_CASES), default=20_000, show_default=True, help="Mountings drawn."
-)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers.")
+@option("--cases", click.IntRange(1, MOST_CASES), 20_000, "Mountings drawn.")
+@option("--seed", click.IntRange(0), 0, "Of the random numbers.")
 @click.pass_context
 def main(
     context: click.Context,
@@ -71,18 +63,15 @@ def main(
     flanks, and the pair in mesh to be turned in 3D. Without tolerances the usual ones are taken. Exit
     status 1 if neither flank has contact: the page is written and says why.
     """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     begin = time.perf_counter()
     changed = changed_design(load_design(design), changes)
     prepare(out)
     name = click.format_filename(design)
     sizes = (offset, shaft_angle_deg, pinion_axial, gear_axial)
-    try:
+    with writing(click.format_filename(out)):
         data, text = _made(name, changed, sizes, cases, seed)
         with whole_file(out) as beside:
             beside.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise Refusal([f"cannot write {click.format_filename(out)} ({error.strerror})"]) from None
     size, seconds = out.stat().st_size, time.perf_counter() - begin
     write_out(f"{click.format_filename(out.resolve())}: {size / 1e6:.2f} MB, made in {seconds:.1f} s\n")
     if not data.found:

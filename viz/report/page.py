@@ -71,7 +71,7 @@ def script_json(data: Any) -> Markup:
 
 def asset(name: str) -> Markup:
     """A script or style sheet of ours, as it may stand in its element."""
-    text = files("viz.report").joinpath(name).read_text(encoding="utf-8")
+    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
     return Markup(text.replace("</script", "<\\/script"))
 
 
@@ -80,7 +80,8 @@ def _drawings(results: FlankResults) -> list[tuple[str, str, Callable[[], Any]]]
     found: list[tuple[str, str, Callable[[], Any]]] = [
         ("path", "Path of contact, points of first contact and pattern", lambda: charts.flank_chart(results))
     ]
-    operation, sliding, sensitivity = results.operation, results.sliding, results.sensitivity
+    operation, sliding = results.operation, results.sliding
+    sensitivity, study = results.sensitivity, results.study
     if operation is not None:
         found += [
             ("error", "Transmission error over two mesh cycles", lambda: charts.error_chart(operation)),
@@ -92,10 +93,10 @@ def _drawings(results: FlankResults) -> list[tuple[str, str, Callable[[], Any]]]
     if sensitivity is not None:
         words = "Change of path, contact ratio and transmission error by each assembly error"
         found.append(("sensitivity", words, lambda: charts.sensitivity_chart(sensitivity)))
-    if results.study is not None:
+    if study is not None:
         found += [
             ("cloud", "Paths of contact under drawn errors", lambda: charts.flank_chart(results, True)),
-            ("ratio", "Spread of the contact ratio under drawn errors", lambda: charts.ratio_chart(results)),
+            ("ratio", "Spread of the contact ratio under drawn errors", lambda: charts.ratio_chart(study)),
         ]
     return found
 
@@ -134,7 +135,7 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
     """The whole page, `made` when; `view` is the data of the view in 3D."""
     environment = Environment(
-        loader=PackageLoader("viz", "report"),
+        loader=PackageLoader(__package__, ""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

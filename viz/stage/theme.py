@@ -7,12 +7,14 @@ size, so that a small page has the layout of a large one.
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import matplotlib as mpl
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -38,6 +40,7 @@ STEEL = "#b9c4cf"
 """The pinion's metal."""
 BRONZE = "#d3c3a6"
 """The gear's metal."""
+METALS = (STEEL, BRONZE)
 INK = BLACK
 PATH = RED
 MINUS, ZERO, PLUS = BLUE, BLACK, RED
@@ -137,6 +140,23 @@ def caption(page: Page, text: str, columns: int = 158) -> float:
     x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
     page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
     return inches(page, 0.6 * MARGIN + 0.22 * len(lines) + 0.15)
+
+
+def say(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **style: Any) -> None:
+    """Write words, broken into lines of so many characters, over the middle of axes at a share of their
+    height: what is to be said in place of a drawing."""
+    settings = {"ha": "center", "va": "center", "transform": axes.transAxes, **style}
+    axes.text(0.5, height, textwrap.fill(words, columns), **settings)
+
+
+def legend(
+    page: Page, handles: Sequence[Artist], columns: int, below: float = 0.75, left: float = 0.0, **style: Any
+) -> None:
+    """Put a legend at the right of a page, `below` its upper edge by so many inches; or at its left, from a
+    share of its width."""
+    place: dict[str, Any] = {"loc": "upper left" if left else "upper right", "borderaxespad": 0.0}
+    corner = (left or 0.985, 1.0 - inches(page, below))
+    page.legend(handles=handles, bbox_to_anchor=corner, ncols=columns, **place, **style)
 
 
 def signed(value: float, digits: int) -> str:

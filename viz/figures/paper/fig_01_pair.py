@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
@@ -15,16 +13,15 @@ from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import transverse_section
 
 from ...parts import annotate, posed
+from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Picture, Scene, Size, fit_camera, render
+from ...stage.scene import MESH_PX, Camera, Item, Scene, Size, fit_camera, render
 from ...stage.theme import Box, Page
 
-COLOURS = (theme.STEEL, theme.BRONZE)
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
-SHAFT = "#9aa1a8"
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
@@ -68,39 +65,22 @@ def _ends(pair: PosedPair) -> FloatArray:
     return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
 
 
-def _reach(pair: PosedPair) -> FloatArray:
-    """Points (n, 3) in S_f that the picture must show."""
-    tips = [
-        to_fixed(frame, posed.rings(member)).reshape(-1, 3)
-        for frame, member in zip(pair.frames, pair.design.members, strict=True)
-    ]
-    return np.concatenate((*tips, pair.foot))
-
-
 def camera_of(pair: PosedPair, size: Size) -> Camera:
     """The camera that shows the whole pair in a picture of this size."""
-    return fit_camera(_reach(pair), VIEW, UP, size, 0.06)
+    return fit_camera(posed.reach(pair), VIEW, UP, size, 0.06)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     """Gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
     items: list[Item] = []
     remarks = []
-    for number, (member, frame, ends) in enumerate(
-        zip(pair.design.members, pair.frames, _ends(pair), strict=True)
-    ):
+    lengths = _ends(pair) - pair.position[:, None]
+    for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         bore = posed.shaft_radius(member)
-        mesh, reason = posed.teeth_of(member, tolerance, bore_radius=bore)
-        if mesh is None:
+        gear, reason = posed.gear_items(member, frame, tolerance, (theme.METALS[number], FACES[number]), bore)
+        if reason:
             remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
-            items += posed.blank(member, frame, COLOURS[number], bore)
-        else:
-            faces = mesh.is_of("toe", "heel")
-            items.append(posed.surface(mesh.where(~faces), frame, COLOURS[number]))
-            items.append(posed.surface(mesh.where(faces), frame, FACES[number]))
-        items += posed.shaft(
-            frame, bore, ends[0] - pair.position[number], ends[1] - pair.position[number], SHAFT
-        )
+        items += [*gear, *posed.shaft(frame, bore, lengths[number, 0], lengths[number, 1], posed.SHAFT)]
     return items, remarks
 
 
@@ -123,30 +103,30 @@ def draw(data: PairFigure, size: Size) -> Drawing:
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
     picture = render(Scene(items, camera), box.size)
-    _annotate(theme.show(page, box, picture), picture, pair)
+    _annotate(Overlay(theme.show(page, box, picture), picture), pair)
     if data.touching and len(data.sections) == 2:
-        shown = picture.project(_reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        shown = picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
         _draw_section(page, _free_corner(page, shown), data)
     return Drawing(page, {"pair": picture})
 
 
-def _annotate(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+def _annotate(over: Overlay, pair: PosedPair) -> None:
     """Axes, offset, shaft angle, toe and heel."""
     ends = _ends(pair)
     low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
     for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
-        annotate.axis_line(axes, picture, foot + first * axis, foot + last * axis, theme.INK)
+        over.axis(foot + first * axis, foot + last * axis, theme.INK)
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    annotate.dimension(axes, picture, pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
-    _shaft_angle(axes, picture, pair)
-    right, up, _ = picture.camera.axes
+    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
+    _shaft_angle(over, pair)
+    right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
         for ring, end, offset in ((toe, "toe", (-20.0, 34.0)), (heel, "heel", (-6.0, 28.0))):
-            annotate.note(axes, picture, ring[np.argmax(ring @ up)], end, offset)
+            over.note(ring[np.argmax(ring @ up)], end, offset)
         corner = heel[np.argmax(heel @ (right + up))]
-        annotate.note(axes, picture, corner, _kind(pair, number), (30.0, 34.0), ha="left", va="bottom")
+        over.note(corner, _kind(pair, number), (30.0, 34.0), ha="left", va="bottom")
 
 
 def _kind(pair: PosedPair, member: int) -> str:
@@ -159,19 +139,15 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{posed.NAMES[member]}\n{text}"
 
 
-def _shaft_angle(axes: Axes, picture: Picture, pair: PosedPair) -> None:
+def _shaft_angle(over: Overlay, pair: PosedPair) -> None:
     """The gear axis against a parallel to the pinion axis through its foot."""
     reach = 0.65 * abs(float(_ends(pair)[1, 0]))
     foot, (first, second) = pair.foot[1], pair.axis
-    annotate.line(
-        axes, picture, np.stack((foot, foot + 1.2 * reach * first)), color=theme.RED, linestyle="--"
-    )
-    annotate.arrow_along(axes, picture, annotate.arc(foot, first, second, reach), theme.RED)
+    over.line(foot, foot + 1.2 * reach * first, color=theme.RED, linestyle="--")
+    over.arrow_along(annotate.arc(foot, first, second, reach), theme.RED)
     degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
-    annotate.label(
-        axes, picture, foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style
-    )
+    over.label(foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style)
 
 
 def _free_corner(page: Page, shown: FloatArray) -> Box:
@@ -196,7 +172,7 @@ def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
     across /= np.linalg.norm(across)
     plane = np.stack((across, -np.cross(along, across)))
     half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
-    for outline, colour in zip(data.sections, COLOURS, strict=True):
+    for outline, colour in zip(data.sections, theme.METALS, strict=True):
         axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
     axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
     high = half * box.height / box.width
@@ -219,19 +195,15 @@ def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
 
 
 def rows(data: PairFigure) -> Table:
-    """Layout and pose."""
+    """List layout and pose."""
     pair = data.pair
-
-    def lines() -> Iterator[tuple[str, str, float]]:
-        yield "offset", "mm", float(pair.foot[1, 0])
-        yield "shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
-        for number, name in enumerate(posed.NAMES):
-            yield f"{name}_mounting", "mm", float(pair.position[number])
-            yield f"{name}_roll", "rad", float(pair.roll[number])
-        for letter, value in zip("xyz", pair.contact, strict=True):
-            yield f"contact_{letter}_f", "mm", float(value)
-
-    return ("quantity", "unit", "value"), lines()
+    named = (("mounting", "mm", pair.position), ("roll", "rad", pair.roll))
+    return quantities(
+        ("offset", "mm", pair.foot[1, 0]),
+        ("shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))),
+        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(posed.NAMES) for name, unit, v in named),
+        *vector("contact_{}_f", "mm", pair.contact),
+    )
 
 
 RECIPES = {"fig-01": Recipe(compute, draw, rows)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -204,14 +203,10 @@ def _draw_parameters(axes: Axes, data: RackFigure) -> None:
 
 
 def rows(data: RackFigure) -> Table:
-    """Points of both right profiles."""
-
-    def lines() -> Iterator[tuple[str, float, float, float]]:
-        for name, tool, profile in zip(("straight", "parabolic"), data.tools, data.profiles, strict=True):
-            for x, y in profile:
-                yield name, float(tool.parabola), float(x), float(y)
-
-    return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines()
+    """List the points of both right profiles."""
+    named = zip(("straight", "parabolic"), data.tools, data.profiles, strict=True)
+    lines = [(name, float(tool.parabola), *xy) for name, tool, points in named for xy in points.tolist()]
+    return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines
 
 
 RECIPES = {"fig-02": Recipe(compute, draw, rows)}

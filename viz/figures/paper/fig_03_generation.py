@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design, Member
@@ -15,8 +13,9 @@ from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import reference_radius
 
 from ...parts import annotate, cutter, posed
+from ...parts.annotate import Overlay
 from ...parts.cutter import SectionFrame
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
 from ...stage.scene import MESH_PX, Item, Picture, Scene, Surface, fit_camera, render
 from ...stage.theme import Page
@@ -130,7 +129,7 @@ def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
     picture = render(Scene(items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09)), box.size)
-    _annotate_rack(theme.show(page, box, picture), picture, data)
+    _annotate_rack(Overlay(theme.show(page, box, picture), picture), data)
     return picture
 
 
@@ -144,7 +143,7 @@ def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
     )
 
 
-def _annotate_rack(axes: Axes, picture: Picture, data: GenerationFigure) -> None:
+def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
     frame, module = data.frames[0], data.module
     gamma = float(data.drawn.cone_angle)
     y = np.array([0.0, 1.0, 0.0])
@@ -158,21 +157,21 @@ def _annotate_rack(axes: Axes, picture: Picture, data: GenerationFigure) -> None
         ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
     )
     for name, vectors, length, names in frames:
-        annotate.triad(axes, picture, np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
+        over.triad(np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
     label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
-    annotate.label(axes, picture, label, "rack\ncutter")
+    over.label(label, "rack\ncutter")
     corner = _plane_corners(data, LENGTH * module)[3]
-    annotate.note(axes, picture, corner, "pitch plane of the rack", (30.0, -28.0))
+    over.note(corner, "pitch plane of the rack", (30.0, -28.0))
     for first, second, radius, words, colour in (
         (slope, frame.axes[2], 3.4, "$\\beta$", theme.BLUE),
         ((0.0, 0.0, 1.0), slope, 4.6, "$\\gamma$", theme.GREEN),
     ):
         curve = annotate.arc(np.zeros(3), first, second, radius * module)
         if np.linalg.norm(curve[-1] - curve[0]) > 0.05 * module:
-            annotate.arrow_along(axes, picture, curve, colour)
+            over.arrow_along(curve, colour)
             outward = 0.6 * module * curve[16] / np.linalg.norm(curve[16])
             style = {"color": colour, "fontsize": theme.HEADING}
-            annotate.label(axes, picture, curve[16] + outward, words, (0.0, 0.0), **style)
+            over.label(curve[16] + outward, words, (0.0, 0.0), **style)
 
 
 def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
@@ -196,7 +195,7 @@ def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     px_per_mm = box.height / (2.0 * camera.half_height)
     items += _gear_items(data, count, MESH_PX / px_per_mm)
     picture = render(Scene(items, camera), box.size)
-    _annotate_gear(theme.show(page, box, picture), picture, data)
+    _annotate_gear(Overlay(theme.show(page, box, picture), picture), data)
     return picture
 
 
@@ -206,17 +205,11 @@ def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[It
     frame = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
     bore = 0.1 * data.pitch_radius
-    mesh, _ = posed.teeth_of(data.member, tolerance, range(first, first + count), bore)
-    if mesh is None:
-        return [*posed.blank(data.member, frame, theme.STEEL, bore)]
-    faces = mesh.is_of("toe", "heel")
-    return [
-        posed.surface(mesh.where(~faces), frame, theme.STEEL),
-        posed.surface(mesh.where(faces), frame, FACE),
-    ]
+    teeth = range(first, first + count)
+    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, FACE), bore, teeth)[0]]
 
 
-def _annotate_gear(axes: Axes, picture: Picture, data: GenerationFigure) -> None:
+def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     radius, roll = data.pitch_radius, data.roll
     place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
     turned = np.array(
@@ -228,49 +221,40 @@ def _annotate_gear(axes: Axes, picture: Picture, data: GenerationFigure) -> None
     slid = pitch - data.slide * y
     side = np.linspace(-0.28, 0.28, 41) - 0.5 * roll
     rim = place + radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
-    annotate.line(axes, picture, rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
+    over.line(rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
     line = np.stack((slid + 2.4 * np.pi * data.module * y, slid - 2.4 * np.pi * data.module * y))
-    annotate.line(axes, picture, line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
-    annotate.dimension(axes, picture, place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), 0.62, ha="right")
-    annotate.line(axes, picture, np.stack((place, place + radius * turned[0])), color=theme.RED)
+    over.line(line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
+    over.dimension(place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), 0.62, ha="right")
+    over.line(place, place + radius * turned[0], color=theme.RED)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
-    annotate.arrow_along(axes, picture, curve, theme.RED)
+    over.arrow_along(curve, theme.RED)
     style = {"color": theme.RED, "fontsize": theme.HEADING}
-    annotate.label(axes, picture, curve[16], "$\\varphi$", (0.0, 12.0), **style)
-    annotate.triad(
-        axes, picture, place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b"
-    )
-    annotate.triad(
-        axes, picture, place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0)
-    )
+    over.label(curve[16], "$\\varphi$", (0.0, 12.0), **style)
+    over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
+    over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
-    annotate.triad(
-        axes, picture, slid, np.eye(3), 0.62 * length, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0)
-    )
-    over = (data.back + 2.2 * data.module) * x
+    over.triad(slid, np.eye(3), 0.62 * length, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
+    above = (data.back + 2.2 * data.module) * x
     for end in (pitch, slid):
-        annotate.line(axes, picture, np.stack((end, end + 1.05 * over)), color=theme.BLUE, linewidth=1.0)
+        over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)
     words = f"$r_P\\varphi$ = {data.slide:.4g} mm"
     beside: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
-    annotate.dimension(axes, picture, pitch + over, slid + over, words, (0.0, 14.0), **beside)
+    over.dimension(pitch + above, slid + above, words, (0.0, 14.0), **beside)
 
 
 def rows(data: GenerationFigure) -> Table:
-    """Frames and numbers of both panels."""
-
-    def lines() -> Iterator[tuple[str, str, float]]:
-        yield "helix_angle", "rad", float(data.member.helix_angle)
-        yield "cone_angle", "rad", float(data.member.cone_angle)
-        yield "helix_angle_drawn_in_a", "rad", float(data.drawn.helix_angle)
-        yield "cone_angle_drawn_in_a", "rad", float(data.drawn.cone_angle)
-        yield "pitch_radius", "mm", data.pitch_radius
-        yield "roll_in_b", "rad", data.roll
-        yield "slide_in_b", "mm", data.slide
-        for letter, vector in zip("xyz", data.frames[1].axes, strict=True):
-            for component, value in zip("xyz", vector, strict=True):
-                yield f"{letter}_n_along_{component}_c", "1", float(value)
-
-    return ("quantity", "unit", "value"), lines()
+    """List frames and numbers of both panels."""
+    axes = zip("xyz", data.frames[1].axes, strict=True)
+    return quantities(
+        ("helix_angle", "rad", float(data.member.helix_angle)),
+        ("cone_angle", "rad", float(data.member.cone_angle)),
+        ("helix_angle_drawn_in_a", "rad", float(data.drawn.helix_angle)),
+        ("cone_angle_drawn_in_a", "rad", float(data.drawn.cone_angle)),
+        ("pitch_radius", "mm", data.pitch_radius),
+        ("roll_in_b", "rad", data.roll),
+        ("slide_in_b", "mm", data.slide),
+        *(line for letter, axis in axes for line in vector(f"{letter}_n_along_{{}}_c", "1", axis)),
+    )
 
 
 RECIPES = {"fig-03": Recipe(compute, draw, rows)}

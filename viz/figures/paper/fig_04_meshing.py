@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame
@@ -17,9 +15,10 @@ from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of
 
 from ...parts import annotate, posed
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.annotate import Overlay
+from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import Item, Picture, Scene, Tube, fit_camera, render
+from ...stage.scene import Item, Scene, Tube, fit_camera, render
 from ...stage.theme import Page
 
 CONES = ("#8fb4d4", "#e3bd7c")
@@ -121,13 +120,13 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
     radius = 0.0016 * camera.half_height * 2.0
     items += _lines(data, radius)
     picture = render(Scene(items, camera), box.size)
-    axes = theme.show(page, box, picture)
-    _annotate_layout(axes, picture, data)
+    over = Overlay(theme.show(page, box, picture), picture)
+    _annotate_layout(over, data)
     if data.found:
         for number in (0, 1):
-            _annotate_member(axes, picture, data, number)
+            _annotate_member(over, data, number)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        annotate.label(axes, picture, data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
+        over.label(data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
     _table(page, data)
     return Drawing(page, {"meshing": picture})
 
@@ -164,33 +163,29 @@ def _axis(data: MeshingFigure, number: int) -> tuple[FloatArray, FloatArray]:
     return np.array([data.offset * number, 0.0, 0.0]), rotation[:, 2]
 
 
-def _annotate_layout(axes: Axes, picture: Picture, data: MeshingFigure) -> None:
+def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max())
     length = 0.19 * data.offset
     feet, ways = zip(*(_axis(data, number) for number in (0, 1)), strict=True)
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
-        annotate.axis_line(
-            axes, picture, feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK
-        )
+        over.axis(feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    annotate.dimension(axes, picture, feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
+    over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
     radius = 0.6 * reach
-    annotate.line(
-        axes, picture, np.stack((feet[1], feet[1] + 1.25 * radius * ways[0])), color=theme.RED, linestyle="--"
-    )
-    annotate.arrow_along(axes, picture, annotate.arc(feet[1], ways[0], ways[1], radius), theme.RED)
+    over.line(feet[1], feet[1] + 1.25 * radius * ways[0], color=theme.RED, linestyle="--")
+    over.arrow_along(annotate.arc(feet[1], ways[0], ways[1], radius), theme.RED)
     style = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
-    annotate.label(axes, picture, feet[1] + 0.8 * radius * ways[0], "$\\delta$", (-5.0, 2.0), **style)
+    over.label(feet[1] + 0.8 * radius * ways[0], "$\\delta$", (-5.0, 2.0), **style)
     for number, name in enumerate(("f", "g")):
         rotation = data.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
         offset = (-4.0, 15.0) if number == 0 else (16.0, -12.0)
-        annotate.triad(axes, picture, feet[number], rotation.T, length, names, theme.INK, f"S_{name}", offset)
+        over.triad(feet[number], rotation.T, length, names, theme.INK, f"S_{name}", offset)
 
 
-def _annotate_member(axes: Axes, picture: Picture, data: MeshingFigure, number: int) -> None:
+def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     """Mounting distance, b_c, radii and own frame of one member."""
     foot, way = _axis(data, number)
     colour, index = INKS[number], number + 1
@@ -206,30 +201,26 @@ def _annotate_member(axes: Axes, picture: Picture, data: MeshingFigure, number: 
     out, near = (radius * way_out for way_out in (low, side)[number])
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
     for end in (foot, pitch):
-        annotate.line(axes, picture, np.stack((end, end + 1.03 * out)), color=colour, linewidth=0.9)
-    annotate.dimension(axes, picture, foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], 0.45, **style)
+        over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
+    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], 0.45, **style)
     shift = _drawn_shift(data, number)
     zero = middle - shift * way
     if shift:
         for end in (zero, middle):
-            annotate.line(axes, picture, np.stack((end, end + 1.03 * near)), color=colour, linewidth=0.9)
-        annotate.dimension(
-            axes, picture, zero + near, middle + near, f"$b_{{c{index}}}$", offsets[1], **style
-        )
+            over.line(end, end + 1.03 * near, color=colour, linewidth=0.9)
+        over.dimension(zero + near, middle + near, f"$b_{{c{index}}}$", offsets[1], **style)
     working = {"color": theme.RED, "fontsize": theme.HEADING}
-    annotate.arrow(axes, picture.project(pitch), picture.project(mounting.pitch_point), theme.RED, 1.4)
+    over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
     beside = pitch + 0.66 * (mounting.pitch_point - pitch)
     below = (-12.0, -11.0) if number == 0 else (4.0, 13.0)
-    annotate.label(axes, picture, beside, f"$r_{{w{index}}}$", below, **working)
+    over.label(beside, f"$r_{{w{index}}}$", below, **working)
     turn = data.frames[number][0] @ np.array([0.0, 1.0, 0.0])
     rim = zero + _radius(data, number, -shift) * turn
-    annotate.arrow(axes, picture.project(zero), picture.project(rim), colour, 1.4)
-    annotate.label(axes, picture, zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
+    over.arrow(zero, rim, colour, 1.4)
+    over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
     names = tuple(f"{letter}_{index}" for letter in "xyz")
     length = 0.17 * data.offset
-    annotate.triad(
-        axes, picture, middle, data.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0)
-    )
+    over.triad(middle, data.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
 
 
 def _table(page: Page, data: MeshingFigure) -> None:
@@ -257,22 +248,21 @@ def _table(page: Page, data: MeshingFigure) -> None:
 
 
 def rows(data: MeshingFigure) -> Table:
-    """Layout, mounting and radii."""
-
-    def lines() -> Iterator[tuple[str, str, float]]:
-        yield "offset", "mm", data.offset
-        yield "shaft_angle", "rad", data.shaft_angle
-        for number, name in enumerate(posed.NAMES):
-            yield f"{name}_pitch_distance_dw", "mm", float(data.mounting.pitch_distance[number])
-            yield f"{name}_mid_face_distance", "mm", float(data.mounting.distance[number])
-            yield f"{name}_shift_distance_bc", "mm", float(data.shift_distance[number])
-            yield f"{name}_working_radius", "mm", float(data.mounting.working_radius[number])
-            yield f"{name}_reference_radius", "mm", float(data.reference_radius[number])
-        for letter, value in zip("xyz", data.mounting.pitch_point, strict=True):
-            yield f"pitch_point_{letter}_f", "mm", float(value)
-        yield "gap_of_lines_of_action", "mm", float(data.mounting.gap)
-
-    return ("quantity", "unit", "value"), lines()
+    """List layout, mounting and radii."""
+    named = {
+        "pitch_distance_dw": data.mounting.pitch_distance,
+        "mid_face_distance": data.mounting.distance,
+        "shift_distance_bc": data.shift_distance,
+        "working_radius": data.mounting.working_radius,
+        "reference_radius": data.reference_radius,
+    }
+    return quantities(
+        ("offset", "mm", data.offset),
+        ("shaft_angle", "rad", data.shaft_angle),
+        *((f"{m}_{name}", "mm", v[k]) for k, m in enumerate(posed.NAMES) for name, v in named.items()),
+        *vector("pitch_point_{}_f", "mm", data.mounting.pitch_point),
+        ("gap_of_lines_of_action", "mm", float(data.mounting.gap)),
+    )
 
 
 RECIPES = {"fig-04": Recipe(compute, draw, rows)}

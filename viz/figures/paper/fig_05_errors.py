@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design, Errors, unchecked
-from beveloid_geom.pair.frames import to_fixed
 
 from ...parts import annotate, posed
+from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
@@ -30,7 +28,6 @@ DRAWN_SHARE = 0.16
 DRAWN_ANGLE = np.radians(9.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
 """Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
-SHAFT = "#9aa1a8"
 
 
 @dataclass(frozen=True)
@@ -116,32 +113,18 @@ def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> N
     )
 
 
-def _reach(pair: PosedPair) -> FloatArray:
-    tips = [
-        to_fixed(frame, posed.rings(member)).reshape(-1, 3)
-        for frame, member in zip(pair.frames, pair.design.members, strict=True)
-    ]
-    return np.concatenate((*tips, pair.foot))
-
-
 def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[Item]:
-    """A member with its teeth, or as a blank where they cannot be drawn."""
+    """A member on its shaft with its teeth, or as a blank where they cannot be drawn."""
     member, frame = pair.design.members[number], pair.frames[number]
-    bore, half = posed.shaft_radius(member), 0.5 * float(member.face_width)
-    over = half + 0.3 * bore
-    shaft = posed.shaft(frame, bore, -over, over, SHAFT)
-    mesh, _ = posed.teeth_of(member, tolerance, bore_radius=bore)
-    if mesh is None:
-        return [*posed.blank(member, frame, colour, bore), *shaft]
-    faces = mesh.is_of("toe", "heel")
-    teeth = posed.surface(mesh.where(~faces), frame, colour)
-    return [teeth, posed.surface(mesh.where(faces), frame, FACES[colour]), *shaft]
+    bore = posed.shaft_radius(member)
+    over = 0.5 * float(member.face_width) + 0.3 * bore
+    gear, _ = posed.gear_items(member, frame, tolerance, (colour, FACES[colour]), bore)
+    return [*gear, *posed.shaft(frame, bore, -over, over, posed.SHAFT)]
 
 
 def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
-    reach = np.concatenate((_reach(nominal), _reach(moved)))
-    camera = fit_camera(reach, panel.view, panel.up, box.size, 0.05)
+    camera = fit_camera(posed.reach(nominal, moved), panel.view, panel.up, box.size, 0.05)
     tolerance = MESH_PX * 2.0 * camera.half_height / box.height
     member = nominal.design.members[panel.member]
     # Shorter by a little, so that its ends do not fall into those of the displaced member.
@@ -155,25 +138,25 @@ def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture
         *ghost,
     ]
     picture = render(Scene(items, camera), box.size)
-    _annotate(theme.show(page, box, picture), picture, data, index)
+    _annotate(Overlay(theme.show(page, box, picture), picture), data, index)
     return picture
 
 
-def _annotate(axes: Axes, picture: Picture, data: ErrorFigure, index: int) -> None:
+def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
     """Axes before and after, and the error between them."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     still, number = 1 - panel.member, panel.member
-    _axis(axes, picture, nominal, still, theme.INK)
-    _axis(axes, picture, nominal, number, theme.GREY)
+    _axis(over, nominal, still, theme.INK)
+    _axis(over, nominal, number, theme.GREY)
     if panel.key != f"{posed.NAMES[number]}_axial":
-        _axis(axes, picture, moved, number, theme.RED)
+        _axis(over, moved, number, theme.RED)
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if panel.key == "shaft_angle":
         reach = 0.42 * float(nominal.position[1])
         arc = annotate.arc(nominal.foot[1], nominal.axis[1], moved.axis[1], reach)
-        annotate.arrow_along(axes, picture, arc, theme.RED, 2.2)
-        annotate.label(axes, picture, arc[16], words, (-22.0, 0.0), **style)
+        over.arrow_along(arc, theme.RED, 2.2)
+        over.label(arc[16], words, (-22.0, 0.0), **style)
         return
     start, end = (pair.foot[number] for pair in (nominal, moved))
     if panel.key != "offset":
@@ -183,9 +166,9 @@ def _annotate(axes: Axes, picture: Picture, data: ErrorFigure, index: int) -> No
         )
         for pair, place in ((nominal, start), (moved, end)):
             centre = pair.foot[number] + pair.position[number] * pair.axis[number]
-            annotate.line(axes, picture, np.stack((centre, centre + 1.05 * (place - centre))), linewidth=0.9)
-    annotate.arrow(axes, picture.project(start), picture.project(end), theme.RED, 2.4)
-    annotate.label(axes, picture, 0.5 * (start + end), words, (0.0, -16.0), **style)
+            over.line(centre, centre + 1.05 * (place - centre), linewidth=0.9)
+    over.arrow(start, end, theme.RED, 2.4)
+    over.label(0.5 * (start + end), words, (0.0, -16.0), **style)
 
 
 def _tip(pair: PosedPair, number: int) -> float:
@@ -193,11 +176,11 @@ def _tip(pair: PosedPair, number: int) -> float:
     return float(np.hypot(rings[..., 0], rings[..., 1]).max())
 
 
-def _axis(axes: Axes, picture: Picture, pair: PosedPair, number: int, colour: str) -> None:
+def _axis(over: Overlay, pair: PosedPair, number: int, colour: str) -> None:
     """The axis of a member from the common perpendicular to beyond its heel."""
     foot, way = pair.foot[number], pair.axis[number]
     far = float(pair.position[number]) + 1.1 * float(pair.design.members[number].face_width)
-    annotate.axis_line(axes, picture, foot, foot + far * way, colour)
+    over.axis(foot, foot + far * way, colour)
 
 
 def rows(data: ErrorFigure) -> Table:

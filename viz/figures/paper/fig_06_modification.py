@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -287,16 +286,10 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
 
 
 def rows(data: ModificationFigure) -> Table:
-    """The sections."""
+    """List the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
-
-    def body() -> Iterator[list[object]]:
-        for a, section in data.sections.items():
-            columns = (section.l, section.radius, section.deviation, section.across, section.up)
-            for values in np.stack(columns, axis=-1).tolist():
-                yield [a, *values]
-
-    return header, body()
+    columns = {a: (s.l, s.radius, s.deviation, s.across, s.up) for a, s in data.sections.items()}
+    return header, [(a, *line) for a, part in columns.items() for line in np.stack(part, axis=-1).tolist()]
 
 
 RECIPES = {"fig-06": Recipe(compute, draw, rows)}

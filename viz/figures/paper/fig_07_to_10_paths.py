@@ -7,23 +7,18 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from beveloid_geom.design.model import Design
 
 from ...parts import panels, solved
-from ...parts.panels import FlankView, Trace
+from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
-from ...stage.theme import Page
 
 FLANK = "right"
-STRETCH = 2.0
 COLUMNS = 5
-LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
-TEXT, LABEL = 0.85, 0.27  # inches: three lines under a panel, and one over or under a flank
+TEXT = 0.85  # inches: three lines under a panel
 ANGLES = (
     "Angles are true ones, of the path's chord to the axial direction, positive if it runs to the heel on"
     " its way to the tip. The contact ratio is Eq. 16, from the limits of one tooth pair"
@@ -83,18 +78,8 @@ def compute(case: SignCase, design: Design) -> PathFigure:
     return PathFigure(case, solved.solve_all(designs, FLANK))
 
 
-@dataclass(frozen=True, eq=False)
-class _Layout:
-    """Views [row][column], pixels per mm, upper edge and height of each row as shares of the page."""
-
-    views: list[list[FlankView | None]]
-    px_per_mm: float
-    tops: tuple[float, float]
-    heights: tuple[float, float]
-
-
 def draw(data: PathFigure, size: Size) -> Drawing:
-    """A row of pinion flanks over a row of gear flanks, one column for each coefficient."""
+    """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case = data.case
     page = theme.new_page(
         size,
@@ -102,62 +87,21 @@ def draw(data: PathFigure, size: Size) -> Drawing:
         f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
     )
-    text = (
-        panels.how_drawn(FLANK, STRETCH)
-        + ANGLES
-        + (NOT_OPERATING if min(case.pinion, case.gear) > 0.0 else "")
-        + "."
-    )
-    layout = _lay_out(page, data, theme.caption(page, text))
-    panels.scale_bars(page, layout.px_per_mm, STRETCH)
-    pictures: dict[str, Picture] = {}
-    width = (RIGHT - LEFT) / COLUMNS
-    for column, path in enumerate(data.paths):
-        middle, y = LEFT + (column + 0.5) * width, layout.tops[0] + theme.inches(page, 0.3)
-        page.text(middle, y, case.heading(column), ha="center", va="top", fontsize=theme.HEADING - 1)
-        for row, member in enumerate(solved.MEMBERS):
-            picture = _panel(page, layout, path, row, column)
-            if picture is not None:
-                pictures[f"{member}-{column}"] = picture
-    for row, member in enumerate(solved.MEMBERS):
-        y = layout.tops[row] - 0.5 * (layout.heights[row] - theme.inches(page, TEXT))
-        page.text(0.012, y, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
-    return Drawing(page, pictures)
+    doubt = NOT_OPERATING if min(case.pinion, case.gear) > 0.0 else ""
+    low = theme.caption(page, f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}{doubt}.")
 
+    def panel(cell: Cell) -> Picture | None:
+        path, row = data.paths[cell.column], cell.row
+        traces = [Trace(path.points[row])]
+        drawn = panels.draw_flank(page, cell.box, path.design, row, FLANK, cell.view, traces, cell.px_per_mm)
+        if drawn is None:
+            return None
+        style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
+        page.text(*cell.under, _under(path, row, drawn.view), **style)
+        return drawn.picture
 
-def _lay_out(page: Page, data: PathFigure, low: float) -> _Layout:
-    """One scale for all flanks; each row as high as its flanks."""
-    views = [
-        [panels.flank_view(path.design.members[row], FLANK, STRETCH) for path in data.paths] for row in (0, 1)
-    ]
-    spans = np.stack([panels.greatest_span(row) for row in views])
-    page_width, page_height = page.canvas.get_width_height()
-    high = theme.top(page) - theme.inches(page, 0.4)
-    around = theme.inches(page, TEXT + 2.0 * LABEL)
-    room = (high - low - 2.0 * around) * page_height
-    column = 0.72 * (RIGHT - LEFT) / COLUMNS * page_width
-    px_per_mm = float(min(room / spans[:, 1].sum(), column / spans[:, 0].max()))
-    spare = 0.5 * (room / page_height - px_per_mm * float(spans[:, 1].sum()) / page_height)
-    pinion, gear = (around + spare + px_per_mm * float(span) / page_height for span in spans[:, 1])
-    return _Layout(views, px_per_mm, (high, high - pinion), (pinion, gear))
-
-
-def _panel(page: Page, layout: _Layout, path: SolvedPath, row: int, column: int) -> Picture | None:
-    """One flank with its path, and three lines under it."""
-    width = (RIGHT - LEFT) / COLUMNS
-    x, bottom = LEFT + column * width, layout.tops[row] - layout.heights[row]
-    text, view = theme.inches(page, TEXT), layout.views[row][column]
-    box = theme.place(page, x + 0.1 * width, bottom + text, 0.8 * width, layout.heights[row] - text)
-    colour = (theme.STEEL, theme.BRONZE)[row]
-    member, traces = path.design.members[row], [Trace(path.points[row])]
-    drawn = panels.draw_flank(page, box, member, FLANK, view, traces, layout.px_per_mm, colour)
-    if view is None or drawn is None:
-        return None
-    axes, picture = drawn
-    panels.label_limits(axes, picture, view)
-    style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
-    page.text(x + 0.5 * width, bottom + text, _under(path, row, view), **style)
-    return picture
+    columns = [(case.heading(k), path.design, FLANK) for k, path in enumerate(data.paths)]
+    return Drawing(page, panels.flank_rows(page, columns, low, TEXT, panel))
 
 
 def _under(path: SolvedPath, row: int, view: FlankView) -> str:

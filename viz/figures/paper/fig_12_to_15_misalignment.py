@@ -8,13 +8,13 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
 
 from ...parts import panels, solved
-from ...parts.panels import FlankView, Trace
+from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
@@ -45,7 +45,6 @@ LOOKS = (
 )
 LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
 FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
-LABEL = 0.27  # inches, over and under a flank
 NOTE = (
     "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members"
     " stay mounted as without errors; contact ratios are Eq. 16, from the limits of one tooth pair."
@@ -112,8 +111,9 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
     low = theme.caption(page, panels.how_drawn(FLANK, STRETCH) + NOTE + case.note)
     high = theme.top(page) - theme.inches(page, 0.3)
     width, height = (RIGHT - LEFT) / 2.0, (high - low) / 2.0
-    views = [[panels.flank_view(m, FLANK, STRETCH) for m in paths[1].design.members] for paths in data.paths]
-    room = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - theme.inches(page, 2.0 * LABEL + 0.15))
+    views = [panels.flank_views(paths[1].design, FLANK, STRETCH) for paths in data.paths]
+    around = theme.inches(page, 2.0 * panels.LABEL + 0.15)
+    room = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - around)
     px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
     panels.scale_bars(page, px_per_mm, STRETCH)
     _legend(page, case)
@@ -122,10 +122,19 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
         bottom = high - (row + 1) * height
         _row_heading(page, bottom + 0.5 * height, name)
         for column, member in enumerate(solved.MEMBERS):
-            cell = (LEFT + column * width, bottom, width, height - theme.inches(page, 0.15))
-            picture = _panel(page, cell, case, paths, column, views[row][column], px_per_mm)
-            if picture is not None:
-                pictures[f"{member}-{name}"] = picture
+            left, view = LEFT + column * width, views[row][column]
+            box = theme.place(
+                page, left, bottom, (FLANK_SHARE + 0.12) * width, height - theme.inches(page, 0.15)
+            )
+            traces = [
+                Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
+                for path, look in zip(paths, LOOKS, strict=True)
+            ]
+            design = paths[1].design
+            drawn = panels.draw_flank(page, box, design, column, FLANK, view, traces, px_per_mm, 0.85)
+            if drawn is not None:
+                _path_labels(drawn, case, paths, column)
+                pictures[f"{member}-{name}"] = drawn.picture
     for column, member in enumerate(solved.MEMBERS):
         x = LEFT + (column + 0.5 * FLANK_SHARE + 0.06) * width
         page.text(x, high, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
@@ -141,55 +150,19 @@ def _row_heading(page: Page, y: float, name: str) -> None:
 
 
 def _legend(page: Page, case: ErrorCase) -> None:
-    handles = [
-        Line2D(
-            [], [], color=look.colour, dashes=look.legend or (1.0, 0.0), linewidth=4.0, label=case.label(sign)
-        )
-        for look, sign in zip(LOOKS, SIGNS, strict=True)
-    ]
-    page.legend(
-        handles=handles,
-        loc="upper right",
-        bbox_to_anchor=(0.985, 1.0 - theme.inches(page, 0.8)),
-        ncols=3,
-        handlelength=2.8,
-        borderaxespad=0.0,
-    )
+    handles = []
+    for look, sign in zip(LOOKS, SIGNS, strict=True):
+        style: dict[str, Any] = {"color": look.colour, "dashes": look.legend or (1.0, 0.0), "linewidth": 4.0}
+        handles.append(Line2D([], [], label=case.label(sign), **style))
+    theme.legend(page, handles, 3, 0.8, handlelength=2.8)
 
 
-def _panel(
-    page: Page,
-    cell: tuple[float, float, float, float],
-    case: ErrorCase,
-    paths: tuple[SolvedPath, ...],
-    column: int,
-    view: FlankView | None,
-    px_per_mm: float,
-) -> Picture | None:
-    """One flank with three paths, each labelled at its tip end."""
-    x, bottom, width, height = cell
-    box = theme.place(page, x, bottom, (FLANK_SHARE + 0.12) * width, height)
-    member, colour = paths[1].design.members[column], (theme.STEEL, theme.BRONZE)[column]
-    traces = [
-        Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
-        for path, look in zip(paths, LOOKS, strict=True)
-    ]
-    drawn = panels.draw_flank(page, box, member, FLANK, view, traces, px_per_mm, colour)
-    if view is None or drawn is None:
-        return None
-    axes, picture = drawn
-    panels.label_limits(axes, picture, view, share=0.85)
-    _path_labels(axes, picture, case, paths, column, view)
-    return picture
-
-
-def _path_labels(
-    axes: Axes, picture: Picture, case: ErrorCase, paths: tuple[SolvedPath, ...], column: int, view: FlankView
-) -> None:
-    """Error, shift and contact ratio on the right of the flank, led to the path's tip end."""
+def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], column: int) -> None:
+    """Write error, shift and contact ratio on the right of the flank, led to the path's tip end."""
+    axes, picture, view = drawn.axes, drawn.picture, drawn.view
     x = float(picture.project([view.bounds[1, 0], 0.0, 0.0])[0])
     point = axes.figure.dpi / 72.0
-    ends = [_tip_end(picture, view, path.points[column]) if path.found else None for path in paths]
+    ends = [_tip_end(drawn, path.points[column]) if path.found else None for path in paths]
     found = [end[1] for end in ends if end is not None]
     spare = picture.image.shape[0] * 0.5 if not found else max(found)
     wanted = [spare if end is None else end[1] for end in ends]
@@ -211,7 +184,7 @@ def _path_labels(
             axes.plot(*line, color=LOOKS[index].colour, linewidth=1.0, clip_on=False)
 
 
-def spread(wanted: np.ndarray[Any, Any], gap: float, low: float, high: float) -> np.ndarray[Any, Any]:
+def spread(wanted: FloatArray, gap: float, low: float, high: float) -> FloatArray:
     """Heights nearest to those wanted (ascending) that keep `gap` between them, within limits."""
     heights = np.array(wanted, dtype=float)
     for _ in range(50):
@@ -224,8 +197,8 @@ def spread(wanted: np.ndarray[Any, Any], gap: float, low: float, high: float) ->
     return heights
 
 
-def _tip_end(picture: Picture, view: FlankView, points: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    ends = picture.project(view.place(points[[0, -1]]))
+def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
+    ends = drawn.place(points[[0, -1]])
     return np.asarray(ends[np.argmax(ends[:, 0])])
 
 

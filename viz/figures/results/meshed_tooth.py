@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,15 +112,11 @@ def _legend(page: Page, low: float) -> None:
 
 
 def rows(data: MeshedFigure) -> Table:
-    """Sizes of the named sets."""
-    header = ("set", "element_faces", "nodes")
-
-    def body() -> Iterator[list[object]]:
-        if data.mesh is not None:
-            for name, faces in data.mesh.surfaces.items():
-                yield [name, len(faces), len(data.mesh.node_sets[name])]
-
-    return header, body()
+    """List the sizes of the named sets."""
+    header, mesh = ("set", "element_faces", "nodes"), data.mesh
+    if mesh is None:
+        return header, []
+    return header, [(name, len(faces), len(mesh.node_sets[name])) for name, faces in mesh.surfaces.items()]
 
 
 RECIPES = {"meshed-tooth": Recipe(compute, draw, rows)}

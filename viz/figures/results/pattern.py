@@ -2,42 +2,37 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.path import Path as Outline
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import ContactEllipse, contact_ellipse
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
 from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Member
+from beveloid_geom.contact.placing import frames_at
+from beveloid_geom.design.model import Design
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.pattern import ContactPattern, contact_pattern
+from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation
-from beveloid_geom.pair.frames import layout_of, member_frame
+from beveloid_geom.report.pattern import pattern_report
 from beveloid_geom.shapes.sampling import grid_faces
 
 from ...parts import panels, solved
-from ...parts.panels import FlankView, Trace
+from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture, Size, Surface
 from ...stage.theme import Page
 
-STRETCH = 2.0
-LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
-TEXT, LABEL, BAR = 0.6, 0.27, 0.9  # inches: under a panel, over or under a flank, for the colour bar
+TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
 MODIFIED = (0.001, -0.001)
 GRID = (81, 161)
 """Points along depth and face at which a separation is drawn."""
-RESOLUTION = 0.4
-"""mm between the points of a pattern: a pixel or two."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
@@ -90,11 +85,6 @@ class BandFigure:
     columns: tuple[Column, ...]
 
 
-def normals_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
-    """Unit normals (..., 3) out of a tooth at flank parameters l in the planes z, own frame."""
-    return flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).normal
-
-
 def compute_pattern(design: Design) -> BandFigure:
     """The pattern of both flanks as designed, and of the right one with the usual modification."""
     columns = []
@@ -104,7 +94,7 @@ def compute_pattern(design: Design) -> BandFigure:
         ("left", design, "left flanks, as designed"),
     ):
         try:
-            pattern = contact_pattern(changed, flank, resolution=RESOLUTION)
+            pattern = pattern_report("", changed, flank, MARKING_SEPARATION).pattern
         except ValueError as error:
             columns.append(Column(heading, changed, flank, None, str(error).partition(": give")[0]))
             continue
@@ -130,7 +120,7 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
             side.l,
             side.z,
             side.points,
-            normals_at(member, flank, side.l, side.z),
+            flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal,
             1e3 * side.least,
             (Trace(path.points[number], width=0.7),),
             _rings(design, flank, path, number),
@@ -149,24 +139,13 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
         return ()
     l1 = np.interp(ELLIPSES, np.linspace(0.0, 1.0, len(path.path.l1)), path.path.l1)
     at = path_of_contact(design, flank, l1=l1)
-    ellipse: ContactEllipse = contact_ellipse(at, 1e-3 * PATTERN_BANDS[-1])
-    turn = np.linspace(0.0, 2.0 * np.pi, 721)
-    rings = []
-    for index in range(len(l1)):
-        if not np.isfinite(ellipse.semi_axes[index]).all():
-            continue
-        ring = np.cos(turn)[:, None] * ellipse.semi_axes[index, 0] * ellipse.direction[index, 0]
-        ring = ring + np.sin(turn)[:, None] * ellipse.semi_axes[index, 1] * ellipse.direction[index, 1]
-        rings.append(_own(design, at, index, number, ring))
-    return tuple(rings)
-
-
-def _own(design: Design, at: Any, index: int, number: int, vectors: FloatArray) -> FloatArray:
-    """Vectors (n, 3) of S_f from a contact, as points in a member's own frame."""
-    roll = (at.pinion_roll, at.gear_roll)[number][index]
-    rotation, _ = member_frame(layout_of(design), number, roll, 0.0)
-    l, u = ((at.l1, at.u1), (at.l2, at.u2))[number]
-    return np.asarray(flank_point(design.members[number], at.flank, l[index], u[index]) + vectors @ rotation)
+    ellipse = contact_ellipse(at, MARKING_SEPARATION)
+    turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
+    first, second = (ellipse.semi_axes[:, k, None, None] * ellipse.direction[:, k, None, :] for k in (0, 1))
+    in_fixed = np.cos(turn) * first + np.sin(turn) * second  # (positions, 721, 3)
+    rotation, _ = frames_at(design, at.pinion_roll, at.gear_roll)[number]
+    rings = solved.points_on(at, number)[:, None] + in_fixed @ rotation
+    return tuple(ring for ring in rings if np.isfinite(ring).all())
 
 
 def compute_separation(design: Design) -> BandFigure:
@@ -180,7 +159,8 @@ def compute_separation(design: Design) -> BandFigure:
             columns.append(Column(heading, design, flank, None, reason))
             continue
         roll = path.path.pinion_roll
-        l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), *_rising(roll, path.path.l1))
+        order = np.argsort(roll)
+        l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         first, second = (_separation_layer(design, flank, number, pose, pair) for number in (0, 1))
@@ -197,11 +177,6 @@ def compute_separation(design: Design) -> BandFigure:
         HUES,
         tuple(columns),
     )
-
-
-def _rising(roll: FloatArray, l1: FloatArray) -> tuple[FloatArray, FloatArray]:
-    order = slice(None) if roll[-1] > roll[0] else slice(None, None, -1)
-    return roll[order], l1[order]
 
 
 def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float, float], pair: int) -> Layer:
@@ -225,74 +200,33 @@ def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float
 
 
 def draw(data: BandFigure, size: Size) -> Drawing:
-    """A row of pinion flanks over a row of gear flanks, one column for each case."""
+    """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     page = theme.new_page(size, data.title, data.subtitle)
-    flanks = {column.flank for column in data.columns}
-    how = panels.how_drawn("right" if "right" in flanks else "left", STRETCH)
-    if len(flanks) > 1:
-        how = how.replace("from its metal side", "from its metal side (right) or from outside (left)")
-    low = theme.caption(page, how + data.note)
-    views = [
-        [panels.flank_view(column.design.members[row], column.flank, STRETCH) for column in data.columns]
-        for row in (0, 1)
-    ]
-    spans = np.stack([panels.greatest_span(row) for row in views])
-    width, height = page.canvas.get_width_height()
-    bottom = low + theme.inches(page, BAR)
-    around = theme.inches(page, TEXT + 2.0 * LABEL)
-    top = theme.top(page) - theme.inches(page, 0.4)
-    room = (top - bottom - 2.0 * around) * height
-    step = (RIGHT - LEFT) / len(data.columns)
-    px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * step * width / spans[:, 0].max()))
-    panels.scale_bars(page, px_per_mm, STRETCH)
+    flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
+    low = theme.caption(page, panels.how_drawn(flanks, panels.STRETCH) + data.note)
     _colour_bar(page, data, low)
-    pictures: dict[str, Picture] = {}
-    for number, column in enumerate(data.columns):
-        x, edge = LEFT + number * step, top
-        page.text(x + 0.5 * step, edge + theme.inches(page, 0.3), column.heading, ha="center", va="top")
-        for row, name in enumerate(solved.MEMBERS):
-            high = around + px_per_mm * float(spans[row, 1]) / height
-            area = (x + 0.06 * step, edge - high + theme.inches(page, TEXT), 0.88 * step)
-            picture = _panel(page, data, column, row, views[row][number], area, edge, px_per_mm)
-            if picture is not None:
-                pictures[f"{name}-{number}"] = picture
-            if number == 0:
-                page.text(0.012, edge - 0.5 * high, name.capitalize(), rotation=90, va="center")
-            edge -= high
-    return Drawing(page, pictures)
 
+    def panel(cell: Cell) -> Picture | None:
+        column = data.columns[cell.column]
+        if cell.view is None or column.layers is None:
+            theme.say(theme.overlay(page, cell.box), column.reason or "no flank", 30)
+            return None
+        layer = column.layers[cell.row]
+        items = _painted(data, layer, cell.view, theme.METALS[cell.row])
+        items += panels.path_items(page, layer.traces, cell.view, cell.px_per_mm)
+        drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm)
+        rim = drawn.place(_rim(layer.points))
+        drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
+        for ring in layer.rings:
+            seen = drawn.place(ring)
+            seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
+            drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3)
+        page.text(*cell.under, layer.under, ha="center", va="top", fontsize=theme.SMALL)
+        return drawn.picture
 
-def _panel(
-    page: Page,
-    data: BandFigure,
-    column: Column,
-    row: int,
-    view: FlankView | None,
-    area: tuple[float, float, float],
-    edge: float,
-    px_per_mm: float,
-) -> Picture | None:
-    """One painted flank with its lines, and a line of text under it."""
-    x, bottom, width = area
-    middle = x + 0.5 * width
-    if view is None or column.layers is None:
-        text = textwrap.fill(column.reason or "no flank", 30)
-        page.text(middle, 0.5 * (bottom + edge), text, ha="center", va="center")
-        return None
-    layer = column.layers[row]
-    box = theme.place(page, x, bottom, width, edge - bottom)
-    items = _painted(data, layer, view, (theme.STEEL, theme.BRONZE)[row])
-    items += panels.path_items(page, layer.traces, view, px_per_mm)
-    axes, picture = panels.show_items(page, box, view, items, px_per_mm)
-    rim = picture.project(view.place(_rim(layer.points)))
-    axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
-    for ring in layer.rings:
-        seen = picture.project(view.place(ring))
-        seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
-        axes.plot(*seen.T, color=theme.INK, linewidth=1.3)
-    panels.label_limits(axes, picture, view)
-    page.text(middle, bottom, layer.under, ha="center", va="top", fontsize=theme.SMALL)
-    return picture
+    columns = [(column.heading, column.design, column.flank) for column in data.columns]
+    bar = theme.inches(page, BAR)
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, TEXT, panel))
 
 
 def _rim(grid: FloatArray) -> FloatArray:
@@ -314,7 +248,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
 
 def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
-    axes = page.add_axes((LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
+    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
     axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh
 
-from ...parts import annotate, posed, solved
+from ...parts import posed, solved
+from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
@@ -81,15 +81,14 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         box = theme.place(page, left, low, width, heading - theme.inches(page, 0.1) - low)
         scene = close(data) if column else _whole(data, box.size)
         pictures[name] = render(scene, box.size)
-        axes = theme.show(page, box, pictures[name])
+        over = Overlay(theme.show(page, box, pictures[name]), pictures[name])
         page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
         if (pictures[name].image == 255).all():
-            words = "the right flanks share no contact point to look at"
-            axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center")
+            theme.say(over.axes, "the right flanks share no contact point to look at", 60)
         if column == 0:
-            _label(axes, pictures[name], data)
+            _label(over, data)
         else:
-            _draw_paths(axes, pictures[name], data)
+            _draw_paths(over, data)
     return Drawing(page, pictures)
 
 
@@ -100,37 +99,32 @@ def _export_note(design: Design) -> str:
     return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
 
 
-def _label(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+def _label(over: Overlay, data: PosedFigure) -> None:
     pair = data.pair
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         if data.meshes[number][0] is None:
             continue
         heel = to_fixed(frame, posed.rings(member))[1]
-        seen = picture.project(heel)
+        seen = over.picture.project(heel)
         place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
         offset = (0.0, -14.0 if number else 14.0)
-        annotate.label(axes, picture, place, posed.NAMES[number], offset)
+        over.label(place, posed.NAMES[number], offset)
 
 
-def _draw_paths(axes: Axes, picture: Picture, data: PosedFigure) -> None:
+def _draw_paths(over: Overlay, data: PosedFigure) -> None:
     """Over everything: the flanks in contact are seen from behind."""
     for line in paths_on_teeth(data):
-        annotate.line(axes, picture, line, color=theme.PATH, linewidth=3.0)
+        over.line(line, color=theme.PATH, linewidth=3.0)
     if np.isfinite(data.pair.contact).all():
-        place = picture.project(data.pair.contact)
-        axes.plot(*place, "o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
+        over.line(data.pair.contact, marker="o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
         note = "point of contact"
-        annotate.note(axes, picture, data.pair.contact, note, (60.0, -70.0), color=theme.INK)
+        over.note(data.pair.contact, note, (60.0, -70.0), color=theme.INK)
 
 
 def _whole(data: PosedFigure, size: Size) -> Scene:
-    items: list[Item] = []
-    reach = []
-    for number, ((mesh, _), frame) in enumerate(zip(data.meshes, data.pair.frames, strict=True)):
-        reach.append(to_fixed(frame, posed.rings(data.pair.design.members[number])).reshape(-1, 3))
-        if mesh is not None:
-            items.append(posed.surface(mesh, frame, (theme.STEEL, theme.BRONZE)[number]))
-    return Scene(items, fit_camera(np.concatenate(reach), VIEW, UP, size, 0.06))
+    found = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
+    items = [posed.surface(mesh, frame, colour) for (mesh, _), frame, colour in found if mesh is not None]
+    return Scene(items, fit_camera(posed.reach(data.pair, feet=False), VIEW, UP, size, 0.06))
 
 
 def close(data: PosedFigure) -> Scene:
@@ -157,17 +151,10 @@ def _near(mesh: Mesh, points: FloatArray, middle: FloatArray, reach: float) -> M
 
 
 def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
-    """Paths (n, 3) in S_f on the pinion's teeth -1, 0, 1."""
-    if not data.path.found:
-        return []
-    member, (rotation, origin) = data.pair.design.pinion, data.pair.frames[0]
-    lines = []
-    for tooth in (-1, 0, 1):
-        turn = 2.0 * np.pi / float(member.teeth) * tooth
-        cos, sin = np.cos(turn), np.sin(turn)
-        about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        lines.append(to_fixed((rotation @ about, origin), data.path.points[0]))
-    return lines
+    """Paths (n, 3) in S_f on the pinion's teeth -1, 0, 1, mm."""
+    points, member = data.path.points[0], data.pair.design.pinion
+    teeth = (-1, 0, 1) if data.path.found else ()
+    return [to_fixed(data.pair.frames[0], posed.on_tooth(points, member, tooth)) for tooth in teeth]
 
 
 def rows(data: PosedFigure) -> Table:

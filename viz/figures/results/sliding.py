@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
 
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
-from beveloid_geom.report.sliding import MEMBERS, SlidingReport, header_of, sliding_report
+from beveloid_geom.report.sliding import SlidingReport, header_of, sliding_report
 from beveloid_geom.status import Status
 
+from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import REASONS, limit_name
+from ...parts.solved import REASONS
 from ...stage import theme
 from ...stage.scene import Size
 
@@ -27,11 +25,7 @@ CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001), "--"),
 )
 """Name, parabola coefficients and line style of each case."""
-COLOURS = dict(zip(MEMBERS, (theme.BLUE, theme.RED), strict=True))
 POINTS = 201
-LOWEST, HIGHEST = -5.0, 1.0
-"""Specific sliding at which a curve is cut off: at the base circle it is infinite, and beyond it, on an
-undercut flank, above 1."""
 ON_WHITE: dict[str, Any] = {"frameon": True, "edgecolor": "none", "framealpha": 1.0, "borderpad": 0.2}
 """Look of a legend that lines run behind."""
 NOTE = (
@@ -40,7 +34,7 @@ NOTE = (
     " sliding is the sliding square to the tooth trace over the same component of the speed of the member's"
     " transverse profile, on parallel axes that of DIN 3960 and ISO 21771. The flanks of crossed gears slide"
     " along the trace everywhere: the least speed is not zero, and need not be at the pitch point. The path"
-    " enters on the left. Pitch point: where the path as designed comes nearest to it."
+    " enters on the left. Dotted: where the path as designed comes nearest to the pitch point."
 )
 
 
@@ -71,7 +65,7 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
 
 
 def draw(data: dict[str, tuple[Curve, ...]], size: Size) -> Drawing:
-    """A column for each flank: speed above, specific sliding below."""
+    """Draw a column for each flank: speed above, specific sliding below."""
     page = theme.new_page(
         size,
         "Sliding along the path of contact",
@@ -81,109 +75,40 @@ def draw(data: dict[str, tuple[Curve, ...]], size: Size) -> Drawing:
     gap, high = theme.inches(page, 0.65), theme.top(page) - theme.inches(page, 0.4)
     height, width = (high - low - gap) / 2.0, 0.42
     columns = []
-    for column, flank in enumerate(FLANKS):
+    for column, (flank, curves) in enumerate(data.items()):
         left = 0.065 + 0.5 * column
         speed = page.add_axes((left, high - height, width, height))
         specific = page.add_axes((left, low, width, height), sharex=speed)
-        for axes, title in ((speed, f"({'ab'[column]})  {flank.capitalize()} flanks"), (specific, "")):
-            axes.set_title(title, loc="left", pad=8.0)
-            axes.grid(any(curve.found for curve in data[flank]))
-        _speeds(speed, data[flank])
-        _specific(specific, data[flank])
-        _roll_axis(specific, data[flank])
-        columns.append((speed, specific))
-    for row, words in enumerate(("sliding speed (mm/rad)", "specific sliding")):
-        columns[0][row].set_ylabel(words)
-        _same_height([pair[row] for pair in columns])
+        speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
+        specific.set_xlabel("pinion roll (deg)")
+        if any(curve.found for curve in curves):
+            _panels(speed, specific, curves)
+            columns.append((speed, specific))
+        else:
+            for axes in (speed, specific):
+                theme.say(axes, f"no contact: {curves[0].report.reason}", 46)
+    for row in range(2 if columns else 0):
+        limits = np.array([pair[row].get_ylim() for pair in columns])
+        for pair in columns:
+            pair[row].set_ylim(limits[:, 0].min(), limits[:, 1].max())  # one scale for both flanks
     return Drawing(page, {})
 
 
-def _degrees(curve: Curve) -> FloatArray:
-    return np.degrees(curve.report.path.pinion_roll)
-
-
-def _speeds(axes: Axes, curves: tuple[Curve, ...]) -> None:
-    """Sliding speed of all cases, and the components of the first that is found."""
-    _say_missing(axes, curves)
-    found = [curve for curve in curves if curve.found]
-    for curve in found[:1]:
-        for name, words, side in (("lengthwise", "along the trace", -4), ("profile", "square to it", 4)):
-            values = np.abs(curve.report.columns[f"pinion_{name}"])
-            axes.plot(_degrees(curve), values, color=theme.GREY, linewidth=1.2)
-            place = (_degrees(curve)[POINTS // 5], values[POINTS // 5])
-            va = "top" if side < 0 else "bottom"
-            _label(axes, words, place, (4, side), va=va, fontsize=theme.SMALL, color=theme.GREY)
+def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
+    """Draw all cases of a flank; the parts of the speed of the first that is found."""
+    first = next(curve for curve in curves if curve.found)
     for curve in curves:
-        path = curve.report.path
+        ends = curve.report.path.ends
         if not curve.found:
-            status = REASONS.get(Status(int(path.ends.status)), "no path")
-            axes.plot([], [], curve.style, color=theme.INK, label=f"{curve.name}: {status}")
+            reason = REASONS.get(Status(int(ends.status)), "no path")
+            speed.plot([], [], curve.style, color=theme.INK, label=f"{curve.name}: {reason}")
             continue
-        enter, leave = limit_name(path.ends.enter), limit_name(path.ends.leave)
-        label = f"{curve.name}: enters at the {enter}, leaves at the {leave}"
-        axes.plot(_degrees(curve), curve.report.columns["speed"], curve.style, color=theme.INK, label=label)
-        least = (float(np.degrees(curve.report.least_roll)), curve.report.least_speed)
-        axes.plot(*least, "o", color=theme.INK, markersize=7.0)
-        if curve is found[0]:
-            _label(axes, f"least {least[1]:.4g} mm/rad", least, (0, 10), ha="center")
-    if found:
-        axes.set_ylim(0.0, 1.3 * max(curve.report.ranges["speed"][1] for curve in found))
-        axes.legend(loc="upper left", fontsize=theme.SMALL, **ON_WHITE)
-
-
-def _label(axes: Axes, text: str, place: tuple[float, float], by: tuple[float, float], **style: Any) -> None:
-    """Text beside a place, `by` so many points, legible over lines."""
-    words = axes.annotate(text, place, xytext=by, textcoords="offset points", **style)
-    words.set_path_effects([withStroke(linewidth=3.0, foreground="white")])
-
-
-def _specific(axes: Axes, curves: tuple[Curve, ...]) -> None:
-    """Specific sliding of both members in all cases."""
-    _say_missing(axes, curves)
-    for curve in curves:
-        for j, member in enumerate(MEMBERS):
-            values = curve.report.sliding.specific[:, j]
-            shown = np.where((values < LOWEST) | (values > HIGHEST), np.nan, values)
-            label = member if curve is next((c for c in curves if c.found), None) else None
-            axes.plot(_degrees(curve), shown, curve.style, color=COLOURS[member], label=label)
-    if any(curve.found for curve in curves):
-        axes.axhline(0.0, color=theme.GREY, linewidth=1.0, zorder=1.8)
-        axes.legend(loc="lower center", ncols=2, **ON_WHITE)
-
-
-def _roll_axis(axes: Axes, curves: tuple[Curve, ...]) -> None:
-    """Pinion roll in the sense in which the pinion drives, and the pitch point in both panels."""
-    axes.set_xlabel("pinion roll (deg)")
-    found = [curve for curve in curves if curve.found]
-    if not found:
-        axes.set_xticks([])
-        return
-    rolls = np.concatenate([_degrees(curve) for curve in found])
-    room = 0.03 * float(np.ptp(rolls))
-    low, high = float(rolls.min()) - room, float(rolls.max()) + room
-    axes.set_xlim(*((low, high) if found[0].report.path.flank == "right" else (high, low)))
-    pitch = float(np.degrees(found[0].report.pitch_roll))
-    if np.isfinite(pitch):
-        for panel in (axes, *axes.get_shared_x_axes().get_siblings(axes)):
-            panel.axvline(pitch, color=theme.GREY, linewidth=1.2, linestyle=":")
-        style: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "ha": "center", "color": theme.GREY}
-        _label(axes, "pitch point", (pitch, 1.0), (0, 4), fontsize=theme.SMALL, **style)
-
-
-def _say_missing(axes: Axes, curves: tuple[Curve, ...]) -> None:
-    """Why there is nothing in a panel."""
-    if not any(curve.found for curve in curves):
-        axes.set_yticks([])
-        text = textwrap.fill(f"no contact: {curves[0].report.reason}", 46)
-        axes.text(0.5, 0.6, text, transform=axes.transAxes, ha="center", va="center")
-
-
-def _same_height(panels: list[Axes]) -> None:
-    """One scale for both flanks."""
-    drawn = [panel for panel in panels if panel.get_legend()]
-    limits = np.array([panel.get_ylim() for panel in drawn])
-    for panel in drawn:
-        panel.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+        label = f"{curve.name}: enters at the {ends.enter}, leaves at the {ends.leave}"
+        charts.sliding_speed(speed, curve.report, label, curve.style, curve is first)
+        charts.specific_sliding(specific, curve.report, curve.style, curve is first)
+    speed.set_ylim(0.0, 1.6 * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
+    speed.legend(loc="upper left", fontsize=theme.SMALL, **ON_WHITE)
+    specific.legend(loc="lower center", ncols=2, **ON_WHITE)
 
 
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from beveloid_geom.analysis.tolerance import (
+    ERROR_NAMES,
     PLACES,
     USUAL,
     Tolerances,
@@ -24,12 +23,11 @@ from beveloid_geom.analysis.tolerance import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.model import Design
-from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.tolerance import ARCSEC
 from beveloid_geom.status import Status
 
-from ...parts import panels, solved
-from ...parts.panels import FlankView
+from ...parts import charts, panels, solved
+from ...parts.panels import Panel
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
@@ -49,12 +47,15 @@ FEWER = 256
 """Times the tolerances, and mountings, of the last panels; as many are tried first, since those without a
 path take some milliseconds each."""
 FEW = 0.02
-SMALLEST = 1e-6
-"""arcsec: a transmission error below it is rounding."""
-STRETCH = 2.0
+QUANTITIES = (
+    ("contact_ratio", 1.0, "contact ratio"),
+    ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
+    ("pinion_z_middle", 1.0, "z of the pinion at mid-roll (mm)"),
+)
+"""Name, scale and label of what is shown of a study."""
+SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
-LABEL = 0.27  # inches, over and under a flank
 CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
 """Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
 NOTE = (
@@ -88,6 +89,12 @@ class Side:
     nominal: SolvedPath
     clouds: tuple[tuple[FloatArray, FloatArray], ...]
     cases: tuple[CaseStudy, ...]
+
+    @property
+    def reason(self) -> str:
+        """Say why there is nothing to show."""
+        none = "no mounting has a path on the flanks"
+        return next((case.reason for case in self.cases if case.reason), none)
 
 
 def compute(design: Design) -> tuple[Side, ...]:
@@ -140,8 +147,7 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
     errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
     with np.errstate(invalid="ignore"):
         path = path_of_contact(mounted(design, errors), flank, POINTS)
-        pinion = flank_point(design.pinion, flank, path.l1, path.u1)
-        return pinion, flank_point(design.gear, flank, path.l2, path.u2)
+        return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
 def draw(data: tuple[Side, ...], size: Size) -> Drawing:
@@ -154,32 +160,27 @@ def draw(data: tuple[Side, ...], size: Size) -> Drawing:
     low = theme.caption(page, _note(), 146) + theme.inches(page, 0.3)
     high, heading = theme.top(page) - theme.inches(page, 0.3), theme.inches(page, 0.5)
     height = (high - low) / len(data)
-    views = [
-        [panels.flank_view(m, side.flank, STRETCH) for m in side.nominal.design.members] for side in data
-    ]
-    room = theme.place(page, 0.0, 0.0, CLOUD, height - heading - theme.inches(page, 2.0 * LABEL + 0.1))
+    views = [panels.flank_views(side.nominal.design, side.flank, panels.STRETCH) for side in data]
+    room = theme.place(page, 0.0, 0.0, CLOUD, height - heading - theme.inches(page, 2.0 * panels.LABEL + 0.1))
     px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
     pictures: dict[str, Picture] = {}
     for row, side in enumerate(data):
         bottom = high - (row + 1) * height
-        page.text(
-            0.012,
-            bottom + 0.5 * (height - heading),
-            f"{side.flank.capitalize()} flanks",
-            rotation=90,
-            va="center",
-            fontsize=theme.HEADING,
-        )
+        middle, words = bottom + 0.5 * (height - heading), f"{side.flank.capitalize()} flanks"
+        page.text(0.012, middle, words, rotation=90, va="center", fontsize=theme.HEADING)
         for column, member in enumerate(solved.MEMBERS):
-            cell = (LEFT + column * (CLOUD + 0.012), bottom, CLOUD, height - heading)
-            picture = _cloud(page, cell, side, column, views[row][column], px_per_mm)
-            if picture is not None:
-                pictures[f"{member}-{side.flank}"] = picture
+            left, view = LEFT + column * (CLOUD + 0.012), views[row][column]
+            box = theme.place(page, left, bottom, CLOUD, height - heading)
+            design = side.nominal.design
+            drawn = panels.draw_flank(page, box, design, column, side.flank, view, (), px_per_mm)
+            if drawn is not None:
+                _cloud(drawn, side, column)
+                pictures[f"{member}-{side.flank}"] = drawn.picture
             y = bottom + height - heading + theme.inches(page, 0.08)
-            page.text(cell[0] + 0.5 * CLOUD, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
+            page.text(left + 0.5 * CLOUD, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
         _charts(page, side, bottom, height - heading)
     _legend(page, data)
-    panels.scale_bars(page, px_per_mm, STRETCH)
+    panels.scale_bars(page, px_per_mm, panels.STRETCH)
     return Drawing(page, pictures)
 
 
@@ -191,38 +192,20 @@ def _note() -> str:
     normal = f"normal, the tolerances at {USUAL.sigmas:g} standard deviations"
     spread = normal if USUAL.distribution == "normal" else "uniform within plus and minus the tolerances"
     note = NOTE.format(drawn=DRAWN, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
-    how = panels.how_drawn("right", STRETCH).replace(
-        "from its metal side", "from its metal side (right) or from outside (left)"
-    )
+    how = panels.how_drawn("right and left", panels.STRETCH)
     return how.partition(" A path enters")[0] + " " + note
 
 
-def _cloud(
-    page: Page,
-    cell: tuple[float, float, float, float],
-    side: Side,
-    number: int,
-    view: FlankView | None,
-    px_per_mm: float,
-) -> Picture | None:
-    """One flank with the drawn paths, and that of the design on top."""
-    box = theme.place(page, *cell)
-    member, colour = side.nominal.design.members[number], (theme.STEEL, theme.BRONZE)[number]
-    drawn = panels.draw_flank(page, box, member, side.flank, view, (), px_per_mm, colour)
-    if view is None or drawn is None:
-        return None
-    axes, picture = drawn
-    panels.label_limits(axes, picture, view)
+def _cloud(drawn: Panel, side: Side, number: int) -> None:
+    """Draw the paths under drawn errors, and that of the design on top."""
     for cloud, (_, hue, alpha) in zip(side.clouds, CLOUDS, strict=True):
-        seen = picture.project(view.place(cloud[number][np.isfinite(cloud[number]).all(axis=(1, 2))]))
-        axes.add_collection(LineCollection(list(seen), colors=hue, linewidths=1.0, alpha=alpha))
+        charts.cloud(drawn.axes, drawn.place, cloud[number], hue, alpha)
     if side.nominal.found:
-        seen = picture.project(view.place(side.nominal.points[number]))
-        axes.plot(*seen.T, color=theme.INK, linewidth=1.3, solid_capstyle="round")
+        seen = drawn.place(side.nominal.points[number])
+        drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3, solid_capstyle="round")
     else:
-        text = textwrap.fill(f"no path as designed: {side.nominal.reason}", 12)
-        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=theme.SMALL)
-    return picture
+        reason = f"no path as designed: {side.nominal.reason}"
+        theme.say(drawn.axes, reason, 12, fontsize=theme.SMALL)
 
 
 def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
@@ -232,20 +215,21 @@ def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
     for k, case in enumerate(side.cases):
         y = base + high + theme.inches(page, 0.55 - 0.23 * k)
         page.text(start, y, _counts(case), fontsize=theme.SMALL, color=case.colour, va="center")
-    charts = [page.add_axes((start + k * (width + GAP), base, width, high)) for k in range(4)]
-    quantities = (
-        ("contact_ratio", 1.0, "contact ratio"),
-        ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
-        ("pinion_z_middle", 1.0, "z of the pinion at mid-roll (mm)"),
-    )
-    for axes, (name, scale, label) in zip(charts, quantities, strict=False):
-        axes.set_xlabel(label, fontsize=theme.SMALL)
-        _spread(axes, side, name, scale)
-    charts[0].set_ylabel("share of the mountings (%)", fontsize=theme.SMALL, labelpad=2.0)
-    _shares(charts[3], side)
-    for axes in charts:
-        axes.tick_params(labelsize=theme.SMALL)
-        axes.grid(True)
+    axes = [page.add_axes((start + k * (width + GAP), base, width, high)) for k in range(4)]
+    studies = [case for case in side.cases if case.study is not None and case.study.mountings.solved.any()]
+    for one, (name, scale, label) in zip(axes, QUANTITIES, strict=False):
+        one.set_xlabel(label, fontsize=theme.SMALL)
+        for case in studies:
+            assert case.study is not None
+            charts.spread(one, case.study, name, scale, case.colour)
+        if not studies:
+            one.set_xticks([])
+            theme.say(one, side.reason, 18, **SAID)
+    axes[0].set_ylabel("share of the mountings (%)", fontsize=theme.SMALL, labelpad=2.0)
+    _shares(axes[3], side)
+    for one in axes:
+        one.tick_params(labelsize=theme.SMALL)
+        one.grid(True)
 
 
 def _counts(case: CaseStudy) -> str:
@@ -258,45 +242,6 @@ def _counts(case: CaseStudy) -> str:
         f"{case.name}: {share} mountings have a path on the flanks, {case.study.limits_changed()} of these"
         + (" ended by another limit")
     )
-
-
-def _spread(axes: Axes, side: Side, name: str, scale: float) -> None:
-    """Distribution functions of one quantity over the mountings with a path."""
-    axes.set_ylim(-2.0, 102.0)
-    limits = []
-    for case in side.cases:
-        if case.study is None or not case.study.mountings.solved.any():
-            continue
-        values = _rounded(scale * case.study.mountings.quantities()[name][case.study.mountings.solved], name)
-        nominal = _rounded(scale * case.study.nominal.quantities()[name], name)
-        shares = np.linspace(0.0, 100.0, values.size)
-        axes.plot(np.sort(values), shares, color=case.colour)
-        if np.isfinite(nominal).all():
-            share = 100.0 * np.count_nonzero(values <= nominal) / values.size
-            axes.plot(nominal, [50.0 if np.ptp(values) == 0.0 else share], "o", color=case.colour, ms=7.0)
-        limits += [float(values.min()), float(values.max()), *nominal[np.isfinite(nominal)].tolist()]
-    if limits:
-        room = 0.06 * (max(limits) - min(limits)) or 1.0
-        axes.set_xlim(min(limits) - room, max(limits) + room)
-        return
-    axes.set_xticks([])
-    _say(axes, _reason(side))
-
-
-def _say(axes: Axes, text: str) -> None:
-    """Words in the middle of a narrow panel."""
-    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": theme.SMALL}
-    axes.text(0.5, 0.5, textwrap.fill(text, 18), transform=axes.transAxes, backgroundcolor="white", **style)
-
-
-def _rounded(values: FloatArray, name: str) -> FloatArray:
-    """Values without the rounding of a transmission error that is zero."""
-    return np.where(np.abs(values) < SMALLEST, 0.0, values) if name == "peak_to_peak" else values
-
-
-def _reason(side: Side) -> str:
-    """Why there is nothing to show."""
-    return next((case.reason for case in side.cases if case.reason), "no mounting has a path on the flanks")
 
 
 def _shares(axes: Axes, side: Side) -> None:
@@ -313,47 +258,29 @@ def _shares(axes: Axes, side: Side) -> None:
         axes.plot(FACTORS, without, "-", color=case.colour, linewidth=2.0)
     known = np.array([case.shares for case in side.cases])
     if np.isnan(known).all():
-        _say(axes, _reason(side))
+        theme.say(axes, side.reason, 18, **SAID)
     elif np.nanmax(known) < FEW:
-        _say(axes, f"under {100.0 * FEW:g} %")
+        theme.say(axes, f"under {100.0 * FEW:g} %", 18, **SAID)
 
 
 def _legend(page: Page, data: tuple[Side, ...]) -> None:
     handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
-    handles += [
-        Line2D([], [], color=theme.INK, dashes=dashes, linewidth=2.0, label=label)
-        for dashes, label in (
-            ((2.5, 1.5), "another limit ends the path"),
-            ((1.0, 0.0), "no path on the flanks"),
-        )
-    ]
+    black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
+    handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
+    handles.append(Line2D([], [], label="no path on the flanks", **black))
     drawn = [
         Line2D([], [], color=hue, linewidth=6.0, alpha=0.6, label=f"{factor:g} \u00d7 tolerances")
         for factor, hue, _ in reversed(CLOUDS)
     ]
-    corner = 1.0 - theme.inches(page, 1.15)
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "borderaxespad": 0.0}
-    page.legend(handles=drawn, loc="upper left", bbox_to_anchor=(0.03, corner), ncols=2, **style)
-    page.legend(
-        handles=handles,
-        loc="upper right",
-        bbox_to_anchor=(0.985, corner),
-        ncols=4,
-        **style,
-    )
+    theme.legend(page, handles, 4, 1.15, fontsize=theme.SMALL)
+    theme.legend(page, drawn, 2, 1.15, 0.03, fontsize=theme.SMALL)
 
 
 def rows(data: tuple[Side, ...]) -> Table:
-    """Every mounting of every study: its errors, and what it has."""
-    header = [
-        "flank",
-        "case",
-        "mounting",
-        "offset_error_mm",
-        "shaft_angle_error_rad",
-        "pinion_axial_error_mm",
-    ]
-    header += ["gear_axial_error_mm", "status", "contact_ratio", "transmission_error_rad"]
+    """List every mounting of every study: its errors, and what it has."""
+    units = {"shaft_angle": "rad"}
+    header = ["flank", "case", "mounting", *(f"{n}_error_{units.get(n, 'mm')}" for n in ERROR_NAMES)]
+    header += ["status", "contact_ratio", "transmission_error_rad"]
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
 
     def body() -> Iterator[list[object]]:

@@ -1,0 +1,253 @@
+"""Charts of results, each a function of (axes, result): figures, page and film draw the same.
+
+Sizes of text and lines are those of the style in force (`theme.style`, `report.svg.style`). Where a curve is
+zero but for rounding, words say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from beveloid_geom.analysis.sensitivity import Sensitivity
+from beveloid_geom.analysis.tolerance import ToleranceStudy
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.report.operation import OperationReport
+from beveloid_geom.report.sensitivity import ARCSEC, STEPS
+from beveloid_geom.report.sliding import MEMBERS, SlidingReport
+
+from ..stage import theme
+
+SMALLEST = 1e-6
+"""arcsec: below it a curve counts as zero."""
+LOWEST, HIGHEST = -5.0, 1.0
+"""Specific sliding at which a curve is cut off: at the base circle it is infinite, and beyond it, on an
+undercut flank, above 1."""
+MIDDLE = 1
+"""Of the places of a path in a `Sensitivity`."""
+COLOURS = {"right": theme.BLUE, "left": theme.RED}
+MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
+"""Of the changes on a member's flank, and of those of the pair; and their lines of the two of a flank."""
+ZERO = 1e-9
+"""Changes below this share of the greatest are rounding."""
+DECADES = 2.0
+"""Decades under that of the greatest change that are drawn in logarithm; the rest is linear."""
+STEP_SIZES = np.array([np.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
+Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
+"""Changes (4 errors,) by flank and member; by flank and "" where they are the pair's."""
+
+
+class Quantity(NamedTuple):
+    """What changes: a title, the name of its derivatives, unit, scale, and whether members have their own."""
+
+    title: str
+    name: str
+    unit: str
+    scale: float
+    members: bool
+
+
+QUANTITIES = (
+    Quantity("shift along the face (mm)", "face_shift", "mm", 1.0, True),
+    Quantity("shift square to the path (mm)", "square_shift", "mm", 1.0, True),
+    Quantity("contact ratio (10\u207b\u00b3)", "contact_ratio", "1e-3", 1e3, False),
+    Quantity("transmission error (arcsec)", "peak_to_peak", "arcsec", ARCSEC, False),
+)
+
+
+def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
+    """Draw the transmission error less its mean (arcsec) over so many pitches of pinion roll, with edge
+    contact and hand-over."""
+    first, cycle = report.first, report.cycle
+    edge = np.tile(first.limit[:, 0] >= 0, pitches)
+    error = np.tile(ARCSEC * (first.transmission_error - float(cycle.mean)), pitches)
+    each = np.linspace(0.0, 1.0, first.pinion_roll.size)
+    share = np.concatenate([each + pitch for pitch in range(pitches)])
+    axes.plot(share, error, color=theme.BLUE, label="flank on flank")
+    axes.plot(share, np.where(edge, error, np.nan), color=theme.RED, label="edge contact")
+    changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
+    at = np.concatenate([changes + pitch for pitch in range(pitches)])
+    axes.plot(at, np.interp(at, share, error), "o", color=theme.INK, ms=5.5, label="hand-over")
+    swing = ARCSEC * float(cycle.peak_to_peak)
+    if swing < SMALLEST:
+        axes.set_ylim(-1.0, 1.0)
+        theme.say(axes, f"peak to peak under {SMALLEST:.6f} arcsec: zero but for rounding", 60, 0.62)
+    else:
+        axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
+    axes.set_xlim(0.0, pitches)
+    axes.set_xlabel("pinion roll from the pitch point (pitches)")
+    axes.set_ylabel("error (arcsec)")
+    axes.grid(True)
+
+
+def amplitudes(axes: Axes, report: OperationReport) -> None:
+    """Draw the amplitudes (arcsec) of the transmission error at multiples of the mesh frequency."""
+    values = ARCSEC * np.abs(report.cycle.harmonics)
+    orders = np.arange(1, values.size + 1)
+    if values.max(initial=0.0) < SMALLEST:
+        axes.set_ylim(0.0, 1.0)
+        theme.say(axes, "all zero but for rounding")
+    else:
+        axes.bar(orders, values, width=0.6, color=theme.BLUE)
+    axes.set_xticks(orders)
+    axes.set_xlim(0.4, orders.size + 0.6)
+    axes.set_xlabel("multiple of the mesh frequency")
+    axes.set_ylabel("amplitude (arcsec)")
+    axes.set_axisbelow(True)
+    axes.grid(True, axis="y")
+
+
+def sliding_speed(
+    axes: Axes, report: SlidingReport, label: str, style: str = "-", parts: bool = True
+) -> None:
+    """Draw the sliding speed (mm per rad of pinion roll) over the pinion's roll (deg), a dot at its least,
+    and the sizes of its `parts` along the pinion's tooth trace and square to it."""
+    roll, found = np.degrees(report.path.pinion_roll), report.sliding
+    axes.plot(roll, found.speed, style, color=theme.INK, label=label)
+    axes.plot(np.degrees(report.least_roll), report.least_speed, "o", color=theme.INK, ms=6.0)
+    if parts:
+        thin: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
+        axes.plot(roll, np.abs(found.lengthwise[:, 0]), label="along the trace", **thin)
+        axes.plot(roll, np.abs(found.profile[:, 0]), "-.", label="square to it", **thin)
+    axes.set_ylabel("sliding speed (mm/rad)")
+    _over_rolls(axes, report, parts)
+    axes.set_ylim(bottom=0.0)
+
+
+def specific_sliding(axes: Axes, report: SlidingReport, style: str = "-", named: bool = True) -> None:
+    """Draw the specific sliding of both members over the pinion's roll (deg), `named` for a legend."""
+    roll, specific = np.degrees(report.path.pinion_roll), report.sliding.specific
+    shown = np.where((specific < LOWEST) | (specific > HIGHEST), np.nan, specific)
+    for values, member, colour in zip(shown.T, MEMBERS, COLOURS.values(), strict=True):
+        axes.plot(roll, values, style, color=colour, label=member if named else None)
+    axes.axhline(0.0, color=theme.GREY, linewidth=0.8, zorder=1.8)
+    axes.set_ylabel("specific sliding")
+    _over_rolls(axes, report, named)
+
+
+def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:
+    """The axis of rolls in the sense in which the pinion drives, and a dotted line at the pitch point."""
+    if marked and np.isfinite(report.pitch_roll):
+        axes.axvline(float(np.degrees(report.pitch_roll)), color=theme.GREY, linewidth=1.0, ls=":")
+    axes.grid(True)
+    axes.margins(x=0.02)
+    if report.path.flank == "left" and not axes.xaxis_inverted():
+        axes.invert_xaxis()
+
+
+def spread(axes: Axes, study: ToleranceStudy, name: str, scale: float, colour: str) -> None:
+    """Draw how a quantity of a study spreads: the share (%) of the mountings with a path whose value, times
+    `scale`, is at most that below; a dot for the design without the errors drawn."""
+    mountings, nominal = (
+        scale * found.quantities()[name][found.solved] for found in (study.mountings, study.nominal)
+    )
+    if name == "peak_to_peak":
+        mountings, nominal = (np.where(v < SMALLEST, 0.0, v) for v in (mountings, nominal))
+    axes.plot(np.sort(mountings), np.linspace(0.0, 100.0, mountings.size), color=colour)
+    for value in nominal.tolist():
+        share = 50.0 if np.ptp(mountings) == 0.0 else 100.0 * float(np.mean(mountings <= value))
+        axes.plot(value, share, "o", color=colour, ms=7.0)
+    axes.set_ylim(-2.0, 102.0)
+    axes.grid(True)
+
+
+def cloud(
+    axes: Axes, place: Callable[[FloatArray], FloatArray], paths: FloatArray, colour: str, alpha: float
+) -> None:
+    """Draw paths (paths, points, 3), mm, thin and translucent where `place` puts them (..., 2) in the axes;
+    those that are not known are left out."""
+    seen = list(place(paths[np.isfinite(paths).all(axis=(1, 2))]))
+    axes.add_collection(LineCollection(seen, colors=colour, linewidths=1.0, alpha=alpha, clip_on=False))
+
+
+def changes_of(found: Iterable[Sensitivity], quantity: Quantity) -> Changes:
+    """Changes of a quantity, in its own unit, under errors of STEP_SIZES; NaN where they are not known."""
+    changes: dict[tuple[str, str], FloatArray] = {}
+    for rates in found:
+        by = quantity.scale * getattr(rates, f"{quantity.name}_by") * STEP_SIZES
+        if quantity.members:
+            changes |= {(rates.flank, member): by[MIDDLE, j] for j, member in enumerate(MEMBERS)}
+        else:
+            changes[rates.flank, ""] = by
+    return changes
+
+
+def greatest_of(panels: Iterable[Changes]) -> float:
+    """The greatest change of all panels; 0 if there is none."""
+    values = np.abs([row for changes in panels for row in changes.values()])
+    return float(values[np.isfinite(values)].max(initial=0.0))
+
+
+def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, greatest: float) -> None:
+    """Draw stems from zero to the changes of a quantity under each error, on scales to the `greatest` of all
+    panels; colours are flanks, markers members."""
+    axes.set_title(quantity.title, fontsize=theme.LABEL, pad=6.0)
+    flanks = list(dict.fromkeys(flank for flank, _ in changes))
+    lines = 2.0 * len(flanks) + 1.0  # of an error, the last of them empty
+    blocks = lines * np.arange(float(len(STEPS)))
+    axes.set_ylim(blocks[-1] + lines - 1.0, -1.0)
+    axes.set_yticks(blocks + 0.5 * lines - 1.0, [f"{name}\n+{size:g} {unit}" for name, size, unit in STEPS])
+    axes.tick_params(axis="y", length=0.0)
+    axes.spines["left"].set_visible(False)
+    for low in blocks[::2] - 1.0:
+        axes.axhspan(low, low + lines, color=theme.PALE, alpha=0.35, lw=0.0)
+    axes.axvline(0.0, color=theme.GREY, linewidth=1.0)
+    rows = np.array(list(changes.values()))
+    if not rows[np.isfinite(rows)].any():
+        axes.set_xlim(-1.0, 1.0)
+        axes.set_xticks([0.0])
+        known = np.isfinite(rows).any()
+        theme.say(axes, "0 under every error" if known else "not known", backgroundcolor="white")
+        return
+    ticks = 10.0 ** (np.floor(np.log10(greatest)) - np.array([DECADES, 0.0]))
+    axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
+    axes.set_xlim(-300.0 * greatest, 300.0 * greatest)
+    marks = np.concatenate((-ticks[::-1], [0.0], ticks))
+    texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]
+    texts[1] = ""  # where the scale changes; with its sign it would run into its neighbours
+    axes.set_xticks(marks, texts, fontsize=theme.SMALL)
+    axes.minorticks_off()
+    for (flank, member), row in changes.items():
+        marker, line = MARKERS[member]
+        look: dict[str, Any] = {"color": COLOURS[flank], "marker": marker}
+        at = blocks + 2.0 * flanks.index(flank) + line
+        _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look)
+
+
+def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, Any]) -> None:
+    """A stem from zero on each line, with the value at its end."""
+    colour = look["color"]
+    for value, y in zip(values.tolist(), lines.tolist(), strict=True):
+        if np.isnan(value):
+            axes.text(0.0, y, "  not known", color=colour, va="center", fontsize=theme.SMALL)
+            continue
+        axes.plot([0.0, value], [y, y], color=colour, linewidth=2.0)
+        axes.plot([value], [y], ms=6.5, mfc="white" if look["marker"] == "D" else colour, **look)
+        side = -1.0 if value < 0.0 else 1.0
+        style: dict[str, Any] = {"ha": "left" if side > 0.0 else "right", "va": "center", "color": colour}
+        style |= {"xytext": (8.0 * side, -0.5), "textcoords": "offset points", "fontsize": theme.SMALL}
+        axes.annotate(_three_digits(value), (value, y), **style)
+
+
+def _three_digits(value: float) -> str:
+    """Three digits, the sign and no exponent."""
+    if value == 0.0:
+        return "0"
+    digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
+    return theme.signed(value, min(digits, 6))
+
+
+def marks_of_changes(flanks: Sequence[str]) -> list[Line2D]:
+    """Entries of a legend for `changes_under_errors`: the flanks, if there are several, and members."""
+    entries = [Line2D([], [], color=COLOURS[flank], label=f"{flank} flank") for flank in flanks]
+    entries = entries if len(flanks) > 1 else []
+    for member, (marker, _) in MARKERS.items():
+        face, label = "white" if marker == "D" else theme.INK, member or "pair"
+        line = Line2D([], [], color=theme.INK, lw=2.0, marker=marker, ms=6.5, mfc=face, label=label)
+        entries.append(line)
+    return entries
