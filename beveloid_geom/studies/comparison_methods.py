@@ -9,9 +9,12 @@ said at `mesh_answer`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from importlib.resources import files
+from numbers import Integral, Real
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,16 +29,15 @@ from ..contact.equation import (
     terms_of_one,
 )
 from ..contact.path import ContactPath, path_of_contact
+from ..design.file import builtin_design
 from ..design.model import Design
 from ..gear.flank import flank_patch, trace_parameter
 from ..gear.rack import Numbers, Rack
 from ..pair.frames import Layout
 from ..pair.mounting import mounting_of
+from ..reference import five_equations_math, pitch_region
 from ..shapes.mesh_contact import MeshContact, mesh_contact
 from ..status import Status
-
-if TYPE_CHECKING:
-    from ..reference.five_equations_math import Contacts
 
 COUNT = 5
 """Positions compared: the middles of as many even parts of the path, in pinion roll."""
@@ -64,54 +66,58 @@ class Positions:
     point: FloatArray
 
 
-def one_design(design: Design, what: str) -> None:
-    """Raises TypeError for what is no design, ValueError for a batch of designs."""
-    if not isinstance(design, Design):
-        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
-    if design.batch_shape:
-        raise ValueError(f"{what} on one design, got a batch of the shape {design.batch_shape}")
-
-
-def whole_numbers(name: str, values: Iterable[object], least: int) -> None:
-    """Raises TypeError for what is no row of whole numbers, ValueError for one under `least`."""
-    for value in _row_of(name, values):
-        if isinstance(value, bool) or not isinstance(value, int | np.integer):
-            raise TypeError(f"{name} must be whole numbers, got {value!r}")
-        if value < least:
+def numbers_in(name: str, values: object, least: int | None = None) -> None:
+    """Raises TypeError for what is no row of numbers, or of whole ones where `least` is given, ValueError
+    for one under `least`, or, without it, for one that is not finite and positive."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
+    kind, what = (Real, "numbers") if least is None else (Integral, "whole numbers")
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, kind):
+            raise TypeError(f"{name} must be {what}, got {value!r}")
+        if least is None and not 0.0 < float(value) < np.inf:
+            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
+        if least is not None and float(value) < least:
             raise ValueError(f"{name} must be at least {least}, got {value}")
 
 
-def positive_numbers(name: str, values: Iterable[object]) -> None:
-    """Raises TypeError for what is no row of numbers, ValueError for one that is not finite and positive."""
-    for value in _row_of(name, values):
-        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-            raise TypeError(f"{name} must be numbers, got {value!r}")
-        if not 0.0 < float(value) < np.inf:
-            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
-
-
-def _row_of(name: str, values: Iterable[object]) -> list[object]:
-    if isinstance(values, str) or not isinstance(values, Iterable):
-        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
-    return list(values)
-
-
 def true_positions(design: Design, flank: str) -> Positions:
-    """The positions compared, by the five equations at 60 digits.
+    """The positions compared, by the five equations at 60 digits: kept ones of the built-in design, else
+    solved for.
 
     The path of contact says at which rolls, and where to start. Raises TypeError for what is no
     design, ValueError for a batch of designs, where the flanks have no contact, and where the equations
-    are singular."""
-    from ..reference.five_equations_mp import solve_mp
-
-    one_design(design, "methods are compared")
+    are singular, ImportError without mpmath."""
+    if not isinstance(design, Design):
+        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
+    if design.batch_shape:
+        raise ValueError(f"methods are compared on one design, got a batch of the shape {design.batch_shape}")
     path = path_of_contact(design, flank, 2 * COUNT + 1)
     if not path.l1.size or (path.status != Status.SOLVED).any():
         status = Status(int(path.status.max() if path.l1.size else path.ends.status))
         raise ValueError(f"the {flank} flanks have no contact to compare methods at ({status.name})")
+    numbers = kept_positions(design, flank)
+    if numbers is None:
+        columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
+        numbers = solved_positions(design, flank, np.stack(columns, axis=-1)[1::2])
+    return Positions(design, flank, numbers[:, 0], numbers[:, 1], numbers[:, 2], numbers[:, 3:])
+
+
+def kept_positions(design: Design, flank: str) -> FloatArray | None:
+    """What `solved_positions` gave for the built-in design without and with parabolas, so that its figure
+    needs no mpmath; None for other designs. Made by `python -m tests.studies.kept_positions`."""
+    for case in json.loads((files(__package__) / "positions_of_table1.json").read_text(encoding="utf-8")):
+        if case["flank"] == flank and builtin_design().with_parabola(*case["parabola"]) == design:
+            return np.array(case["positions"])
+    return None
+
+
+def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatArray:
+    """Pinion and gear roll (rad), l1 and the point in S_f (mm), (n, 6), at 60 digits, rounded to double, at
+    the pinion rolls of `guesses` (n, 6): l1, u1, l2, u2 (mm), both rolls (rad)."""
+    from ..reference.five_equations_mp import solve_mp
+
     distance = mounting_of(design).distance
-    columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-    guesses = np.stack(columns, axis=-1)[1::2]
     try:
         found = [
             solve_mp(design, flank, guess.tolist(), ("phi1", float(guess[4])), (distance[0], distance[1]))
@@ -119,8 +125,7 @@ def true_positions(design: Design, flank: str) -> Positions:
         ]
     except ArithmeticError as error:
         raise ValueError(f"the {flank} flanks have no truth to compare methods with: {error}") from error
-    numbers = np.array([[float(x) for x in (c.phi2, c.l1, *c.point)] for c in found])
-    return Positions(design, flank, guesses[:, 4], numbers[:, 0], numbers[:, 1], numbers[:, 2:])
+    return np.array([[float(x) for x in (c.phi1, c.phi2, c.l1, *c.point)] for c in found])
 
 
 def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
@@ -164,24 +169,12 @@ def along(size: int) -> tuple[int, slice]:
     return 2 * COUNT * step + 1, slice(step, None, 2 * step)
 
 
-def five_answer(
-    positions: Positions,
-    solve: Callable[..., Contacts],
-    xtol: float,
-    rolls: FloatArray,
-    picked: slice,
-    cold: bool,
-) -> Answer:
-    """By the five equations as `solve` of `reference` has them, at pinion `rolls` (rad) of which
+def five_answer(positions: Positions, xtol: float, rolls: FloatArray, picked: slice, cold: bool) -> Answer:
+    """By the five equations as `reference.five_equations_math` has them, at pinion `rolls` (rad) of which
     `picked` are compared. From the pitch point, each of them if `cold`, else the first."""
-    from ..reference.pitch_region import pitch_guess
-
-    distance = mounting_of(positions.design).distance
-    known = solve(
-        positions.design,
-        positions.flank,
-        rolls,
-        pitch_guess(positions.design, positions.flank),
+    design, flank, distance = positions.design, positions.flank, mounting_of(positions.design).distance
+    known = five_equations_math.solve_math(
+        *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
         (float(distance[0]), float(distance[1])),
         xtol=xtol,
         cold=cold,

@@ -56,9 +56,7 @@ def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
         "map-mounting",
         "map-shift",
         "mesh-convergence",
-        "picture-density",
         "speed-accuracy",
-        "job-size",
         "posed-pair",
         "meshed-tooth",
     ]

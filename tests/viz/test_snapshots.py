@@ -22,7 +22,7 @@ from beveloid_geom.design.file import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.studies.comparison import Settings
 from viz.figures import FIGURES, Figure
-from viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
+from viz.figures.methods import speed_accuracy as fig_speed
 from viz.figures.paper.fig_07_to_10_paths import PathFigure
 from viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
 from viz.figures.results import maps as fig_maps
@@ -37,8 +37,8 @@ SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
-FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence", "picture-density"}
-FLAT |= {"sliding", "speed-accuracy", "job-size"}
+FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
+FLAT |= {"sliding", "speed-accuracy"}
 FLAT |= {"map-parabola", "map-mounting", "map-shift"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 Image = NDArray[np.uint8]
@@ -57,7 +57,6 @@ def _short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "SETTINGS", few)
         patch.setattr(fig_maps, "STEPS", 7)
         patch.setattr(fig_maps, "FIRST_STEPS", 3)
-        patch.setattr(fig_job_size, "JOBS", {kind: sizes[:3] for kind, sizes in fig_job_size.JOBS.items()})
         yield
 
 
