@@ -10,8 +10,8 @@ the pinion's roll or by l1, which says the same; the truth is the five equations
   from the pitch point; warm: each from the one before, in a run along the path.
 - "one equation, path": `path_of_contact(points=n)` over n, with the exact ends; "one equation,
   given l1": the same at n given l1. The polynomials of the path are made anew in every call and count.
-- "Newton on F": the plain iteration on the one equation over iterations and over batch sizes, in
-  double and in single precision; points and rolls only, where a path has all of `ContactPath`.
+- "Newton on F": the plain iteration on the one equation over iterations and over batch sizes; points and
+  rolls only, where a path has all of `ContactPath`.
 
 `seconds_per_position` is the processor time of a call, of all its threads, over its positions.
 `setup_seconds` is that of what is kept between calls: the mounting distances for all; and the
@@ -34,6 +34,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..arrays import FloatArray
+from ..contact.equation import pairing_of
 from ..contact.path import path_of_contact
 from ..design.model import Design
 from ..pair.mounting import mounting_of
@@ -51,7 +52,6 @@ from .comparison_methods import (
     newton_answer,
     numbers_in,
     path_answer,
-    prepared,
     true_positions,
 )
 
@@ -241,7 +241,7 @@ def _five_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
 
 
 def _path_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    setup = _setup(positions.design, partial(prepared, flank=positions.flank), settings.repeat)
+    setup = _setup(positions.design, lambda fresh: pairing_of(fresh, positions.flank), settings.repeat)
     for size in dict.fromkeys(along(batch)[0] for batch in settings.batches):
         yield _Trial(
             ("one equation, path", "batch", size), partial(path_answer, positions, size), size, setup
@@ -253,14 +253,12 @@ def _path_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
 
 
 def _newton_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    design, flank = positions.design, positions.flank
+    pairing = pairing_of(positions.design, positions.flank)
+    setup = _setup(positions.design, lambda fresh: pairing_of(fresh, positions.flank), settings.repeat)
     runs = [("iterations", settings.batch, passes) for passes in settings.iterations]
     runs += [("batch", batch, settings.passes) for batch in settings.batches]
-    for method, dtype in (("Newton on F", np.float64), ("Newton on F, single precision", np.float32)):
-        pairing = prepared(design, flank, dtype)
-        setup = _setup(design, partial(prepared, flank=flank, dtype=dtype), settings.repeat)
-        for kind, batch, passes in runs:
-            calls = batches(positions, batch, dtype)
-            name = (method, kind, passes if kind == "iterations" else batch)
-            work = partial(newton_answer, pairing, calls, passes)
-            yield _Trial(name, work, sum(l1.size for l1 in calls), setup)
+    for kind, batch, passes in runs:
+        calls = batches(positions, batch)
+        name = ("Newton on F", kind, passes if kind == "iterations" else batch)
+        work = partial(newton_answer, pairing, calls, passes)
+        yield _Trial(name, work, sum(l1.size for l1 in calls), setup)

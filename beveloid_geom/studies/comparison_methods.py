@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import files
 from numbers import Integral, Real
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from ..contact.equation import (
     contact_point,
     gap_and_slope,
     meet,
-    pairing_of,
     roll_angles,
     terms_of_one,
 )
@@ -32,8 +31,6 @@ from ..contact.path import ContactPath, path_of_contact
 from ..design.file import builtin_design
 from ..design.model import Design
 from ..gear.flank import flank_patch, trace_parameter
-from ..gear.rack import Numbers, Rack
-from ..pair.frames import Layout
 from ..pair.mounting import mounting_of
 from ..reference import five_equations_math, pitch_region
 from ..shapes.mesh_contact import MeshContact, mesh_contact
@@ -46,8 +43,6 @@ START_TURN = 1e-4
 TURNS, TURNED, TURNED_EXACTLY = 8, 1e-2, 1e-11
 """Turns of the gear within which the least separation must vanish: to a share of the sampling
 tolerance, polished to as many mm."""
-IMAGINARY = 1e-8
-"""Complex step in single precision: its square is below rounding, and its powers are not denormal."""
 
 Answer: TypeAlias = tuple[FloatArray, FloatArray]
 """Points (n, 3) in S_f, mm, and rolls (2, n), pinion first, rad, at the positions compared."""
@@ -194,12 +189,12 @@ def _of_path(path: ContactPath, picked: slice) -> Answer:
     return path.point[picked], np.stack((path.pinion_roll, path.gear_roll))[:, picked]
 
 
-def batches(positions: Positions, size: int, dtype: type[np.floating[Any]] = np.float64) -> list[FloatArray]:
+def batches(positions: Positions, size: int) -> list[FloatArray]:
     """The l1 compared, in calls of `size`; a larger call is filled up with l1 in between, behind them."""
     l1 = positions.l1
     if size >= COUNT:
-        return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT)).astype(dtype)]
-    return [part.astype(dtype) for part in np.array_split(l1, -(-COUNT // size))]
+        return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT))]
+    return np.array_split(l1, -(-COUNT // size))
 
 
 def _joined(found: list[Answer]) -> Answer:
@@ -221,48 +216,16 @@ def given_answer(positions: Positions, calls: list[FloatArray]) -> Answer:
 
 
 def newton_answer(pairing: Pairing, calls: list[FloatArray], iterations: int) -> Answer:
-    """By `newton_contacts`, a call for each batch. Raises ValueError if it was not done in the
-    precision of the batch."""
-    found = _joined([newton_contacts(pairing, l1, iterations) for l1 in calls])
-    if found[0].dtype != calls[0].dtype:
-        raise ValueError(f"the one equation was evaluated in {found[0].dtype}, not in {calls[0].dtype}")
-    return found
+    """By Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, a call for each batch, without
+    any safeguard: where it arrives, whether F is 0 there or not."""
+    return _joined([_newton(pairing, l1, iterations) for l1 in calls])
 
 
-def newton_contacts(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer:
-    """Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, without any safeguard.
-
-    `l1` (n,), mm, is of the precision in which all is done, as the pairing, of a single design, must
-    be. Points (n, 3), mm, and rolls (2, n), rad, are those where it arrives, whether F is 0 there or
-    not."""
+def _newton(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer:
     start = 0.5 * (pairing.lowest[1] + pairing.highest[1])
     l = np.stack((l1[None], np.broadcast_to(start, (1, l1.size))))
     for _ in range(iterations):
-        gap, slope = _gap_and_slope(pairing, l)
+        gap, slope = gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
         l[1] -= gap / slope
     met = meet(pairing, l)
     return contact_point(met)[:, 0].T, roll_angles(pairing, met)[:, 0]
-
-
-def _gap_and_slope(pairing: Pairing, l: Numbers) -> tuple[Numbers, Numbers]:
-    if l.dtype == np.float64:
-        return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
-    shifted = l.astype(np.complex64)
-    shifted[1] += IMAGINARY * 1j
-    gap = meet(pairing, shifted).gap
-    return gap.real, gap.imag / np.float32(IMAGINARY)
-
-
-def prepared(design: Design, flank: str, dtype: type[np.floating[Any]] = np.float64) -> Pairing:
-    """The constants of the one equation in a precision."""
-    pairing = pairing_of(design, flank)
-    if dtype is np.float64:
-        return pairing
-    rack = replace(pairing.rack, **_rounded(pairing.rack, dtype))
-    layout = replace(pairing.layout, **_rounded(pairing.layout, dtype))
-    return replace(pairing, **_rounded(pairing, dtype), rack=rack, layout=layout)
-
-
-def _rounded(part: Pairing | Rack | Layout, dtype: type[np.floating[Any]]) -> dict[str, Any]:
-    numbers = {name: value for name, value in vars(part).items() if isinstance(value, np.ndarray)}
-    return {name: value.astype(dtype) for name, value in numbers.items()}

@@ -29,8 +29,6 @@ from beveloid_geom.studies.comparison_methods import (
     batches,
     five_answer,
     given_answer,
-    newton_answer,
-    prepared,
     true_positions,
 )
 from viz.figures.methods import speed_accuracy as fig_speed
@@ -51,7 +49,7 @@ SMALL = Settings(
 FLANKS = ("right", "left")
 PARABOLAS = ((0.0, 0.0), (0.001, -0.001))
 CASES = [(flank, parabola) for parabola in PARABOLAS for flank in FLANKS]
-BATCHED = ("one equation, given l1", "Newton on F", "Newton on F, single precision")
+BATCHED = ("one equation, given l1", "Newton on F")
 
 
 @cache
@@ -93,9 +91,6 @@ def test_errors_are_those_of_the_method(flank: str, parabola: tuple[float, float
         assert loose > 1e-6
         assert closer < 1e-2 * loose
     assert min(errors(rows, "mesh alone")) > (1.0 if flank == "right" else 0.1)
-    single = errors(rows, "Newton on F, single precision", "batch")
-    assert min(single) > 1e-6
-    assert max(single) < 1e-2
 
 
 @pytest.mark.parametrize(("flank", "parabola"), CASES)
@@ -108,7 +103,6 @@ def test_transmission_errors_are_those_of_the_method(flank: str, parabola: tuple
         assert max(by_method[method]) < 1e-7, method
     # A separation of 0.01 mm is 15 arcsec on the gear; only its change along the path counts.
     assert 1.0 < by_method["mesh alone"][1] < by_method["mesh alone"][0] < 300.0
-    assert 1e-3 < max(by_method["Newton on F, single precision"]) < 1.0
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -117,9 +111,6 @@ def test_newton_converges_quadratically(flank: str) -> None:
     assert exact[0] > 1.0
     for before, after in pairwise(exact[1:4]):
         assert after < before**1.5
-    single = errors(rows_of(flank, PARABOLAS[1]), "Newton on F, single precision", "iterations")
-    assert single[1] == pytest.approx(exact[1], rel=1e-2)
-    assert single[4] > 1e4 * exact[4]
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -265,17 +256,6 @@ def test_batches_hold_the_positions_compared_first() -> None:
         assert len(found) == calls
         assert max(part.size for part in found) == size
         assert np.array_equal(np.concatenate(found)[:COUNT], truth().l1)
-    assert batches(truth(), 10, np.float32)[0].dtype == np.float32
-
-
-def test_single_precision_is_single_throughout() -> None:
-    pairing = prepared(table1(), "right", np.float32)
-    parts = (vars(pairing), vars(pairing.rack), vars(pairing.layout))
-    arrays = [value for part in parts for value in part.values() if isinstance(value, np.ndarray)]
-    assert len(arrays) > 10
-    assert {array.dtype for array in arrays} == {np.dtype(np.float32)}
-    with pytest.raises(ValueError, match=r"float64, not in float32"):
-        newton_answer(prepared(table1(), "right"), batches(truth(), 10, np.float32), 2)
 
 
 def test_without_contact_there_is_nothing_to_compare() -> None:

@@ -19,8 +19,8 @@ from beveloid_geom.cli.statements import statements as command
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors
-from beveloid_geom.studies.modification_statements import _angle_falls, _shorter_first, _turns_over
-from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict, claim_of, grows
+from beveloid_geom.studies.claims import angle_falls, grows, shorter_first, turns_over
+from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict, claim_of
 from beveloid_geom.studies.statements import paper_statements
 
 from ..oracle.table1 import table1
@@ -215,7 +215,7 @@ def test_verdict_of_claims() -> None:
         return Claim("text", {}, {str(k): value for k, value in enumerate(holds)})
 
     def verdict(*claims: Claim) -> Verdict:
-        return Statement("X", "right", "", "", claims, "").verdict
+        return Statement("X", "right", "", "", "", claims, "").verdict
 
     assert claim(True, None, True).verdict == YES
     assert claim(False, None).verdict == NO
@@ -228,16 +228,16 @@ def test_verdict_of_claims() -> None:
 
 
 def test_tests_of_rows() -> None:
-    assert _turns_over(np.array((-40.0, -70.0, 85.0, 30.0)))
-    assert not _turns_over(np.array((-40.0, -20.0, 10.0)))  # through the axial direction
-    assert not _turns_over(np.array((-40.0, -70.0, -30.0)))
-    assert not _turns_over(np.array((40.0, 60.0, 80.0)))
-    assert _angle_falls(np.array((-40.0, -20.0, -10.0)))
-    assert not _angle_falls(np.array((-40.0, -20.0, 10.0)))
-    assert _shorter_first(np.array((3.0, 2.0, 2.5)))
-    assert not _shorter_first(np.array((3.0, 2.0, 1.0)))
-    assert not _shorter_first(np.array((3.0, 2.0, 4.0, 3.5)))
-    found = claim_of("x", {"a": np.array(((1.0, 2.0), (2.0, np.nan)))}, ("", grows))
+    assert turns_over(np.array((-40.0, -70.0, 85.0, 30.0)))
+    assert not turns_over(np.array((-40.0, -20.0, 10.0)))  # through the axial direction
+    assert not turns_over(np.array((-40.0, -70.0, -30.0)))
+    assert not turns_over(np.array((40.0, 60.0, 80.0)))
+    assert angle_falls(np.array((-40.0, -20.0, -10.0)))
+    assert not angle_falls(np.array((-40.0, -20.0, 10.0)))
+    assert shorter_first(np.array((3.0, 2.0, 2.5)))
+    assert not shorter_first(np.array((3.0, 2.0, 1.0)))
+    assert not shorter_first(np.array((3.0, 2.0, 4.0, 3.5)))
+    found = claim_of("x", {"a": np.array(((1.0, 2.0), (2.0, np.nan)))}, grows)
     assert found.holds == {"pinion, a": True, "gear, a": None}
 
 

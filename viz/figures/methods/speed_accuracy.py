@@ -37,7 +37,6 @@ LOOKS = {
     "mesh, polished": Look("mesh, then polish (tolerance)", theme.RED, "o"),
     "five equations, cold": Look("five equations, cold (xtol)", theme.BLUE, "s", True),
     "five equations, warm": Look("five equations, warm (xtol)", theme.BLUE, "s"),
-    "Newton on F, single precision": Look("one equation, Newton in single (steps)", theme.BLACK, "v", True),
     "Newton on F": Look("one equation, Newton (steps)", theme.BLACK, "v"),
     "one equation, given l1": Look("one equation, $l_1$ given (batch)", theme.GREEN, "D", True, 8.5),
     "one equation, path": Look("one equation, path with ends (batch)", theme.GREEN, "D"),
@@ -281,17 +280,14 @@ def _parts(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def _steps(rows: Sequence[Row]) -> Iterator[str]:
-    """How many Newton steps give point and rolls, and how near single precision comes."""
+    """How many Newton steps give point and rolls."""
     steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
     exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
-    single = [row.error_mm for row in rows if row.method == "Newton on F, single precision"]
     if exact and exact[0].value > 0:
         count = exact[0].value
         yield f"{count:.0f} Newton step{'s do' if count > 1 else ' does'}"
     elif steps and not exact:
         yield f"Newton does not get there in {steps[-1].value:.0f} steps"
-    if np.isfinite(single).any():
-        yield f"single precision stays {np.nanmin(single):.0e} mm off"
 
 
 def rows(data: tuple[SpeedCase, ...]) -> Table:
