@@ -206,6 +206,12 @@ def test_memory_of_blocks_is_that_of_one() -> None:
     assert peak(20_000, 20_000) > 5.0 * peak(2_000, 2_000)
 
 
+def test_positions_stand_where_they_were_asked_for() -> None:
+    l1 = np.linspace(-5.0, 5.0, 37)
+    for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
+        assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
+
+
 def test_blocks_of_no_path_and_of_bad_input() -> None:
     (empty,) = path_blocks(table1(errors=Errors(offset=100.0)), points=1000)
     assert empty.l1.size == 0
