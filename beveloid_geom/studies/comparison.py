@@ -39,7 +39,7 @@ from ..contact.path import path_of_contact
 from ..design.model import Design
 from ..pair.mounting import mounting_of
 from ..reference import pitch_region
-from ..shapes.mesh_contact import flank_mesh
+from ..shapes.flank_mesh import flank_mesh
 from .comparison_methods import (
     COUNT,
     Answer,
