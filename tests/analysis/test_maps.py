@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from math import cos, nan, radians
 from typing import Any
 
@@ -223,7 +224,7 @@ def test_usual_bounds_hold_the_design() -> None:
     np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
 
 
-ODD = {
+PAGES_OF = {
     "as given": table1(),
     "hollow": table1((0.0005, 0.0005)),
     "off the faces": table1(errors=Errors(offset=20.0)),
@@ -232,13 +233,15 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("over", OVER)
-@pytest.mark.parametrize("name", ODD)
-def test_odd_designs_have_a_page_that_says_so(name: str, over: Over, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "over"),
+    [("as given", "parabola"), ("hollow", "parabola"), *product(list(PAGES_OF)[2:], OVER)],
+)
+def test_pages_of_maps_with_and_without_paths(name: str, over: Over, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fig_maps, "STEPS", 3)
     monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
     recipe = next(page for page in PAGES if page.name == f"map-{over}").recipe()
-    data = recipe.compute(ODD[name])
+    data = recipe.compute(PAGES_OF[name])
     with theme.style():
         page = recipe.draw(data, (400, 300)).page
         page.draw_without_rendering()
