@@ -18,7 +18,7 @@ LIBRARY = (
 """Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
 PICTURES = ("options", "stage", "parts", "figures", "film", "report")
 """Rooms of `viz`, likewise, and what its commands share."""
-REFERENCE = ("five_equations_math", "five_equations_mp", "five_equations_numpy", "pitch_region")
+REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")
 """Modules of `reference` that check the numbers of the library and share nothing but its inputs."""
 STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")
 """Where packages and commands start: of no room, and seen by none."""

@@ -12,11 +12,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-import mpmath
-
 from ..arrays import FLANK_SIGN
 from ..design.model import Design, Errors, Member
 from .pitch_region import hand_of_pair, pitch_guess, pitch_region
+
+try:
+    import mpmath
+except ImportError as missing:
+    raise ImportError("the five equations at 60 digits need mpmath: pip install mpmath") from missing
 
 MP = mpmath.MPContext()
 MP.dps = 60

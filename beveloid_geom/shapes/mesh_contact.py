@@ -37,9 +37,8 @@ from ..gear.perpendicular import Feet, feet
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..status import Status
 from ..support.few_lines import few_lines
-from ..support.read_only import kept
 from .closest_points import closest_on_mesh
-from .sampling import Faces, FlankGrid, grid_faces, sample_flank
+from .flank_mesh import FlankMesh, flank_mesh
 
 CONTACT_PASSES = 60
 LONGEST_STEP = 0.5
@@ -56,23 +55,6 @@ ALIKE = 4.0
 it: either mesh may be off by one, and so may the separation between grid points, once for each."""
 ON_RIM = 1e-9
 """Barycentric coordinate below which a closest point counts as on an edge of its triangle."""
-
-
-@dataclass(frozen=True, eq=False)
-class FlankMesh:
-    """A sampled flank: its grid and the triangles (m, 3) of the grid's points in row-major order.
-
-    `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh; `border` (points,):
-    whether a point is. `normals` (m, 7, 3): what tells inside from outside where the closest point lies in
-    the triangle, on the edge opposite each corner, at each corner: the sum of the unit normals of all
-    triangles that meet there, weighted by their angles at a corner (Baerentzen and Aanaes 2005). So it
-    does not matter which of them is taken for the closest, even along the sharp edge of undercut."""
-
-    grid: FlankGrid
-    faces: Faces
-    rim: NDArray[np.bool_]
-    border: NDArray[np.bool_]
-    normals: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,41 +106,6 @@ class Convergence:
     point_error: FloatArray
     separation_error: FloatArray
     faces: NDArray[np.int64]
-
-
-@kept(16)
-def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
-    """A flank of a single member as triangles within `tolerance` (mm) of it.
-
-    Raises ValueError as `sample_flank` does."""
-    grid = sample_flank(member, flank, tolerance)
-    faces = grid_faces(grid.points, grid.normals)
-    edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
-    code = edges[..., 0] * grid.l.size + edges[..., 1]
-    _, back, count = np.unique(code, return_inverse=True, return_counts=True)
-    border = np.pad(np.zeros(np.subtract(grid.l.shape, 2), dtype=bool), 1, constant_values=True).reshape(-1)
-    normals = _normals(grid.points.reshape(-1, 3)[faces], back.reshape(code.shape), faces)
-    return FlankMesh(grid, faces, (count == 1)[back].reshape(code.shape), border, normals)
-
-
-def _normals(corners: FloatArray, edges: NDArray[np.intp], faces: Faces) -> FloatArray:
-    """The normals (m, 7, 3) of FlankMesh, of triangles with `corners` (m, 3, 3), mm, whose edges, by the
-    corner opposite, and corners have the numbers `edges` and `faces` (m, 3)."""
-    sides = _unit(np.roll(corners, -1, axis=1) - corners)  # from each corner to the next
-    own = _unit(np.cross(sides[:, 0], sides[:, 1]))
-    angles = np.arccos(np.clip(-np.einsum("mki,mki->mk", sides, np.roll(sides, 1, axis=1)), -1.0, 1.0))
-    found = [own[:, None]]
-    for number, weight in ((edges, np.ones_like(angles)), (faces, angles)):
-        total = np.zeros((number.max() + 1, 3))
-        np.add.at(total, number, weight[..., None] * own[:, None])
-        found.append(total[number])
-    return _unit(np.concatenate(found, axis=1))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) of length 1; those without length stay as they are."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
 
 
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:

@@ -6,12 +6,12 @@ the pinion's roll or by l1, which says the same; the truth is the five equations
 
 - "mesh alone", "mesh, polished": proximity of sampled flanks over the sampling tolerance. Two to
   four queries a position, as the gear is turned until the flanks touch; all of them count.
-- "five equations, math" and "..., NumPy": SciPy's `fsolve` over its xtol, as in `reference`. Cold:
-  each position from the pitch point; warm: each from the one before, in a run along the path.
+- "five equations": SciPy's `fsolve` over its xtol, in scalar `math` (`reference`). Cold: each position
+  from the pitch point; warm: each from the one before, in a run along the path.
 - "one equation, path": `path_of_contact(points=n)` over n, with the exact ends; "one equation,
   given l1": the same at n given l1. The polynomials of the path are made anew in every call and count.
-- "Newton on F": the plain iteration on the one equation over iterations and over batch sizes, in
-  double and in single precision; points and rolls only, where a path has all of `ContactPath`.
+- "Newton on F": the plain iteration on the one equation over iterations and over batch sizes; points and
+  rolls only, where a path has all of `ContactPath`.
 
 `seconds_per_position` is the processor time of a call, of all its threads, over its positions.
 `setup_seconds` is that of what is kept between calls: the mounting distances for all; and the
@@ -34,10 +34,12 @@ from typing import TypeVar
 import numpy as np
 
 from ..arrays import FloatArray
+from ..contact.equation import pairing_of
 from ..contact.path import path_of_contact
 from ..design.model import Design
 from ..pair.mounting import mounting_of
-from ..shapes.mesh_contact import flank_mesh
+from ..reference import pitch_region
+from ..shapes.flank_mesh import flank_mesh
 from .comparison_methods import (
     COUNT,
     Answer,
@@ -48,11 +50,9 @@ from .comparison_methods import (
     given_answer,
     mesh_answer,
     newton_answer,
+    numbers_in,
     path_answer,
-    positive_numbers,
-    prepared,
     true_positions,
-    whole_numbers,
 )
 
 Result = TypeVar("Result")
@@ -83,12 +83,12 @@ class Settings:
     repeat: int = 4
 
     def __post_init__(self) -> None:
-        positive_numbers("tolerances", self.tolerances)
-        positive_numbers("xtols", self.xtols)
-        whole_numbers("iterations", self.iterations, 0)
-        whole_numbers("batches", self.batches, 1)
+        numbers_in("tolerances", self.tolerances)
+        numbers_in("xtols", self.xtols)
+        numbers_in("iterations", self.iterations, 0)
+        numbers_in("batches", self.batches, 1)
         for name, least in (("passes", 0), ("batch", 1), ("run", 1), ("repeat", 0)):
-            whole_numbers(name, (getattr(self, name),), least)
+            numbers_in(name, (getattr(self, name),), least)
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,10 @@ def compare(design: Design, flank: str = "right", settings: Settings | None = No
 
     Raises TypeError and ValueError as `true_positions` does, and TypeError for other settings than
     `Settings`."""
-    if not isinstance(settings, Settings | None):
+    settings = Settings() if settings is None else settings
+    if not isinstance(settings, Settings):
         raise TypeError(f"settings must be Settings, got {type(settings).__name__}")
-    positions, settings = true_positions(design, flank), settings or Settings()
+    positions = true_positions(design, flank)
     rows, methods, collecting = [], set[str](), gc.isenabled()
     gc.disable()  # as timeit does
     try:
@@ -227,25 +228,20 @@ def _mesh_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
 
 
 def _five_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    from ..reference.five_equations_math import solve_math
-    from ..reference.five_equations_numpy import solve_numpy
-    from ..reference.pitch_region import pitch_guess
-
     design, flank = positions.design, positions.flank
     size, picked = along(settings.run)
     run = path_of_contact(design, flank, size).pinion_roll.copy()
     run[picked] = positions.pinion_roll
-    setup = _setup(design, lambda fresh: pitch_guess(fresh, flank), settings.repeat)
-    for name, solve in (("math", solve_math), ("NumPy", solve_numpy)):
-        for xtol in settings.xtols:
-            cold = partial(five_answer, positions, solve, xtol, positions.pinion_roll, slice(None), True)
-            warm = partial(five_answer, positions, solve, xtol, run, picked, False)
-            yield _Trial((f"five equations, {name}, cold", "xtol", xtol), cold, COUNT, setup)
-            yield _Trial((f"five equations, {name}, warm", "xtol", xtol), warm, size, setup)
+    setup = _setup(design, lambda fresh: pitch_region.pitch_guess(fresh, flank), settings.repeat)
+    for xtol in settings.xtols:
+        cold = partial(five_answer, positions, xtol, positions.pinion_roll, slice(None), True)
+        warm = partial(five_answer, positions, xtol, run, picked, False)
+        yield _Trial(("five equations, cold", "xtol", xtol), cold, COUNT, setup)
+        yield _Trial(("five equations, warm", "xtol", xtol), warm, size, setup)
 
 
 def _path_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    setup = _setup(positions.design, partial(prepared, flank=positions.flank), settings.repeat)
+    setup = _setup(positions.design, lambda fresh: pairing_of(fresh, positions.flank), settings.repeat)
     for size in dict.fromkeys(along(batch)[0] for batch in settings.batches):
         yield _Trial(
             ("one equation, path", "batch", size), partial(path_answer, positions, size), size, setup
@@ -257,14 +253,12 @@ def _path_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
 
 
 def _newton_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    design, flank = positions.design, positions.flank
+    pairing = pairing_of(positions.design, positions.flank)
+    setup = _setup(positions.design, lambda fresh: pairing_of(fresh, positions.flank), settings.repeat)
     runs = [("iterations", settings.batch, passes) for passes in settings.iterations]
     runs += [("batch", batch, settings.passes) for batch in settings.batches]
-    for method, dtype in (("Newton on F", np.float64), ("Newton on F, single precision", np.float32)):
-        pairing = prepared(design, flank, dtype)
-        setup = _setup(design, partial(prepared, flank=flank, dtype=dtype), settings.repeat)
-        for kind, batch, passes in runs:
-            calls = batches(positions, batch, dtype)
-            name = (method, kind, passes if kind == "iterations" else batch)
-            work = partial(newton_answer, pairing, calls, passes)
-            yield _Trial(name, work, sum(l1.size for l1 in calls), setup)
+    for kind, batch, passes in runs:
+        calls = batches(positions, batch)
+        name = ("Newton on F", kind, passes if kind == "iterations" else batch)
+        work = partial(newton_answer, pairing, calls, passes)
+        yield _Trial(name, work, sum(l1.size for l1 in calls), setup)

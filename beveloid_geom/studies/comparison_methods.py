@@ -9,9 +9,12 @@ said at `mesh_answer`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.resources import files
+from numbers import Integral, Real
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,21 +24,17 @@ from ..contact.equation import (
     contact_point,
     gap_and_slope,
     meet,
-    pairing_of,
     roll_angles,
     terms_of_one,
 )
 from ..contact.path import ContactPath, path_of_contact
+from ..design.file import builtin_design
 from ..design.model import Design
 from ..gear.flank import flank_patch, trace_parameter
-from ..gear.rack import Numbers, Rack
-from ..pair.frames import Layout
 from ..pair.mounting import mounting_of
+from ..reference import five_equations_math, pitch_region
 from ..shapes.mesh_contact import MeshContact, mesh_contact
 from ..status import Status
-
-if TYPE_CHECKING:
-    from ..reference.five_equations_math import Contacts
 
 COUNT = 5
 """Positions compared: the middles of as many even parts of the path, in pinion roll."""
@@ -44,8 +43,6 @@ START_TURN = 1e-4
 TURNS, TURNED, TURNED_EXACTLY = 8, 1e-2, 1e-11
 """Turns of the gear within which the least separation must vanish: to a share of the sampling
 tolerance, polished to as many mm."""
-IMAGINARY = 1e-8
-"""Complex step in single precision: its square is below rounding, and its powers are not denormal."""
 
 Answer: TypeAlias = tuple[FloatArray, FloatArray]
 """Points (n, 3) in S_f, mm, and rolls (2, n), pinion first, rad, at the positions compared."""
@@ -64,54 +61,58 @@ class Positions:
     point: FloatArray
 
 
-def one_design(design: Design, what: str) -> None:
-    """Raises TypeError for what is no design, ValueError for a batch of designs."""
-    if not isinstance(design, Design):
-        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
-    if design.batch_shape:
-        raise ValueError(f"{what} on one design, got a batch of the shape {design.batch_shape}")
-
-
-def whole_numbers(name: str, values: Iterable[object], least: int) -> None:
-    """Raises TypeError for what is no row of whole numbers, ValueError for one under `least`."""
-    for value in _row_of(name, values):
-        if isinstance(value, bool) or not isinstance(value, int | np.integer):
-            raise TypeError(f"{name} must be whole numbers, got {value!r}")
-        if value < least:
+def numbers_in(name: str, values: object, least: int | None = None) -> None:
+    """Raises TypeError for what is no row of numbers, or of whole ones where `least` is given, ValueError
+    for one under `least`, or, without it, for one that is not finite and positive."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
+    kind, what = (Real, "numbers") if least is None else (Integral, "whole numbers")
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, kind):
+            raise TypeError(f"{name} must be {what}, got {value!r}")
+        if least is None and not 0.0 < float(value) < np.inf:
+            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
+        if least is not None and float(value) < least:
             raise ValueError(f"{name} must be at least {least}, got {value}")
 
 
-def positive_numbers(name: str, values: Iterable[object]) -> None:
-    """Raises TypeError for what is no row of numbers, ValueError for one that is not finite and positive."""
-    for value in _row_of(name, values):
-        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-            raise TypeError(f"{name} must be numbers, got {value!r}")
-        if not 0.0 < float(value) < np.inf:
-            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
-
-
-def _row_of(name: str, values: Iterable[object]) -> list[object]:
-    if isinstance(values, str) or not isinstance(values, Iterable):
-        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
-    return list(values)
-
-
 def true_positions(design: Design, flank: str) -> Positions:
-    """The positions compared, by the five equations at 60 digits.
+    """The positions compared, by the five equations at 60 digits: kept ones of the built-in design, else
+    solved for.
 
     The path of contact says at which rolls, and where to start. Raises TypeError for what is no
     design, ValueError for a batch of designs, where the flanks have no contact, and where the equations
-    are singular."""
-    from ..reference.five_equations_mp import solve_mp
-
-    one_design(design, "methods are compared")
+    are singular, ImportError without mpmath."""
+    if not isinstance(design, Design):
+        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
+    if design.batch_shape:
+        raise ValueError(f"methods are compared on one design, got a batch of the shape {design.batch_shape}")
     path = path_of_contact(design, flank, 2 * COUNT + 1)
     if not path.l1.size or (path.status != Status.SOLVED).any():
         status = Status(int(path.status.max() if path.l1.size else path.ends.status))
         raise ValueError(f"the {flank} flanks have no contact to compare methods at ({status.name})")
+    numbers = kept_positions(design, flank)
+    if numbers is None:
+        columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
+        numbers = solved_positions(design, flank, np.stack(columns, axis=-1)[1::2])
+    return Positions(design, flank, numbers[:, 0], numbers[:, 1], numbers[:, 2], numbers[:, 3:])
+
+
+def kept_positions(design: Design, flank: str) -> FloatArray | None:
+    """What `solved_positions` gave for the built-in design without and with parabolas, so that its figure
+    needs no mpmath; None for other designs. Made by `python -m tests.studies.kept_positions`."""
+    for case in json.loads((files(__package__) / "positions_of_table1.json").read_text(encoding="utf-8")):
+        if case["flank"] == flank and builtin_design().with_parabola(*case["parabola"]) == design:
+            return np.array(case["positions"])
+    return None
+
+
+def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatArray:
+    """Pinion and gear roll (rad), l1 and the point in S_f (mm), (n, 6), at 60 digits, rounded to double, at
+    the pinion rolls of `guesses` (n, 6): l1, u1, l2, u2 (mm), both rolls (rad)."""
+    from ..reference.five_equations_mp import solve_mp
+
     distance = mounting_of(design).distance
-    columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-    guesses = np.stack(columns, axis=-1)[1::2]
     try:
         found = [
             solve_mp(design, flank, guess.tolist(), ("phi1", float(guess[4])), (distance[0], distance[1]))
@@ -119,8 +120,7 @@ def true_positions(design: Design, flank: str) -> Positions:
         ]
     except ArithmeticError as error:
         raise ValueError(f"the {flank} flanks have no truth to compare methods with: {error}") from error
-    numbers = np.array([[float(x) for x in (c.phi2, c.l1, *c.point)] for c in found])
-    return Positions(design, flank, guesses[:, 4], numbers[:, 0], numbers[:, 1], numbers[:, 2:])
+    return np.array([[float(x) for x in (c.phi1, c.phi2, c.l1, *c.point)] for c in found])
 
 
 def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
@@ -164,24 +164,12 @@ def along(size: int) -> tuple[int, slice]:
     return 2 * COUNT * step + 1, slice(step, None, 2 * step)
 
 
-def five_answer(
-    positions: Positions,
-    solve: Callable[..., Contacts],
-    xtol: float,
-    rolls: FloatArray,
-    picked: slice,
-    cold: bool,
-) -> Answer:
-    """By the five equations as `solve` of `reference` has them, at pinion `rolls` (rad) of which
+def five_answer(positions: Positions, xtol: float, rolls: FloatArray, picked: slice, cold: bool) -> Answer:
+    """By the five equations as `reference.five_equations_math` has them, at pinion `rolls` (rad) of which
     `picked` are compared. From the pitch point, each of them if `cold`, else the first."""
-    from ..reference.pitch_region import pitch_guess
-
-    distance = mounting_of(positions.design).distance
-    known = solve(
-        positions.design,
-        positions.flank,
-        rolls,
-        pitch_guess(positions.design, positions.flank),
+    design, flank, distance = positions.design, positions.flank, mounting_of(positions.design).distance
+    known = five_equations_math.solve_math(
+        *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
         (float(distance[0]), float(distance[1])),
         xtol=xtol,
         cold=cold,
@@ -201,12 +189,12 @@ def _of_path(path: ContactPath, picked: slice) -> Answer:
     return path.point[picked], np.stack((path.pinion_roll, path.gear_roll))[:, picked]
 
 
-def batches(positions: Positions, size: int, dtype: type[np.floating[Any]] = np.float64) -> list[FloatArray]:
+def batches(positions: Positions, size: int) -> list[FloatArray]:
     """The l1 compared, in calls of `size`; a larger call is filled up with l1 in between, behind them."""
     l1 = positions.l1
     if size >= COUNT:
-        return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT)).astype(dtype)]
-    return [part.astype(dtype) for part in np.array_split(l1, -(-COUNT // size))]
+        return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT))]
+    return np.array_split(l1, -(-COUNT // size))
 
 
 def _joined(found: list[Answer]) -> Answer:
@@ -228,48 +216,16 @@ def given_answer(positions: Positions, calls: list[FloatArray]) -> Answer:
 
 
 def newton_answer(pairing: Pairing, calls: list[FloatArray], iterations: int) -> Answer:
-    """By `newton_contacts`, a call for each batch. Raises ValueError if it was not done in the
-    precision of the batch."""
-    found = _joined([newton_contacts(pairing, l1, iterations) for l1 in calls])
-    if found[0].dtype != calls[0].dtype:
-        raise ValueError(f"the one equation was evaluated in {found[0].dtype}, not in {calls[0].dtype}")
-    return found
+    """By Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, a call for each batch, without
+    any safeguard: where it arrives, whether F is 0 there or not."""
+    return _joined([_newton(pairing, l1, iterations) for l1 in calls])
 
 
-def newton_contacts(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer:
-    """Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, without any safeguard.
-
-    `l1` (n,), mm, is of the precision in which all is done, as the pairing, of a single design, must
-    be. Points (n, 3), mm, and rolls (2, n), rad, are those where it arrives, whether F is 0 there or
-    not."""
+def _newton(pairing: Pairing, l1: FloatArray, iterations: int) -> Answer:
     start = 0.5 * (pairing.lowest[1] + pairing.highest[1])
     l = np.stack((l1[None], np.broadcast_to(start, (1, l1.size))))
     for _ in range(iterations):
-        gap, slope = _gap_and_slope(pairing, l)
+        gap, slope = gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
         l[1] -= gap / slope
     met = meet(pairing, l)
     return contact_point(met)[:, 0].T, roll_angles(pairing, met)[:, 0]
-
-
-def _gap_and_slope(pairing: Pairing, l: Numbers) -> tuple[Numbers, Numbers]:
-    if l.dtype == np.float64:
-        return gap_and_slope(pairing, terms_of_one(pairing, l[0], 0), l[1])
-    shifted = l.astype(np.complex64)
-    shifted[1] += IMAGINARY * 1j
-    gap = meet(pairing, shifted).gap
-    return gap.real, gap.imag / np.float32(IMAGINARY)
-
-
-def prepared(design: Design, flank: str, dtype: type[np.floating[Any]] = np.float64) -> Pairing:
-    """The constants of the one equation in a precision."""
-    pairing = pairing_of(design, flank)
-    if dtype is np.float64:
-        return pairing
-    rack = replace(pairing.rack, **_rounded(pairing.rack, dtype))
-    layout = replace(pairing.layout, **_rounded(pairing.layout, dtype))
-    return replace(pairing, **_rounded(pairing, dtype), rack=rack, layout=layout)
-
-
-def _rounded(part: Pairing | Rack | Layout, dtype: type[np.floating[Any]]) -> dict[str, Any]:
-    numbers = {name: value for name, value in vars(part).items() if isinstance(value, np.ndarray)}
-    return {name: value.astype(dtype) for name, value in numbers.items()}

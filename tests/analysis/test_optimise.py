@@ -190,3 +190,65 @@ def test_errors_that_are_missing_are_named() -> None:
         "Error: no errors that shift the path: "
         "give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial\n"
     )
+
+
+def test_coefficients_hollow_against_each_other_are_left_out() -> None:
+    """With a positive sum the path would shift less, and the way there goes downhill."""
+    aim = Aim(
+        Errors(offset=0.05),
+        contact_ratio=1.0,
+        off_centre=5.0,
+        pinion_parabola=(-0.00101, -0.0009),
+        gear_parabola=(0.00099, 0.0011),
+    )
+    found = optimise_parabola(table1(), aim)
+    assert found.pinion_parabola + found.gear_parabola <= 1e-9
+    sums = np.array([0.0, 0.00005, 0.0001])
+    hollow = paths_of(table1(), "right", aim, -0.001 + sums, np.full(3, 0.001))
+    assert (hollow.margins(aim) > 0.0).all()
+    assert (np.diff(hollow.shift) < 0.0).all()
+    assert hollow.shift[-1] < 0.65 * found.found.shift
+
+
+def test_an_aim_that_one_corner_alone_meets() -> None:
+    """All that is near misses it by less than a hundredth, and shifts less."""
+    bounds = (-0.0005, -0.00049)
+    aim = Aim(Errors(offset=0.05), 1.0, 5.0, math.inf, bounds, bounds)
+    corner = paths_of(table1(), "left", aim, np.array(bounds[1]), np.array(bounds[1]))
+    swing = 1.0005 * float(corner.peak_to_peak)
+    found = optimise_parabola(table1(), replace(aim, peak_to_peak=swing), "left")
+    assert found.found.peak_to_peak <= swing * (1.0 + 1e-5)
+    assert found.found.shift <= corner.shift
+
+
+def test_what_the_optimum_is_compared_with_is_the_design_given() -> None:
+    aim = Aim(Errors(offset=0.05), 1.7, 5.0, math.inf, (-0.0005, 0.0), (-0.0005, 0.0))
+    found = optimise_parabola(table1((-0.0002, -0.0001)), aim, "left")
+    given = paths_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0001))
+    for name in ("shift", "contact_ratio", "centre", "peak_to_peak"):
+        assert getattr(found.given, name) == pytest.approx(float(getattr(given, name)), rel=1e-9)
+    assert found.design.pair == table1().pair
+    assert found.found.shift < found.given.shift
+
+
+def test_the_greatest_ratio_tried_is_said() -> None:
+    bounds = (-0.0002, 0.0)
+    aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds)
+    greatest = paths_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0002)).contact_ratio
+    with pytest.raises(ValueError, match=f"the greatest ratio tried is {greatest:.3f}: ask for less"):
+        optimise_parabola(table1(), aim, "left")
+
+
+def test_bounds_whose_only_sum_is_0_are_refused() -> None:
+    aim = Aim(Errors(offset=0.05), pinion_parabola=(0.001, 0.002), gear_parabola=(-0.001, 0.0))
+    with pytest.raises(ValueError, match="leave no sum of both coefficients below 0"):
+        optimise_parabola(table1(), aim)
+
+
+def test_the_best_of_several_valleys_is_found() -> None:
+    """Within the default bounds there are two, and the best coefficients of the grid lie in the worse."""
+    aim = Aim(Errors(offset=0.05))
+    gear = np.linspace(-0.002, 0.002, 33)
+    others = paths_of(table1(), "right", aim, np.full(33, -0.002), gear)
+    least = others.shift[(others.margins(aim) >= 0.0).all(axis=0)].min()
+    assert optimise_parabola(table1(), aim).found.shift < least < 0.1

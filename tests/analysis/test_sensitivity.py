@@ -5,13 +5,20 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from beveloid_geom.analysis.sensitivity import ERRORS, Sensitivity, path_sensitivity
+from beveloid_geom.analysis.sensitivity import (
+    CASES_PER_BLOCK,
+    ERRORS,
+    Sensitivity,
+    _extreme,
+    path_sensitivity,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.cli.sensitivity import sensitivity as command
 from beveloid_geom.contact.path import path_of_contact
@@ -21,6 +28,7 @@ from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.status import Limit, Status
+from beveloid_geom.support.chebyshev import basis_of
 
 from ..contact.test_path_search import LOST
 from ..oracle.table1 import table1
@@ -333,3 +341,45 @@ def test_no_path_is_said() -> None:
     assert result.exit_code == 1
     assert result.stderr == "No contact: no path of contact on the right flanks: off flank\n"
     assert json.loads(run("--offset-error", "20", "--json").stdout)["contact_ratio"] is None
+
+
+def test_derivatives_of_more_cases_than_a_block_holds() -> None:
+    offset = np.linspace(-0.4, 0.4, CASES_PER_BLOCK + 3)
+    batch = path_sensitivity(table1(MODIFIED, Errors(offset)), "right")
+    for k in (0, CASES_PER_BLOCK - 1, CASES_PER_BLOCK, CASES_PER_BLOCK + 2):
+        single = path_sensitivity(table1(MODIFIED, Errors(float(offset[k]))), "right")
+        for name in ("z_by", "contact_ratio", "peak_to_peak_by"):
+            ours, expected = getattr(batch, name)[k], getattr(single, name)
+            np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-10 * np.abs(expected).max())
+        assert (batch.limit[k] == single.limit).all()
+
+
+@pytest.mark.parametrize("parabola", [(0.0005, 0.0), (0.0, -0.0005)])
+def test_one_modified_member_is_enough_for_a_transmission_error(parabola: tuple[float, float]) -> None:
+    found = path_sensitivity(table1(parabola), "left")
+    error = path_of_contact(table1(parabola), "left", 401).transmission_error
+    assert found.peak_to_peak == pytest.approx(np.ptp(error), rel=1e-4)
+    assert found.peak_to_peak_by.all()
+
+
+def test_lost_paths_of_unmodified_flanks_have_no_transmission_error() -> None:
+    found = path_sensitivity(table1(errors=Errors(offset=np.array([0.0, 40.0]))), "right")
+    assert found.status.tolist() == [Status.SOLVED, Status.OFF_FLANK]
+    assert found.peak_to_peak[0] == 0.0
+    assert np.isnan(found.peak_to_peak[1])
+    assert np.isnan(found.peak_to_peak_by[1]).all()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("ends", [(-0.95, 0.9), (0.9, -0.95)])
+def test_the_greatest_of_several_extremes_counts(sign: float, ends: tuple[float, float]) -> None:
+    basis = basis_of(60)
+    track: Any = SimpleNamespace(coefficients=basis.coefficients(wave(basis.nodes))[None, None])
+    found = float(_extreme(track, np.array([ends]), 0, sign)[0, 0])
+    dense = np.linspace(-0.95, 0.9, 20_001)
+    assert found == pytest.approx(dense[(sign * wave(dense)).argmax()], abs=1e-4)
+    assert abs(wave(found + 1e-6) - wave(found - 1e-6)) < 1e-11
+
+
+def wave(x: Any) -> Any:
+    return np.sin(11.0 * x) + 0.2 * x

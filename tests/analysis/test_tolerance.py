@@ -28,6 +28,7 @@ from beveloid_geom.analysis.tolerance import (
     ToleranceStudy,
     drawn_errors,
     mounted,
+    swing_of,
     tolerance_study,
 )
 from beveloid_geom.cli.tolerance import tolerance
@@ -265,6 +266,7 @@ def test_progress_counts_every_mounting() -> None:
         ({"pinion_axial": math.inf}, "tolerance of pinion_axial must be finite"),
         ({"shaft_angle": 1.0}, "tolerance of shaft_angle must be less than the pair's own 0.261799 rad"),
         ({"sigmas": 0.0}, "sigmas must be positive"),
+        ({"sigmas": math.inf}, "sigmas must be positive and finite, got inf"),
         ({"distribution": "even"}, "distribution must be 'normal' or 'uniform', got 'even'"),
     ],
 )
@@ -279,8 +281,9 @@ def test_wrong_studies_are_refused() -> None:
         tolerance_study(batch, GIVEN, cases=1)
     with pytest.raises(ValueError, match="flank must be"):
         tolerance_study(table1(), GIVEN, "both", cases=1)
-    with pytest.raises(ValueError, match="at least 1, got 0 and 4"):
-        tolerance_study(table1(), GIVEN, cases=0)
+    for cases, units in ((0, 4), (10, 0), (10, -1)):
+        with pytest.raises(ValueError, match=f"at least 1, got {cases} and {units}"):
+            tolerance_study(table1(), GIVEN, cases=cases, units_per_task=units)
     with pytest.raises(ValueError, match="seed must be at least 0, got -1"):
         tolerance_study(table1(), GIVEN, cases=1, seed=-1)
 
@@ -400,3 +403,42 @@ def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
     assert {name: data[name] for name in counts} == counts
     assert len(data["quantiles"]["normal_backlash"]) == len(data["quantiles"]["share"])
     assert "of the mountings cannot be assembled" in " ".join(tolerance_table("x", table1(), study).split())
+
+
+def test_no_task_repeats_the_errors_of_another() -> None:
+    """Several units a task, several tasks."""
+    cases = 3 * UNIT + 5
+    found = tolerance_study(table1(), GIVEN, cases=cases, seed=2, units_per_task=2).mountings.errors
+    each = [drawn_errors(GIVEN, 2, unit, min(UNIT, cases - unit * UNIT)) for unit in range(4)]
+    np.testing.assert_array_equal(found, np.concatenate(each))
+    assert np.unique(found[:, 0]).size == cases
+
+
+def test_an_error_without_tolerance_is_plain_zero() -> None:
+    drawn = drawn_errors(replace(GIVEN, offset=0.0), 0, 0, 50)
+    assert not np.signbit(drawn[:, 0]).any()
+    assert drawn[:, 1:].all()
+
+
+def test_quantiles_leave_out_the_contact_ratio_0_of_lost_paths() -> None:
+    study = tolerance_study(table1(), Tolerances(offset=2.0, distribution="uniform"), cases=200)
+    solved = study.mountings.solved
+    assert 0 < np.count_nonzero(solved) < 200
+    least = study.quantiles((0.0,))["contact_ratio"][0]
+    assert least == study.mountings.contact_ratio[solved].min() > 0.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("place", [0.03, 0.47, 0.99])
+def test_swing_of_a_parabola_with_its_extreme_between_values(sign: float, place: float) -> None:
+    x = np.linspace(0.0, 1.0, 17)
+    values = sign * (x - place) ** 2
+    expected = max(place, 1.0 - place) ** 2
+    assert swing_of(values) == pytest.approx(expected, rel=1e-14)
+    np.testing.assert_allclose(swing_of(np.stack([values, 3.0 * values])), [expected, 3.0 * expected])
+
+
+def test_swing_of_a_monotone_curve_is_between_its_ends() -> None:
+    for curve in (np.exp, lambda x: -np.exp(x), lambda x: np.exp(-x), np.sqrt):
+        values = curve(np.linspace(0.0, 1.0, 17))
+        assert swing_of(values) == pytest.approx(np.ptp(values), rel=1e-14)

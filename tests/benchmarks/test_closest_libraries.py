@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.mesh_contact import flank_mesh
+from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import on_triangle

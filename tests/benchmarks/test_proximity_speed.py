@@ -17,7 +17,8 @@ from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.operation.operating_rolls import first_contact_operation
 from beveloid_geom.operation.pattern import contact_pattern
 from beveloid_geom.operation.separation import separation
-from beveloid_geom.shapes.mesh_contact import flank_mesh, mesh_contact, mesh_separation
+from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

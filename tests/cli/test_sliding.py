@@ -8,8 +8,6 @@ import json
 
 import numpy as np
 import pytest
-from beveloid_viz.figures.results.sliding import RECIPES
-from beveloid_viz.stage import theme
 from click.testing import CliRunner, Result
 
 from beveloid_geom.analysis.sliding import sliding_of
@@ -18,6 +16,8 @@ from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors
 from beveloid_geom.report.sliding import sliding_report
+from beveloid_viz.figures.results.sliding import RECIPES
+from beveloid_viz.stage import theme
 
 
 def run(*arguments: str) -> Result:

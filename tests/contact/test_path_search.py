@@ -6,6 +6,7 @@ own roll, or l1 where the roll is about to turn back.
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from math import radians
 
@@ -184,6 +185,31 @@ def test_blocks_are_the_path(design: Design, block: int) -> None:
         joined = np.concatenate([getattr(part, name) for part in blocks])
         np.testing.assert_allclose(joined, getattr(whole, name), atol=2e-11, err_msg=name)
     assert blocks[-1].ends.contact_ratio == whole.ends.contact_ratio
+
+
+def test_memory_of_blocks_is_that_of_one() -> None:
+    """However long the path is: ten times as many positions take no more, where one call takes five times."""
+
+    def peak(points: int, block: int) -> int:
+        tracemalloc.start()
+        greatest = max(
+            part.pinion_r.max() for part in path_blocks(design, points=points, positions_per_block=block)
+        )
+        assert greatest == pytest.approx(path_of_contact(design, "right", 3).pinion_r.max(), rel=1e-13)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    design = table1((0.001, -0.001))
+    peak(1_000, 1_000)  # the first call also pays for what is kept
+    assert peak(20_000, 1_000) < 1.2 * peak(2_000, 1_000)
+    assert peak(20_000, 20_000) > 5.0 * peak(2_000, 2_000)
+
+
+def test_positions_stand_where_they_were_asked_for() -> None:
+    l1 = np.linspace(-5.0, 5.0, 37)
+    for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
+        assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
 
 
 def test_blocks_of_no_path_and_of_bad_input() -> None:

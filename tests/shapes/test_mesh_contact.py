@@ -16,7 +16,8 @@ from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.mesh_contact import convergence, flank_mesh, mesh_contact, mesh_separation
+from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_separation
 from beveloid_geom.shapes.sampling import Faces
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1

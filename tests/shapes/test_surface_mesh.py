@@ -161,14 +161,3 @@ def test_a_pointed_tooth_is_refused() -> None:
     pointed = replace(PINION, teeth=9, profile_shift=0.9)
     with pytest.raises(ValueError, match=r"the tooth is pointed at z = 25 mm"):
         gear_mesh(pointed, 0.05)
-
-
-def test_rounds_that_overlap_are_refused() -> None:
-    concave = replace(PINION, tool=replace(PINION.tool, parabola=0.01))
-    with pytest.raises(ValueError, match=r"tip_radius 0.38 is too large: the tool's rounds overlap by"):
-        gear_mesh(concave, 0.05)
-
-
-def test_a_bore_larger_than_the_root_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"bore_radius must be between 1.76387 and 87.5934 mm"):
-        gear_mesh(PINION, 0.05, bore_radius=95.0)

@@ -21,12 +21,11 @@ from tests.symmetry import exchanged, mirrored, scaled
 
 from . import test_line_contact as line_contact, test_meshes as meshes
 from .answers import at_shaft_angle, changed, closed, held
+from .named_designs import LOST, SPLIT
 from .outcomes import Case, Said, Situation, all_notes, checked
 from .test_cones_and_helices import PLAIN, with_cones
-from .test_misalignment import SPLIT
-from .test_named_cases import CASES
-from .test_odd_teeth import APART, MANY, ONE, POINTED, UNDERCUT, of_module
 from .test_shaft_angles import fold, folding, right_angled
+from .test_shapes_of_teeth import APART, MANY, ONE, POINTED, UNDERCUT, of_module
 
 PINION, GEAR = table1().members
 PATHS = ("one equation", "five equations")
@@ -248,13 +247,13 @@ SITUATIONS = (
     ),
     Situation(
         "path in two pieces",
-        lambda: [Case(case.design(), case.flank) for case in SPLIT[:3]],
+        lambda: [Case(case.design, case.flank) for case in SPLIT[:3]],
         PATHS,
         "the path lies on the flanks in 2 pieces",
     ),
     Situation(
         "lost by earlier versions, found at random",
-        lambda: [Case(c.design, c.flank) for c in list(CASES.values())[1:4]],
+        lambda: [Case(c.design, c.flank) for c in list(LOST.values())[1:4]],
         PATHS,
         "whether something touches earlier is not known",
         all_notes,

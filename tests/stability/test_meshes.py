@@ -15,13 +15,8 @@ from beveloid_geom.design.model import Design, Errors, Member, Pair
 from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
 from beveloid_geom.shapes import mesh_contact as proximity
 from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.mesh_contact import (
-    FlankMesh,
-    MeshContact,
-    flank_mesh,
-    mesh_contact,
-    mesh_separation,
-)
+from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
+from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact, mesh_separation
 from beveloid_geom.shapes.sampling import sample_flank
 from beveloid_geom.status import FirstStatus, Status
 from tests.contact.test_path_search import TURNING

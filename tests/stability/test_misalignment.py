@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,8 @@ from beveloid_geom.status import FirstStatus, Limit, Status
 from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
+
+from .named_designs import SPLIT, Named
 
 FLANKS = ("right", "left")
 OFF = (
@@ -150,67 +152,6 @@ def test_what_is_printed(off: str) -> None:
     assert found["ends"] == {"enter": None, "leave": None}
 
 
-@dataclass(frozen=True)
-class Pieces:
-    """A path that lies on the flanks in two pieces. Errors: offset, shaft angle (rad), axial of pinion and
-    gear; face widths; the limits at which the longest piece ends, and that which cuts it in two."""
-
-    flank: str
-    parabola: tuple[float, float]
-    errors: tuple[float, float, float, float]
-    faces: tuple[float, float]
-    ends: tuple[Limit, Limit]
-
-    def design(self) -> Design:
-        design = table1(self.parabola, Errors(*self.errors))
-        pinion, gear = (
-            replace(member, face_width=face) for member, face in zip(design.members, self.faces, strict=True)
-        )
-        return replace(design, pinion=pinion, gear=gear)
-
-
-SPLIT = [
-    Pieces(
-        "left", (-0.003, 0.005), (0.0, 0.0, 0.0, 0.0), (4.3705, 60.0), (Limit.PINION_HEEL, Limit.PINION_TOE)
-    ),
-    Pieces(
-        "left",
-        (-0.013539, 0.026467),
-        (0.7404283226140487, -8.837401090111465e-06, 18.370801078743185, 17.828535593592036),
-        (18.125274778189887, 12.489625387138053),
-        (Limit.GEAR_HEEL, Limit.GEAR_TIP),
-    ),
-    Pieces(
-        "left",
-        (-0.02349, 0.027318),
-        (0.04257129199985732, 7.672107569295285e-05, 8.91170042550613, 12.9140451095829),
-        (7.850834522110135, 6.5092406777743586),
-        (Limit.GEAR_TOE, Limit.PINION_HEEL),
-    ),
-    Pieces(
-        "left",
-        (0.027234, -0.017897),
-        (-0.03247766985097322, 0.00012432338366320447, 3.588017921461578, -7.719807083517885),
-        (40.813577744899696, 25.518873080282386),
-        (Limit.PINION_TIP, Limit.PINION_TOE),
-    ),
-    Pieces(
-        "left",
-        (-0.010364, 0.01479),
-        (0.22467566479160794, 0.0009323904682869272, -13.780108318252946, -16.95926278805171),
-        (17.644032933623564, 53.37546958905286),
-        (Limit.PINION_HEEL, Limit.PINION_TOE),  # the roll turns back there: 0.020 rad, 0.011 from end to end
-    ),
-    Pieces(
-        "left",
-        (-0.023495, 0.029789),
-        (0.3223291060028153, 0.0004366692803444922, 10.761696201616772, -10.328996199863179),
-        (32.3422800882968, 19.903418144500577),
-        (Limit.GEAR_HEEL, Limit.PINION_TOE),
-    ),
-]
-
-
 def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
     """The pieces by counting samples: first and last l1 of each, and all of it by solving one by one."""
     pairing = pairing_of(design, flank)
@@ -226,9 +167,9 @@ def roll_at(design: Design, flank: str, l1: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize("case", SPLIT, ids=lambda case: "-".join(str(end) for end in case.ends))
-def test_two_pieces(case: Pieces) -> None:
+def test_two_pieces(case: Named) -> None:
     """As many as samples count, the one that covers most roll is taken, to its exact ends."""
-    design = case.design()
+    design = case.design
     ends = path_ends(design, case.flank)
     assert ends.status == Status.SOLVED
     assert ends.pieces == 2

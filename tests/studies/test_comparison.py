@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from beveloid_viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
-from beveloid_viz.stage import theme
 
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom import studies
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors
-from beveloid_geom.studies import comparison, job_size
+from beveloid_geom.reference import five_equations_math
+from beveloid_geom.reference.five_equations_math import Contacts, solve_math
+from beveloid_geom.studies import comparison
 from beveloid_geom.studies.comparison import ARCSEC, Row, Settings, compare
 from beveloid_geom.studies.comparison_methods import (
     COUNT,
@@ -23,12 +29,13 @@ from beveloid_geom.studies.comparison_methods import (
     batches,
     five_answer,
     given_answer,
-    newton_answer,
-    prepared,
     true_positions,
 )
+from beveloid_viz.figures.methods import speed_accuracy as fig_speed
+from beveloid_viz.stage import theme
 
 from ..oracle.table1 import table1
+from .kept_positions import cases
 
 SMALL = Settings(
     tolerances=(0.1, 0.01),
@@ -42,7 +49,7 @@ SMALL = Settings(
 FLANKS = ("right", "left")
 PARABOLAS = ((0.0, 0.0), (0.001, -0.001))
 CASES = [(flank, parabola) for parabola in PARABOLAS for flank in FLANKS]
-BATCHED = ("one equation, given l1", "Newton on F", "Newton on F, single precision")
+BATCHED = ("one equation, given l1", "Newton on F")
 
 
 @cache
@@ -65,8 +72,7 @@ def test_every_method_has_a_row_at_every_setting(flank: str, parabola: tuple[flo
         assert row.seconds_per_position > 0.0
         assert row.setup_seconds > 0.0
     expected = {(method, "tolerance"): SMALL.tolerances for method in ("mesh alone", "mesh, polished")}
-    for code in ("math", "NumPy"):
-        expected |= {(f"five equations, {code}, {start}", "xtol"): SMALL.xtols for start in ("cold", "warm")}
+    expected |= {(f"five equations, {start}", "xtol"): SMALL.xtols for start in ("cold", "warm")}
     expected |= {(method, "batch"): SMALL.batches for method in BATCHED}
     expected |= {(method, "iterations"): SMALL.iterations for method in BATCHED[1:]}
     expected[("one equation, path", "batch")] = (11, 101)
@@ -79,16 +85,12 @@ def test_errors_are_those_of_the_method(flank: str, parabola: tuple[float, float
     for method in ("mesh, polished", "one equation, path", "one equation, given l1"):
         assert max(errors(rows, method)) < 1e-10, method
     assert max(errors(rows, "Newton on F", "batch")) < 1e-10
-    for code in ("math", "NumPy"):
-        for start in ("cold", "warm"):
-            loose, closer, tight = errors(rows, f"five equations, {code}, {start}")
-            assert tight < 1e-10
-            assert loose > 1e-6
-            assert closer < 1e-2 * loose
+    for start in ("cold", "warm"):
+        loose, closer, tight = errors(rows, f"five equations, {start}")
+        assert tight < 1e-10
+        assert loose > 1e-6
+        assert closer < 1e-2 * loose
     assert min(errors(rows, "mesh alone")) > (1.0 if flank == "right" else 0.1)
-    single = errors(rows, "Newton on F, single precision", "batch")
-    assert min(single) > 1e-6
-    assert max(single) < 1e-2
 
 
 @pytest.mark.parametrize(("flank", "parabola"), CASES)
@@ -101,7 +103,6 @@ def test_transmission_errors_are_those_of_the_method(flank: str, parabola: tuple
         assert max(by_method[method]) < 1e-7, method
     # A separation of 0.01 mm is 15 arcsec on the gear; only its change along the path counts.
     assert 1.0 < by_method["mesh alone"][1] < by_method["mesh alone"][0] < 300.0
-    assert 1e-3 < max(by_method["Newton on F, single precision"]) < 1.0
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -110,9 +111,6 @@ def test_newton_converges_quadratically(flank: str) -> None:
     assert exact[0] > 1.0
     for before, after in pairwise(exact[1:4]):
         assert after < before**1.5
-    single = errors(rows_of(flank, PARABOLAS[1]), "Newton on F, single precision", "iterations")
-    assert single[1] == pytest.approx(exact[1], rel=1e-2)
-    assert single[4] > 1e4 * exact[4]
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -198,36 +196,51 @@ def test_five_equations_that_do_not_converge_are_not_counted(monkeypatch: pytest
     monkeypatch.setattr(pitch_region, "pitch_guess", lambda *_: (60.0, 400.0, -60.0, 400.0, 3.0, 1.0))
     settings = replace(SMALL, tolerances=(), xtols=(1e-10,), iterations=(), batches=())
     rows = [row for row in compare(table1(), "left", settings) if row.kind == "xtol"]
-    assert len(rows) == 4
+    assert len(rows) == 2
     for row in rows:
         assert row.status != "solved" or row.error_mm > 1.0, row
 
 
-def test_cold_starts_are_cold_and_lost_positions_are_nan() -> None:
-    from beveloid_geom.reference.five_equations_math import Contacts, solve_math
-
-    def found(cold: bool) -> Answer:
-        return five_answer(truth(), solve_math, 1e-2, truth().pinion_roll, slice(None), cold)
+def test_cold_starts_are_cold_and_lost_positions_are_nan(monkeypatch: pytest.MonkeyPatch) -> None:
+    def found(cold: bool, picked: slice = slice(None)) -> Answer:
+        return five_answer(truth(), 1e-2, truth().pinion_roll, picked, cold)
 
     (cold, rolls), (warm, _) = found(True), found(False)
     assert np.array_equal(cold[0], warm[0])
     assert (np.abs(cold[1:] - warm[1:]).max(axis=-1) > 0.0).all()
     assert np.array_equal(rolls[0], truth().pinion_roll)
 
-    def unsure(*args: object, **options: object) -> Contacts:
-        return replace(solve_math(*args, **options), converged=np.arange(COUNT) != 3)  # type: ignore[arg-type]
+    def unsure(*args: Any, **options: Any) -> Contacts:
+        return replace(solve_math(*args, **options), converged=np.arange(COUNT) != 3)
 
-    point, _ = five_answer(truth(), unsure, 1e-2, truth().pinion_roll, slice(1, None), True)
+    monkeypatch.setattr(five_equations_math, "solve_math", unsure)
+    point, _ = found(True, slice(1, None))
     assert np.array_equal(np.isnan(point).all(axis=-1), [False, False, True, False])
 
 
-def test_cases_are_spread_evenly() -> None:
-    offset = np.array([-0.1, 0.0, 0.1])
-    expected = [float(contact_ratio(table1(errors=Errors(offset=float(x))))) for x in offset]
-    for size, wanted in ((3, max(expected)), (1, expected[0])):
-        (found,) = job_size.blocks_of(table1(), "right", job_size.CASES, None, size)
-        assert found == pytest.approx(wanted, rel=1e-12)
-    assert np.ptp(expected) > 1e-4
+def test_kept_positions_are_those_at_60_digits() -> None:
+    kept = json.loads(
+        (Path(studies.__file__).parent / "positions_of_table1.json").read_text(encoding="utf-8")
+    )
+    for ours, found in zip(kept, cases(), strict=True):
+        assert (ours["flank"], tuple(ours["parabola"])) == (found["flank"], found["parabola"])
+        np.testing.assert_allclose(ours["positions"], found["positions"], rtol=0.0, atol=1e-12)
+
+
+def test_the_figure_needs_no_mpmath_but_for_other_designs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mpmath", None)
+    monkeypatch.delitem(sys.modules, "beveloid_geom.reference.five_equations_mp", raising=False)
+    for flank, parabola in CASES:
+        assert true_positions(builtin_design().with_parabola(*parabola), flank).l1.size == COUNT
+    with pytest.raises(ImportError, match=r"60 digits need mpmath: pip install mpmath$"):
+        true_positions(table1((0.0005, 0.0)), "right")
+    monkeypatch.setattr(fig_speed, "MODIFIED", (0.0005, 0.0))
+    monkeypatch.setattr(
+        fig_speed, "SETTINGS", replace(SMALL, tolerances=(), xtols=(), iterations=(), batches=())
+    )
+    assert ["pip install mpmath" in case.reason for case in fig_speed.compute(table1())] == [False] * 2 + [
+        True
+    ] * 2
 
 
 def test_an_l1_without_its_contact_is_named() -> None:
@@ -243,17 +256,6 @@ def test_batches_hold_the_positions_compared_first() -> None:
         assert len(found) == calls
         assert max(part.size for part in found) == size
         assert np.array_equal(np.concatenate(found)[:COUNT], truth().l1)
-    assert batches(truth(), 10, np.float32)[0].dtype == np.float32
-
-
-def test_single_precision_is_single_throughout() -> None:
-    pairing = prepared(table1(), "right", np.float32)
-    parts = (vars(pairing), vars(pairing.rack), vars(pairing.layout))
-    arrays = [value for part in parts for value in part.values() if isinstance(value, np.ndarray)]
-    assert len(arrays) > 10
-    assert {array.dtype for array in arrays} == {np.dtype(np.float32)}
-    with pytest.raises(ValueError, match=r"float64, not in float32"):
-        newton_answer(prepared(table1(), "right"), batches(truth(), 10, np.float32), 2)
 
 
 def test_without_contact_there_is_nothing_to_compare() -> None:
@@ -261,41 +263,6 @@ def test_without_contact_there_is_nothing_to_compare() -> None:
         compare(table1(errors=Errors(offset=20.0)))
     with pytest.raises(ValueError, match=r"batch of the shape \(3,\)"):
         compare(table1(errors=Errors(offset=np.zeros(3))))
-    with pytest.raises(ValueError, match="left flanks have no path"):
-        job_size.job_sizes(table1(errors=Errors(offset=20.0)), "left")
-
-
-def test_jobs_in_blocks_do_the_same_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    design = table1(PARABOLAS[1])
-    monkeypatch.setattr(job_size, "POSITIONS_PER_BLOCK", 1_000)
-    for unit, size, number in ((job_size.POSITIONS, 20_000, 20), (job_size.CASES, 60, 8)):
-        (whole,) = job_size.blocks_of(design, "right", unit, None, size)
-        blocks = list(job_size.blocks_of(design, "right", unit, -(-size // number), size))
-        assert len(blocks) == number
-        assert max(blocks) == pytest.approx(whole, rel=1e-13)
-        assert np.ptp(blocks) > 1e-6
-    sizes = {(job_size.POSITIONS, way): (2_000, 20_000) for way in (False, True)}
-    one, ten, block, blocks_ten = job_size.job_sizes(design, "right", sizes)
-    assert ten.peak_bytes > 5.0 * one.peak_bytes
-    assert blocks_ten.peak_bytes < 1.2 * block.peak_bytes
-    assert min(job.seconds for job in (one, ten, block, blocks_ten)) > 0.0
-
-
-def test_a_job_that_would_take_too_long_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(job_size, "LONGEST", 0.0)
-    done, undone = job_size.job_sizes(table1(), "right", {(job_size.POSITIONS, True): (100, 1_000)})
-    assert done.status == "solved"
-    assert undone.status.startswith("not done: would take about")
-    assert np.isnan(undone.seconds)
-    text = fig_job_size.finding(fig_job_size.JobFigure((*jobs_of(10), done, undone)))
-    assert text.count("Not done, as they would take more than") == 1
-    assert f"{job_size.POSITIONS} in blocks: 1,000 (about" in text
-    assert undone.expected > 0.0
-
-
-def jobs_of(size: int) -> tuple[job_size.Job, ...]:
-    units = (job_size.POSITIONS, job_size.CASES)
-    return tuple(job_size.Job(u, way, size, 0.1234, 5.67e6) for u in units for way in (None, 50))
 
 
 def test_the_speed_figures_words_and_numbers() -> None:
@@ -337,15 +304,3 @@ def test_the_speed_figures_words_and_numbers() -> None:
         page = fig_speed.draw((replace(cases[0], rows=(failed, *exact[1:])), *cases[1:]), (400, 300)).page
     below = " ".join(" ".join(text.get_text().split()) for text in page.texts)
     assert "for reasons in the table: (a) mesh alone (1 of 2)." in below
-
-
-def test_the_job_figures_words_and_numbers() -> None:
-    text = fig_job_size.finding(fig_job_size.JobFigure(jobs_of(1_000)))
-    assert "1,000 positions of a path in blocks take 123 ms, 123 \u00b5s each, and 5.67 MB" in text
-    header, lines = fig_job_size.rows(fig_job_size.JobFigure(jobs_of(1_000)))
-    assert [len(line) for line in lines] == [len(header)] * 4
-    none = fig_job_size.JobFigure((), "no path")
-    assert fig_job_size.finding(none) == ""
-    with theme.style():
-        page = fig_job_size.draw(none, (400, 300)).page
-    assert [text.get_text() for axes in page.axes for text in axes.texts] == ["no path"] * 2

@@ -39,7 +39,7 @@ def test_every_statement_stands_with_its_verdicts() -> None:
         judged = paper_statements(builtin_design(), flank)
         assert [row[0] for row in rows] == [one.id for one in judged]
         for row, one in zip(rows, judged, strict=True):
-            assert row[1] == one.statement.rstrip(".")
+            assert row[1] == f"{one.source}: {one.statement.rstrip('.')}"
             assert row[column].startswith(f"**{one.verdict.value}**")
             assert one.detail.endswith(row[column].rpartition("; ")[2])
     assert "not: a small coefficient raises it" in rows[5][2]

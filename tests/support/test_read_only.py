@@ -11,18 +11,19 @@ from inspect import isclass
 from pathlib import Path
 from types import MappingProxyType
 
-import beveloid_viz
 import numpy as np
 import pytest
 
 import beveloid_geom
+import beveloid_viz
 from beveloid_geom.contact.equation import _kept_flanks, pairing_of
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.gear.tooth_side import _kept_surface
 from beveloid_geom.operation.backlash import _kept_backlash
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
-from beveloid_geom.shapes.mesh_contact import flank_mesh, mesh_separation
-from beveloid_geom.studies.statement_verdicts import Case
+from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.mesh_contact import mesh_separation
+from beveloid_geom.studies.claims import Case
 from beveloid_geom.support.chebyshev import _derivation
 from beveloid_geom.support.read_only import kept, read_only
 from tests.oracle.table1 import table1
@@ -36,10 +37,10 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.design.model.Design.batch_shape": lambda: TABLE.batch_shape,
     "beveloid_geom.pair.mounting._kept_mounting": lambda: _kept_mounting(*TABLE.members, TABLE.pair),
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
-    "beveloid_geom.shapes.mesh_contact.flank_mesh": lambda: flank_mesh(TABLE.pinion, "right", 0.05),
-    "beveloid_geom.studies.statement_verdicts.Case.face": lambda: Case(TABLE, "right").face,
-    "beveloid_geom.studies.statement_verdicts.Case.modified": lambda: Case(TABLE, "right").modified,
-    "beveloid_geom.studies.statement_verdicts.Case.sweeps": lambda: Case(TABLE, "right").sweeps,
+    "beveloid_geom.shapes.flank_mesh.flank_mesh": lambda: flank_mesh(TABLE.pinion, "right", 0.05),
+    "beveloid_geom.studies.claims.Case.face": lambda: Case(TABLE, "right").face,
+    "beveloid_geom.studies.claims.Case.modified": lambda: Case(TABLE, "right").modified,
+    "beveloid_geom.studies.claims.Case.sweeps": lambda: Case(TABLE, "right").sweeps,
     "beveloid_geom.gear.tooth_side._kept_surface": lambda: _kept_surface(TABLE.pinion, "right"),
     "beveloid_viz.report.data.PageData.found": lambda: True,  # it is a bool
 }

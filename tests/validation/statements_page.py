@@ -10,8 +10,9 @@ from functools import lru_cache
 import numpy as np
 
 from beveloid_geom.design.file import builtin_design
+from beveloid_geom.studies.claims import SMALL
 from beveloid_geom.studies.statement_readings import statements_by_reading
-from beveloid_geom.studies.statement_verdicts import SMALL, Statement, Verdict
+from beveloid_geom.studies.statement_verdicts import Statement, Verdict
 
 FLANKS = ("right", "left")
 AS_GIVEN = "as given"
@@ -49,7 +50,8 @@ def verdicts() -> str:
     """The statements, and what becomes of each on both flanks."""
     both = [found()[flank][AS_GIVEN] for flank in FLANKS]
     rows = [
-        (id_, one.statement.rstrip("."), *(cell(side[id_]) for side in both)) for id_, one in both[0].items()
+        (id_, f"{one.source}: {one.statement.rstrip('.')}", *(cell(side[id_]) for side in both))
+        for id_, one in both[0].items()
     ]
     return table(("", "the paper says", "right flanks", "left flanks"), rows)
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
+
+from beveloid_geom.design.file import builtin_design
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.figures.results import transmission_error as fig_operation
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
-
-from beveloid_geom.design.file import builtin_design
 
 SIZE = (400, 300)
 

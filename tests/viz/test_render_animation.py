@@ -11,14 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from beveloid_viz.film import page, writer, zone
-from beveloid_viz.film.cli import main
-from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
-from beveloid_viz.film.page import Image, Sheet
-from beveloid_viz.parts import posed
-from beveloid_viz.stage import opengl
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.scene import Picture
 from click.testing import CliRunner, Result
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread, imsave
@@ -27,6 +19,14 @@ from PIL import Image as Pillow, ImageSequence
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.pair.frames import to_fixed
+from beveloid_viz.film import page, writer, zone
+from beveloid_viz.film.cli import main
+from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
+from beveloid_viz.film.page import Image, Sheet
+from beveloid_viz.parts import posed
+from beveloid_viz.stage import opengl
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.scene import Picture
 from tests.symmetry import mirrored
 
 COMMAND = Path(sys.executable).with_name("render-animation")

@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from beveloid_viz.cli import main
-from beveloid_viz.figures import FIGURES
-from beveloid_viz.stage import opengl
 from click.testing import CliRunner
 from matplotlib.image import imread
 
 from beveloid_geom.design.file import builtin_text
+from beveloid_viz.cli import main
+from beveloid_viz.figures import FIGURES
+from beveloid_viz.stage import opengl
 
 COMMAND = Path(sys.executable).with_name("render-figures")
 
@@ -56,9 +56,7 @@ def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
         "map-mounting",
         "map-shift",
         "mesh-convergence",
-        "picture-density",
         "speed-accuracy",
-        "job-size",
         "posed-pair",
         "meshed-tooth",
     ]

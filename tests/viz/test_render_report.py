@@ -17,9 +17,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from beveloid_viz.report import svg
-from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
-from beveloid_viz.report.page import looked_up, number_of, script_json, with_code
 from click.testing import CliRunner
 
 from beveloid_geom.analysis.tolerance import UNIT, USUAL, Tolerances, tolerance_study
@@ -28,6 +25,9 @@ from beveloid_geom.design.file import builtin_design, builtin_text
 from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import tolerance_json, tolerance_remarks
+from beveloid_viz.report import svg
+from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
+from beveloid_viz.report.page import looked_up, number_of, script_json, with_code
 
 COMMAND = [str(Path(sys.executable).with_name("render-report"))]
 WITHOUT_VTK = [

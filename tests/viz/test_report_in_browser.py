@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from beveloid_viz.report.page import looked_up, number_text
 from click.testing import CliRunner
 from numpy.typing import NDArray
 from PIL import Image
 
 from beveloid_geom.cli.main import main
+from beveloid_viz.report.page import looked_up, number_text
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="needs the extra `browser`")
 if TYPE_CHECKING:

@@ -9,11 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
-from beveloid_viz.parts import charts
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.theme import Page
 from matplotlib.collections import LineCollection
 
 from beveloid_geom.analysis.sensitivity import path_sensitivity
@@ -23,6 +18,11 @@ from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.sensitivity import ARCSEC
+from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
+from beveloid_viz.parts import charts
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.theme import Page
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))

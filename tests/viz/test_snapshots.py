@@ -16,17 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.methods import job_size as fig_job_size, speed_accuracy as fig_speed
-from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
-from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
-from beveloid_viz.figures.results import maps as fig_maps
-from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts.recipe import Drawing, Recipe
-from beveloid_viz.parts.solved import SolvedPath
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.theme import Page
 from matplotlib.text import Text
 from matplotlib.ticker import NullFormatter
 from matplotlib.transforms import Affine2D
@@ -36,17 +25,28 @@ from PIL import Image as Pillow
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.studies.comparison import Settings
+from beveloid_viz.figures import FIGURES, Figure
+from beveloid_viz.figures.methods import speed_accuracy as fig_speed
+from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
+from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
+from beveloid_viz.figures.results import maps as fig_maps
+from beveloid_viz.figures.results.pattern import BandFigure
+from beveloid_viz.parts.recipe import Drawing, Recipe
+from beveloid_viz.parts.solved import SolvedPath
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.theme import Page
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
-FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence", "picture-density"}
-FLAT |= {"sliding", "speed-accuracy", "job-size"}
+FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
+FLAT |= {"sliding", "speed-accuracy"}
 FLAT |= {"map-parabola", "map-mounting", "map-shift"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
-WITHOUT_CURVES = {"picture-density", "meshed-tooth"}
+WITHOUT_CURVES = {"meshed-tooth"}
 """Pages on which nothing is left but words, or that are never the same twice."""
 CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
 CHARTS += ["mesh-convergence", "speed-accuracy"]
@@ -66,7 +66,6 @@ def _short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "SETTINGS", few)
         patch.setattr(fig_maps, "STEPS", 7)
         patch.setattr(fig_maps, "FIRST_STEPS", 3)
-        patch.setattr(fig_job_size, "JOBS", {kind: sizes[:3] for kind, sizes in fig_job_size.JOBS.items()})
         yield
 
 
@@ -82,9 +81,6 @@ def data_of(name: str) -> Any:
             for rows in (enumerate(case.rows) for case in data)
         ]
         return tuple(replace(case, rows=tuple(some)) for case, some in zip(data, rows, strict=True))
-    if name == "job-size":
-        jobs = [replace(job, seconds=1e-3 * 1.7**k, peak_bytes=1e6 + k) for k, job in enumerate(data.jobs)]
-        return replace(data, jobs=tuple(jobs))
     return data
 
 

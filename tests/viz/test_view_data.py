@@ -11,7 +11,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 import pyvista as pv
-from beveloid_viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -22,6 +21,7 @@ from beveloid_geom.operation.first_contact import FirstContact, first_contact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
+from beveloid_viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
 from tests.oracle.table1 import table1
 
 TABLE = table1()

@@ -60,11 +60,9 @@ FIGURES = (
     Figure(
         "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"
     ),
-    Figure("picture-density", "Where a finer mesh stops being seen", "methods.picture_density"),
     Figure(
         "speed-accuracy", "Speed against accuracy of every way to find the contact", "methods.speed_accuracy"
     ),
-    Figure("job-size", "Time and memory against the size of the job", "methods.job_size"),
     Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
     Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
 )

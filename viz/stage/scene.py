@@ -23,7 +23,7 @@ Pose: TypeAlias = tuple[FloatArray, FloatArray]
 """Rotation (3, 3) and shift (3,), mm: a point x of an item is drawn at rotation @ x + shift."""
 
 MESH_PX = 0.2
-"""Pixels by which the triangles of gears may miss their surfaces: finer is not seen (`picture-density`)."""
+"""Pixels by which triangles of gears may miss their surfaces: finer is not seen (`test_picture_density`)."""
 EDGE_ANGLE_DEG = 35.0
 EDGE_COLOUR = "#303840"
 # Lights in the camera's frame (right, up, towards the viewer), and their strengths.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,6 +21,7 @@ FLANKS = ("right", "left")
 COLUMNS = 176
 """Characters in a line of the caption."""
 MODIFIED = (0.001, -0.001)
+FIVE = "five equations, warm"
 BATCHES = (0.6, 3e5)
 """Limits of panel (e)."""
 SETTINGS = Settings()
@@ -35,11 +35,8 @@ USUAL = (1.2e-8, 0.4), (0.3 * FLOOR, 3e3)
 LOOKS = {
     "mesh alone": Look("mesh alone (tolerance)", theme.RED, "o", True),
     "mesh, polished": Look("mesh, then polish (tolerance)", theme.RED, "o"),
-    "five equations, NumPy, cold": Look("five equations, NumPy, cold (xtol)", theme.ORANGE, "^", True),
-    "five equations, NumPy, warm": Look("five equations, NumPy, warm (xtol)", theme.ORANGE, "^"),
-    "five equations, math, cold": Look("five equations, math, cold (xtol)", theme.BLUE, "s", True),
-    "five equations, math, warm": Look("five equations, math, warm (xtol)", theme.BLUE, "s"),
-    "Newton on F, single precision": Look("one equation, Newton in single (steps)", theme.BLACK, "v", True),
+    "five equations, cold": Look("five equations, cold (xtol)", theme.BLUE, "s", True),
+    "five equations, warm": Look("five equations, warm (xtol)", theme.BLUE, "s"),
     "Newton on F": Look("one equation, Newton (steps)", theme.BLACK, "v"),
     "one equation, given l1": Look("one equation, $l_1$ given (batch)", theme.GREEN, "D", True, 8.5),
     "one equation, path": Look("one equation, path with ends (batch)", theme.GREEN, "D"),
@@ -54,8 +51,8 @@ LABELS = (
     ("one equation, given l1", 0, "batch 1", ((8, -20, "center"), (8, 10, "center"))),
     ("mesh alone", 0, "{:g} mm", ((-2, 9, "right"), (-2, 9, "left"), (9, 6, "left"), (9, -4, "left"))),
     ("mesh alone", -1, "{:g} mm", ((6, -17, "right"), (6, 9, "center"), (-9, -17, "left"))),
-    ("five equations, NumPy, cold", 0, "xtol {:g}", ((0, 9, "center"), (9, 6, "left"), (-9, 0, "right"))),
-    ("five equations, NumPy, warm", -1, "{:g}", ((8, 3, "left"), (8, -16, "left"), (-8, 3, "right"))),
+    ("five equations, cold", 0, "xtol {:g}", ((0, 9, "center"), (9, 6, "left"), (-9, 0, "right"))),
+    ("five equations, warm", -1, "{:g}", ((8, 3, "left"), (8, -16, "left"), (-8, 3, "right"))),
 )
 """Settings written beside their marks: method, which of its rows, text, and where, best first; what has
 no room at any of them is left out."""
@@ -113,7 +110,7 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
         for flank in FLANKS:
             try:
                 cases.append(SpeedCase(flank, parabola, compare(changed, flank, SETTINGS)))
-            except ValueError as error:
+            except (ValueError, ImportError) as error:
                 cases.append(SpeedCase(flank, parabola, (), str(error)))
     return tuple(cases)
 
@@ -213,21 +210,18 @@ def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
         rows = [row for row in rows if np.isfinite(row.seconds_per_position)]
         curve(axes, look, [row.value for row in rows], [row.seconds_per_position for row in rows], order)
     axes.autoscale_view()
-    levels = {name: fastest(data[shown].rows, f"five equations, {name}, warm") for name in ("math", "NumPy")}
-    known = {name: row.seconds_per_position for name, row in levels.items() if row}
-    colours = {name: LOOKS[f"five equations, {name}, warm"].colour for name in known}
-    for name, level in known.items():
-        axes.axhline(level, color=colours[name], linewidth=1.6, zorder=1.5)
+    exact = fastest(data[shown].rows, FIVE)
+    level = exact.seconds_per_position if exact else np.nan
+    if exact:
+        axes.axhline(level, color=LOOKS[FIVE].colour, linewidth=1.6, zorder=1.5)
     axes.set_xlim(*BATCHES)
     whole_decades(axes)
     axes.set_xticks(10.0 ** np.arange(6))
     axes.minorticks_off()
     labels = Labels(axes)
-    places = ((BATCHES[1], "right"), (BATCHES[0] * 1.1, "left"))
-    for name, level in known.items():
-        for text, (end, side) in product((f"five equations, {name}", name), places):
-            if labels.put(text, (end, level), ((0, 6, side), (0, -16, side)), colours[name]):
-                break
+    for end, side in ((BATCHES[1], "right"), (BATCHES[0] * 1.1, "left")) if exact else ():
+        if labels.put("five equations", (end, level), ((0, 6, side), (0, -16, side)), LOOKS[FIVE].colour):
+            break
 
 
 def fastest(rows: Sequence[Row], method: str) -> Row | None:
@@ -270,34 +264,30 @@ def _parts(rows: Sequence[Row]) -> Iterator[str]:
         yield f"a mesh to {last.value:g} mm alone is {last.error_mm:.2g} mm off after {took}"
     names = {
         "mesh, polished": "a polished mesh",
-        "five equations, NumPy, warm": "the five equations in NumPy",
-        "five equations, math, warm": "in math",
+        "five equations, warm": "the five equations",
         "one equation, path": "one equation",
     }
     best = {name: fastest(rows, method) for method, name in names.items()}
     found = [f"{name} {duration(row.seconds_per_position)}" for name, row in best.items() if row]
-    one, five = best["one equation"], best["in math"]
+    one, five = best["one equation"], best["the five equations"]
     if found:
         times = f"{five.seconds_per_position / one.seconds_per_position:,.0f} times" if one and five else ""
         yield f"under 1e-9 mm takes {', '.join(found)}" + (f" ({times} as fast)" if times else "")
-    never = [name.replace("in math", "the five equations in math") for name, row in best.items() if not row]
+    never = [name for name, row in best.items() if not row]
     if never:
         yield f"{', '.join(never)}: never under 1e-9 mm"
     yield from _steps(rows)
 
 
 def _steps(rows: Sequence[Row]) -> Iterator[str]:
-    """How many Newton steps give point and rolls, and how near single precision comes."""
+    """How many Newton steps give point and rolls."""
     steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
     exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
-    single = [row.error_mm for row in rows if row.method == "Newton on F, single precision"]
     if exact and exact[0].value > 0:
         count = exact[0].value
         yield f"{count:.0f} Newton step{'s do' if count > 1 else ' does'}"
     elif steps and not exact:
         yield f"Newton does not get there in {steps[-1].value:.0f} steps"
-    if np.isfinite(single).any():
-        yield f"single precision stays {np.nanmin(single):.0e} mm off"
 
 
 def rows(data: tuple[SpeedCase, ...]) -> Table:

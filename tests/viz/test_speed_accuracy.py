@@ -1,5 +1,5 @@
-"""Figures of speed, of jobs and of pictures for designs on which methods fail: nothing overprinted, nothing
-left out, nothing that depends on the size of the gears."""
+"""The figure of speed against accuracy, for designs on which methods fail too: nothing overprinted, nothing
+left out."""
 
 from __future__ import annotations
 
@@ -8,42 +8,27 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
-import numpy as np
 import pytest
-from beveloid_viz.figures.methods import (
-    job_size as fig_job_size,
-    picture_density as fig_density,
-    picture_differences as density,
-    speed_accuracy as fig_speed,
-)
-from beveloid_viz.figures.methods.picture_differences import Difference, Series, Shot
-from beveloid_viz.figures.results import posed_pair as fig_posed
-from beveloid_viz.parts import posed, solved
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.theme import Page
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from beveloid_geom.design.file import builtin_design
-from beveloid_geom.studies import comparison, job_size
+from beveloid_geom.studies import comparison
 from beveloid_geom.studies.comparison import Row
-
-from ..symmetry import scaled
+from beveloid_viz.figures.methods import (
+    speed_accuracy as fig_speed,
+)
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.theme import Page
 
 NAN = float("nan")
 SETTINGS: Any = comparison.Settings
 COMPARE: Any = comparison.compare
-JOBS: Any = job_size.job_sizes
 """Without their types, for input of wrong ones."""
 KINDS = {
     **dict.fromkeys(("mesh alone", "mesh, polished"), ("tolerance", (0.1, 0.01, 0.0003))),
-    **{
-        f"five equations, {code}, {start}": ("xtol", (1e-1, 1e-4, 1e-14))
-        for code in ("math", "NumPy")
-        for start in ("cold", "warm")
-    },
-    **{f"Newton on F{kind}": ("iterations", (0, 1, 2, 3)) for kind in ("", ", single precision")},
+    **{f"five equations, {start}": ("xtol", (1e-1, 1e-4, 1e-14)) for start in ("cold", "warm")},
+    "Newton on F": ("iterations", (0, 1, 2, 3)),
     **{f"one equation, {way}": ("batch", (1, 100, 100_000)) for way in ("path", "given l1")},
 }
 
@@ -57,7 +42,7 @@ def case_of(shift: float, *lost: str) -> fig_speed.SpeedCase:
     rows = []
     for place, (method, (kind, values)) in enumerate(KINDS.items()):
         for number, value in enumerate(values):
-            seconds = 1e-4 * 10.0 ** (shift * (place - 4.5) + 0.15 * number)
+            seconds = 1e-4 * 10.0 ** (shift * (place - 3.0) + 0.15 * number)
             if method in lost:
                 rows.append(row(method, kind, value, NAN, NAN, "2 of 5 positions not found"))
             else:
@@ -122,10 +107,10 @@ def test_what_failed_is_named_once_below_the_panels() -> None:
 
 def test_methods_that_never_get_there_are_named() -> None:
     """Also the one that found all its positions, but none of them well."""
-    coarse = case_of(0.2, "five equations, math, warm")
+    coarse = case_of(0.2, "five equations, warm")
     rows = [replace(r, error_mm=1e-3) if r.method == "mesh, polished" else r for r in coarse.rows]
     text = fig_speed.finding((replace(coarse, rows=tuple(rows)),))
-    assert "a polished mesh, the five equations in math: never under 1e-9 mm" in text
+    assert "a polished mesh, the five equations: never under 1e-9 mm" in text
 
 
 @pytest.mark.parametrize(
@@ -139,7 +124,7 @@ def test_methods_that_never_get_there_are_named() -> None:
 )
 def test_newton_steps_count_until_the_rolls_are_exact_too(turns: tuple[float, ...], words: str) -> None:
     """Without parabola the point is exact before any step, and the rolls are not."""
-    case = case_of(0.2, "Newton on F, single precision")
+    case = case_of(0.2)
     steps = [row("Newton on F", "iterations", n, 1e-6, 1e-13) for n in range(len(turns))]
     exact = [replace(r, transmission_error_arcsec=turn) for r, turn in zip(steps, turns, strict=True)]
     rows = (*(r for r in case.rows if not r.method.startswith("Newton")), *exact)
@@ -168,17 +153,6 @@ def test_panels_hold_every_mark() -> None:
         (lambda: SETTINGS(xtols="1e-3"), TypeError, "xtols must be a tuple of numbers"),
         (lambda: COMPARE("design"), TypeError, "design must be a Design, got str"),
         (lambda: COMPARE(builtin_design(), "right", 3), TypeError, "settings must be Settings"),
-        (lambda: JOBS(None), TypeError, "design must be a Design, got NoneType"),
-        (
-            lambda: JOBS(builtin_design(), "right", {(job_size.CASES, True): (0,)}),
-            ValueError,
-            "sizes of misalignment cases must be at least 1, got 0",
-        ),
-        (
-            lambda: JOBS(builtin_design(), "right", {("teeth", True): (1,)}),
-            ValueError,
-            "units of a job are",
-        ),
     ],
 )
 def test_wrong_input_has_one_clear_line(
@@ -188,102 +162,3 @@ def test_wrong_input_has_one_clear_line(
         wrong()
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_blocks_of_cases_are_as_large_as_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the memory of a case alone: twice as few where only half as much is allowed."""
-    design = builtin_design()
-    assert job_size.cases_per_block(design, "right") == job_size.CASES_PER_BLOCK
-    monkeypatch.setattr(job_size, "_peak", lambda _: 1_600_000)
-    assert job_size.cases_per_block(design, "right") == 50
-    monkeypatch.setattr(job_size, "_peak", lambda _: 1_600_000_000)
-    assert job_size.cases_per_block(design, "right") == 1
-
-
-def test_small_blocks_keep_memory_down_and_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    def one() -> None:
-        list(job_size.blocks_of(builtin_design(), "right", job_size.CASES, None, 1))
-
-    one()  # the first also pays for what is kept between calls
-    case = job_size._peak(one)
-    monkeypatch.setattr(job_size, "BLOCK_BYTES", 10.5 * case)
-    jobs = job_size.job_sizes(
-        builtin_design(), "right", {(job_size.CASES, way): (100,) for way in (False, True)}
-    )
-    whole, blocks = jobs
-    assert blocks.per_block is not None
-    assert blocks.per_block < 20
-    assert blocks.peak_bytes < min(job_size.BLOCK_BYTES, 0.5 * whole.peak_bytes)
-    words = fig_job_size.block_sizes(fig_job_size.JobFigure(jobs))
-    assert f"{blocks.per_block} misalignment cases" in words
-    assert "paths that are followed by their length take more" in words
-
-
-def test_the_legend_of_jobs_lies_over_no_chart() -> None:
-    ways = [(job_size.POSITIONS, None), (job_size.CASES, 50)]
-    jobs = tuple(
-        job_size.Job(unit, block, 10**k, 10.0 ** (k - 3), 1e6)
-        for unit, block in (*ways, (job_size.CASES, None))
-        for k in range(5)
-    )
-    for size in ((1600, 1200), (1200, 900)):
-        with theme.style():
-            page = fig_job_size.draw(fig_job_size.JobFigure(jobs), size).page
-        (legend,) = page.legends
-        box = legend.get_window_extent()
-        assert box.x1 < size[0]
-        for axes in page.axes:
-            assert axes.get_legend() is None
-            whole = axes.get_tightbbox()
-            assert whole is not None
-            assert box.y0 > whole.y1
-
-
-@pytest.mark.parametrize("module", [0.05, 50.0])
-def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
-    usual, other = builtin_design(), scaled(builtin_design(), module / 6.0)
-    assert fig_posed.tolerance_of(other) == pytest.approx(fig_posed.tolerance_of(usual) * module / 6.0)
-    views = [density.teeth_view(design, (420, 562)) for design in (usual, other)]
-    assert views[1].default == pytest.approx(views[0].default, rel=1e-9)
-    assert views[0].default < 0.2
-    assert fig_posed._export_note(usual) == ""
-    assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
-
-
-def series_of(name: str, low: float, high: float) -> Series:
-    crop = np.zeros((64, 36, 3), dtype=np.uint8)
-    values = np.geomspace(high, low, 5)
-    pixels = (2.0, 0.5, 0.2, 0.1, 0.025)
-    shots = [
-        Shot(0.1 * px, px, 100, 0.01 * v, 0.1, Difference(0.1 * v, 0.01 * v, v, v, v), crop)
-        for px, v in zip(pixels, values, strict=True)
-    ]
-    return Series(name, tuple(shots), 2)
-
-
-@pytest.mark.parametrize(("low", "high"), [(4.0, 9.0), (1.0, 60.0), (1e-3, 9.0)])
-def test_ticks_are_plain_numbers(low: float, high: float) -> None:
-    data = (series_of("pair", low, high), Series("flank", reason="no flank"), Series("teeth", reason="none"))
-    with theme.style():
-        page = fig_density.draw(data, (800, 600)).page
-        page.draw_without_rendering()
-    for axes in page.axes[-3:]:
-        for axis in (axes.xaxis, axes.yaxis):
-            ticks = [tick.get_text() for tick in (*axis.get_ticklabels(), *axis.get_ticklabels(minor=True))]
-            shown = [text for text in ticks if text]
-            assert len(shown) >= 2
-            assert all(text == np.format_float_positional(float(text), trim="-") for text in shown), shown
-
-
-def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
-    """The pinion cannot be drawn, and of the gear there is nothing where its teeth would be in mesh."""
-    require_opengl()
-    design = builtin_design()
-    astray = replace(posed.pose(design), contact=np.array([0.0, 0.0, 1e4]))
-    data = fig_posed.PosedFigure(
-        astray, ((None, "undercut"), (None, "undercut")), solved.solve(design, "right")
-    )
-    with theme.style():
-        page = fig_posed.draw(data, (400, 300)).page
-    words = [text.get_text() for axes in page.axes for text in axes.texts]
-    assert sum("no contact point to look at" in text for text in words) == 2

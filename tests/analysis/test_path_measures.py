@@ -1,0 +1,119 @@
+"""Lengths, angles, locations and shifts of paths, as the paper's statements are measured."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom.analysis.path_measures import SHIFTS, _at, concavity, paths_of, shifts, sweep
+from beveloid_geom.analysis.sensitivity import ERRORS, path_sensitivity
+from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Errors
+
+from ..oracle.table1 import table1
+
+FLANKS = ("right", "left")
+
+
+MODIFIED = (0.001, -0.001)
+
+
+def test_lengths_and_angles_of_a_sweep() -> None:
+    """Against paths taken one by one, the length by a finer polygon."""
+    found = sweep(table1(), "right", (1, 1), 0.0002)
+    for k in (0, 5, 20):
+        design = table1((float(found.size[k]),) * 2)
+        path = path_of_contact(design, "right", 1001)
+        for j, (z, r) in enumerate(((path.pinion_z, path.pinion_r), (path.gear_z, path.gear_r))):
+            length = np.hypot(np.diff(z), np.diff(r)).sum()
+            assert found.paths.length["side view"][j, k] == pytest.approx(length, rel=1e-4)
+            assert found.paths.length["on the tooth"][j, k] > length
+            angle = math.degrees(math.atan((r[-1] - r[0]) / (z[-1] - z[0])))
+            assert found.paths.angle["chord"][j, k] == pytest.approx(angle, abs=1e-9)
+            tangent = math.degrees(math.atan((r[501] - r[499]) / (z[501] - z[499])))
+            assert found.paths.angle["middle"][j, k] == pytest.approx(tangent, abs=0.05)
+            assert found.paths.location["middle"][j, k] == pytest.approx(z[500], abs=1e-9)
+            between = 0.5 * (z[0] + z[-1])
+            assert found.paths.location["between ends"][j, k] == pytest.approx(between, abs=1e-9)
+        assert found.paths.contact_ratio[k] == pytest.approx(float(path.ends.contact_ratio), abs=1e-12)
+
+
+def test_the_length_on_the_tooth_of_an_unmodified_path_is_that_of_its_line() -> None:
+    """Seen from the turning member, a point that runs along the line of action for s moves by the
+    involute's arc: the rolled base radius at right angles, and the rest along the face."""
+    design = table1()
+    path = path_of_contact(design, "right", 20001)
+    length = paths_of(design.with_errors(Errors(offset=np.zeros(1))), "right").length["on the tooth"]
+    for j, (z, r, roll) in enumerate(
+        ((path.pinion_z, path.pinion_r, path.pinion_roll), (path.gear_z, path.gear_r, path.gear_roll))
+    ):
+        x, y = (path.point[:, 0], path.point[:, 1]) if j == 0 else _in_gear_frame(path.point)
+        turned = np.unwrap(np.arctan2(y, x)) - roll
+        arc = np.hypot(np.hypot(np.diff(r), 0.5 * (r[1:] + r[:-1]) * np.diff(turned)), np.diff(z)).sum()
+        assert length[j, 0] == pytest.approx(arc, rel=1e-5)
+
+
+def _in_gear_frame(point: Any) -> tuple[Any, Any]:
+    """x and y (n,) in the gear's fixed frame of points (n, 3) in S_f, without errors."""
+    angle = math.radians(15.0)
+    return 229.0 - point[:, 0], point[:, 2] * math.sin(angle) - point[:, 1] * math.cos(angle)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), MODIFIED])
+def test_shifts_under_small_errors_are_the_derivatives(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola)
+    rates = path_sensitivity(design, flank)
+    for k, (error, size) in enumerate(zip(ERRORS, (1e-3, 1e-6, 1e-2, 1e-2), strict=True)):
+        found = shifts(design, flank, error, size)
+        assert tuple(found) == SHIFTS
+        for name, rate in (
+            (SHIFTS[0], rates.face_shift_by),
+            (SHIFTS[3], rates.square_shift_by),
+            (SHIFTS[4], rates.z_by),
+        ):
+            slope = (found[name][:, 1] - found[name][:, 0]) / (2.0 * size)
+            scale = np.abs(rate[1, :, k]).max()
+            np.testing.assert_allclose(
+                slope, rate[1, :, k], rtol=1e-4, atol=1e-4 * scale, err_msg=f"{error} {name}"
+            )
+
+
+def test_shift_at_equal_radius_and_its_part_square_to_the_path() -> None:
+    design, size = table1(MODIFIED), 0.3
+    found = shifts(design, "right", "offset", size)
+    before = path_of_contact(design, "right", 801)
+    after = path_of_contact(design.with_errors(Errors(offset=size)), "right", 801)
+    for j, member in enumerate(("pinion", "gear")):
+        z, r = getattr(before, f"{member}_z"), getattr(before, f"{member}_r")
+        other = getattr(after, f"{member}_r")
+        order = np.argsort(other)
+        along = np.interp(r[400], other[order], getattr(after, f"{member}_z")[order]) - z[400]
+        assert found[SHIFTS[1]][j, 1] == pytest.approx(along, abs=1e-3)
+        angle = math.atan2(r[401] - r[399], z[401] - z[399])
+        assert found[SHIFTS[2]][j, 1] == pytest.approx(along * abs(math.sin(angle)), rel=1e-3)
+
+
+@pytest.mark.parametrize("flank", FLANKS)
+def test_concavity_follows_the_coefficient(flank: str) -> None:
+    """To first order in a, metal is a l^2 off the involute and the curvature 2 a."""
+    small, large = (concavity(table1(), flank, size) for size in (1e-5, 1e-4))
+    for name, rows in small.items():
+        np.testing.assert_allclose(large[name], 10.0 * rows, rtol=2e-2, err_msg=name)
+        assert (rows[:, 0] > 0.0).all()
+        assert (rows[:, 1] < 0.0).all()
+    assert (np.abs(small["curvature of the profile"]) < 2e-5).all()
+    assert (np.abs(small["curvature of the profile"]) > 1.4e-5).all()
+
+
+def test_values_on_a_curve_are_taken_on_its_monotone_stretch() -> None:
+    row = np.array((0.0, 1.0, 2.0, 1.5, 1.0))
+    z = np.arange(5.0)
+    assert _at(row, z, 1.5, 0) == pytest.approx(1.5)
+    assert _at(row, z, 1.5, 3) == pytest.approx(3.0)
+    assert math.isnan(_at(row, z, 2.5, 0))
+    assert math.isnan(_at(row, z, 0.5, 3))
+    assert math.isnan(_at(np.array((np.nan, 1.0, 2.0)), np.arange(3.0), 1.5, 0))

@@ -1,0 +1,54 @@
+"""Designs kept by name and by explicit numbers: `named_designs.toml` and `paths_in_pieces.toml`."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, replace
+from math import radians
+from pathlib import Path
+from typing import Any
+
+from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom.status import Limit
+from tests.oracle.table1 import table1
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """A design and the flank looked at; the limits at which a path in pieces ends."""
+
+    design: Design
+    flank: Any
+    ends: tuple[Limit, ...] = ()
+
+
+def read(name: str) -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))
+
+
+def named(row: dict[str, Any]) -> Named:
+    def member(module: float, alpha: float, *rest: float) -> Member:
+        *tool, teeth, helix, cone, shift, width = rest
+        return Member(Tool(module, radians(alpha), *tool), teeth, radians(helix), radians(cone), shift, width)
+
+    offset, shaft, *mounting = row["pair"]
+    error, turned, *axial = row["errors"]
+    pair, errors = Pair(offset, radians(shaft), *mounting), Errors(error, radians(turned), *axial)
+    return Named(Design(member(*row["pinion"]), member(*row["gear"]), pair, errors), row["flank"])
+
+
+def in_pieces(row: dict[str, Any]) -> Named:
+    design = table1(tuple(row["parabola"]), Errors(*row["errors"]))
+    pinion, gear = (
+        replace(member, face_width=face) for member, face in zip(design.members, row["faces"], strict=True)
+    )
+    ends = tuple(Limit[name] for name in row["ends"])
+    return Named(replace(design, pinion=pinion, gear=gear), row["flank"], ends)
+
+
+GROUPS = {
+    group: {name: named(row) for name, row in rows.items()}
+    for group, rows in read("named_designs.toml").items()
+}
+LOST, SECOND_PATH, OTHER = (GROUPS[name] for name in ("lost", "second_path", "other"))
+SPLIT = [in_pieces(row) for row in read("paths_in_pieces.toml")["pieces"]]

@@ -1,0 +1,99 @@
+"""Designs that a random search found hard, by numbers (`named_designs.toml`), with what once went wrong.
+
+Each is solved now, held against the five equations at 60 digits, and against a search of other code
+for contacts that the path might leave out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from beveloid_geom.contact.path import contact_ratio, path_ends, path_of_contact
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations_mp import solve_mp
+from beveloid_geom.status import Status
+from tests.symmetry import exchanged
+
+from .answers import solved_path
+from .five_residuals import batch_of_one, joined, margins, off_path, residuals, search
+from .named_designs import LOST, OTHER, SECOND_PATH
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_is_solved(name: str) -> None:
+    case = LOST[name]
+    path = path_of_contact(case.design, case.flank, 21)
+    assert path.ends.status == Status.SOLVED
+    apart, crossed = residuals(case.design, path, mounting_of(case.design).distance)
+    assert apart.max() <= 1e-9
+    assert crossed.max() <= 1e-12
+    assert margins(case.design, path).min() >= -1e-9
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_agrees_with_60_digits(name: str) -> None:
+    case = LOST[name]
+    design, path = case.design, path_of_contact(case.design, case.flank, 7)
+    first, second = mounting_of(design).distance
+    for k in (1, 4):
+        guess = [float(x[k]) for x in (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)]
+        # A path across the face in 0.0001 rad of roll: there l1 fixes a contact, and roll does not.
+        held = ("l1", guess[0]) if path.ends.contact_ratio < 0.01 else ("phi1", guess[4])
+        true = solve_mp(design, case.flank, guess, held, (first, second))
+        np.testing.assert_allclose(path.point[k], np.array(true.point, dtype=float), rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(path.normal[k], np.array(true.normal, dtype=float), rtol=0.0, atol=1e-12)
+        assert abs(guess[4] - float(true.phi1)) <= 1e-12
+        assert abs(guess[5] - float(true.phi2)) <= 1e-12
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_nothing_is_left_out(name: str) -> None:
+    """A search of other code finds contacts on the flanks, and none that is not on the path."""
+    case = LOST[name]
+    design = batch_of_one(case.design)
+    path, distance = path_of_contact(design, case.flank, 401), mounting_of(design).distance
+    module = float(case.design.pinion.tool.normal_module)
+    found = joined([search(design, case.flank, distance, 96, turned) for turned in (False, True)])
+    found = found.beyond(1e-6 * module)
+    if path.ends.pieces[0] == 1:
+        assert off_path(path, found).max(initial=0.0) <= 2e-3 * module
+    if path.ends.contact_ratio[0] > 0.1:
+        assert found.case.size > 0
+
+
+@pytest.mark.parametrize("name", SECOND_PATH)
+def test_a_second_path_of_the_other_sign_is_counted(name: str) -> None:
+    """The one that covers most roll is taken, the other is a piece of it."""
+    case = SECOND_PATH[name]
+    design = batch_of_one(case.design)
+    path, distance = path_of_contact(design, case.flank, 401), mounting_of(design).distance
+    found = joined([search(design, case.flank, distance, 96, turned) for turned in (False, True)])
+    assert path.ends.status[0] == Status.SOLVED
+    assert path.ends.pieces[0] == 2
+    assert off_path(path, found).max() > 0.01 * float(case.design.pinion.tool.normal_module)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_without_a_layout_nothing_is_said(flank: str) -> None:
+    design = OTHER["no layout"].design
+    path = path_of_contact(design, flank)
+    assert path.ends.status == Status.UNDEFINED
+    assert np.isnan(contact_ratio(design, flank))
+    assert path.point.size == 0
+
+
+@pytest.mark.parametrize(("name", "l1"), [("across a narrow face", 2.15928085), ("lost outside", -3.15)])
+def test_a_lost_path_is_not_called_none(name: str, l1: float) -> None:
+    """Positions asked for one by one lie on the flanks: then their path may be lost, but is not none."""
+    design = OTHER[name].design
+    assert path_of_contact(design, "left", l1=[l1]).status[0] == Status.SOLVED
+    for pair in (design, exchanged(design)):
+        assert path_ends(pair, "left").status in (Status.NOT_CONVERGED, Status.SOLVED)
+
+
+def test_the_other_sign_of_n_x_is_looked_for() -> None:
+    design = OTHER["the other sign of n_x"].design
+    path = solved_path(design, points=5)
+    assert (np.sign(path.normal[:, 0]) == -mounting_of(design).branch[0]).all()
+    assert margins(design, path).min() > -1e-9
