@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from beveloid_geom.analysis.optimise import Aim, Optimum, optimise_parabola, paths_of
-from beveloid_geom.cli.optimise import optimise
+from beveloid_geom.cli.commands.optimise import optimise
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.model import Errors
 from tests.oracle.table1 import table1

@@ -30,7 +30,7 @@ from beveloid_geom.analysis.tolerance import (
     mounted,
     tolerance_study,
 )
-from beveloid_geom.cli.tolerance import tolerance
+from beveloid_geom.cli.commands.tolerance import tolerance
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.design.model import Errors

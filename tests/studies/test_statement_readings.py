@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom.cli.statements import statements as command
+from beveloid_geom.cli.commands.statements import statements as command
 from beveloid_geom.contact.path import contact_ratio
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors

@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 
 from beveloid_geom.analysis.path_measures import SHIFTS, _at, concavity, paths_of, shifts, sweep
 from beveloid_geom.analysis.sensitivity import ERRORS, path_sensitivity
-from beveloid_geom.cli.statements import statements as command
+from beveloid_geom.cli.commands.statements import statements as command
 from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors

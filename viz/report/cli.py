@@ -17,9 +17,9 @@ from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
     Refusal,
     changed_design,
-    error_sizes,
     load_design,
     override_options,
+    tolerance_options,
     version_option,
     write_out,
 )
@@ -46,7 +46,7 @@ MOST_CASES = 1_000_000
     help="The page, a single HTML file.",
 )
 @override_options
-@error_sizes("Tolerance")
+@tolerance_options
 @click.option(
     "--cases", type=click.IntRange(1, MOST_CASES), default=20_000, show_default=True, help="Mountings drawn."
 )

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from beveloid_geom.analysis.sensitivity import Sensitivity, path_sensitivity
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
-from beveloid_geom.report.sensitivity import ARCSEC, STEPS
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.sensitivity import STEPS
 from beveloid_geom.status import Status
 
 from ...parts.recipe import Drawing, Recipe, Table

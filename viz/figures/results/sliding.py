@@ -13,7 +13,8 @@ from matplotlib.patheffects import withStroke
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design
-from beveloid_geom.report.sliding import MEMBERS, SlidingReport, header_of, sliding_report
+from beveloid_geom.report.columns import header_of
+from beveloid_geom.report.sliding import MEMBERS, SlidingReport, sliding_report
 from beveloid_geom.status import Status
 
 from ...parts.recipe import Drawing, Recipe, Table

@@ -25,7 +25,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.model import Design
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.report.tolerance import ARCSEC
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.status import Status
 
 from ...parts import panels, solved
