@@ -63,6 +63,14 @@ def option_name(argument: str) -> str:
     return "--" + argument.replace("_", "-")
 
 
+def option(
+    name: str, kind: Any, default: Any, text: str, metavar: str | None = None, argument: str = ""
+) -> Option:
+    """Make an option that shows its default, if it has one, for an `argument` if that has another name."""
+    names, shown = [name, argument or name.lstrip("-").replace("-", "_")], default not in (None, math.inf)
+    return click.option(*names, type=kind, default=default, show_default=shown, metavar=metavar, help=text)
+
+
 def renamed(old: str, new: str) -> Option:
     """Refuse an option that has another name by now, with a line that says so."""
 
@@ -86,8 +94,7 @@ OVERRIDES = (
 
 
 def _override(argument: str, metavar: str, text: str) -> Option:
-    text = f"{text} Default: that of the design."
-    return click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)
+    return option(option_name(argument), float, None, f"{text} Default: that of the design.", metavar)
 
 
 parabola_options = block(*(_override(*each) for each in OVERRIDES[-2:]))
@@ -109,12 +116,9 @@ TOLERANCES = (
 name."""
 
 
-def _tolerance(argument: str, option: str, metavar: str, most: float, what: str, _: str) -> Option:
+def _tolerance(argument: str, name: str, metavar: str, most: float, what: str, _: str) -> Option:
     text = f"Tolerance of the {what}, to either side."
-    kind = NumberRange(0.0, most)
-    return click.option(
-        option, argument, type=kind, default=0.0, show_default=True, metavar=metavar, help=text
-    )
+    return option(name, NumberRange(0.0, most), 0.0, text, metavar, argument=argument)
 
 
 tolerance_options = block(
@@ -134,30 +138,20 @@ def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, floa
     return values["offset"], angle, values["pinion_axial"], values["gear_axial"]
 
 
-flank_option: Option = click.option(
-    "--flank", type=click.Choice(["right", "left"]), default="right", show_default=True
-)
+SIDES = click.Choice(["right", "left"])
+flank_option = option("--flank", SIDES, "right", "Which flanks carry.")
 
 
 def points_option(default: int, along: str) -> Option:
     """Give option `--points`, how many positions `along` something."""
-    text = f"Positions {along}, both ends included."
-    kind = click.IntRange(2, 100_000)
-    return click.option("--points", type=kind, default=default, show_default=True, help=text)
+    return option("--points", click.IntRange(2, 100_000), default, f"Positions {along}, both ends included.")
 
 
 def bounds_options(text: str, default: tuple[float, float] | None = None) -> Option:
     """Give options `--pinion-bounds` and `--gear-bounds`, two numbers each; in `text` {} is the member."""
     return block(
         *(
-            click.option(
-                f"--{member}-bounds",
-                type=(float, float),
-                default=default,
-                show_default=default is not None,
-                metavar="LOW HIGH",
-                help=text.format(member),
-            )
+            option(f"--{member}-bounds", (float, float), default, text.format(member), "LOW HIGH")
             for member in ("pinion", "gear")
         )
     )

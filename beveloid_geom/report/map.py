@@ -98,7 +98,7 @@ def map_rows(found: DesignMap) -> Rows:
     masks = ("hollow", "interferes", "jammed")
     return {
         **{name: side.ravel() for name, side in zip(SIDES[found.over], sides, strict=True)},
-        "status": [status_name(code) for code in found.status.ravel()],
+        "status": [status_name(code) for code in found.status.ravel().tolist()],
         **{name: getattr(found, name).astype(int).ravel() for name in masks},
         **{figure: getattr(found, figure).ravel() for figure in FIGURES},
     }

@@ -131,11 +131,19 @@ def run(*arguments: str) -> Result:
 
 
 NARROW = ("--pinion-bounds", "0", "0.0005", "--gear-bounds", "-0.0005", "0")
-ASKED = ("--offset", "0.05", "--shaft-angle-deg", "0.005", "--contact-ratio", "1.7", *NARROW)
+ASKED = (
+    "--offset-tolerance",
+    "0.05",
+    "--shaft-angle-tolerance-deg",
+    "0.005",
+    "--contact-ratio",
+    "1.7",
+    *NARROW,
+)
 
 
 def test_the_command_gives_the_optimum() -> None:
-    result = run(*ASKED, "--json", "--transmission-error", "20")
+    result = run(*ASKED, "--json", "--transmission-error-arcsec", "20")
     assert (result.exit_code, result.stderr) == (0, "")
     data = json.loads(result.stdout)
     aim = Aim(
@@ -168,13 +176,13 @@ def test_table_says_it_in_words() -> None:
     "arguments",
     [
         [],
-        ["--offset", "nan"],
-        ["--offset", "wide"],
-        ["--offset", "1", "--flank", "both"],
-        ["--offset", "1", "--off-centre", "0"],
-        ["--offset", "1", "--pinion-bounds", "1", "0"],
-        ["--offset", "1", "--contact-ratio", "4", *NARROW],
-        ["missing.toml", "--offset", "1"],
+        ["--offset-tolerance", "nan"],
+        ["--offset-tolerance", "wide"],
+        ["--offset-tolerance", "1", "--flank", "both"],
+        ["--offset-tolerance", "1", "--off-centre", "0"],
+        ["--offset-tolerance", "1", "--pinion-bounds", "1", "0"],
+        ["--offset-tolerance", "1", "--contact-ratio", "4", *NARROW],
+        ["missing.toml", "--offset-tolerance", "1"],
     ],
     ids=" ".join,
 )
@@ -187,5 +195,6 @@ def test_wrong_command_line(arguments: list[str]) -> None:
 def test_errors_that_are_missing_are_named() -> None:
     assert run().stderr == (
         "Error: no errors that shift the path: "
-        "give --offset, --shaft-angle-deg, --pinion-axial or --gear-axial\n"
+        "give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance or "
+        "--gear-axial-tolerance\n"
     )

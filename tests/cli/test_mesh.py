@@ -295,7 +295,7 @@ def test_a_solid_without_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_unknown_suffix_lists_the_known_ones(tmp_path: Path) -> None:
     done = call("--part", "pinion", "--out", tmp_path / "a.xyz")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("Error: --out: .xyz is no known format; there are .stl, .ply, .obj")
+    assert done.stderr.startswith("Error: --out: .xyz is no known format: give one of .inp, .msh")
     assert done.stderr.count("\n") == 1
     assert "a name without a suffix is no known format" in refused("--part", "pair", "--out", tmp_path / "a")
 
@@ -312,7 +312,7 @@ def test_unknown_suffix_lists_the_known_ones(tmp_path: Path) -> None:
 )
 def test_format_that_holds_no_such_part(tmp_path: Path, part: str, suffix: str) -> None:
     line = refused("--part", part, "--out", tmp_path / f"a{suffix}")
-    assert f"--out: {suffix} holds no {part}; there are " in line
+    assert f"--out: a {part} cannot be written as {suffix}: give one of " in line
     assert "(hexahedra of pinion-tooth or gear-tooth)" in line
     assert "(solid of pinion, gear, pinion-tooth, gear-tooth)" in line
 
@@ -338,7 +338,7 @@ def test_format_that_holds_no_such_part(tmp_path: Path, part: str, suffix: str) 
             ["--offset-error", "1"],
             "--offset-error is for the pair, a flank with --field, and a tooth as .inp",
         ),
-        (["--shaft-angle-error", "1"], "--shaft-angle-error is for the pair, a flank with --field"),
+        (["--shaft-angle-error-deg", "1"], "--shaft-angle-error-deg is for the pair, a flank with --field"),
         (["--pinion-axial-error", "1"], "--pinion-axial-error is for the pair, a flank with --field"),
         (["--parabola-gear", "0.001"], "--parabola-gear is for the gear, the pair, a flank with --field"),
     ],

@@ -14,12 +14,12 @@ BIN = Path(sys.executable).parent
 @pytest.mark.parametrize(
     ("command", "option"),
     [
-        ("beveloid-geom map", "--offset"),
-        ("beveloid-geom tolerance", "--shaft-angle-deg"),
+        ("beveloid-geom map", "--offset-tolerance"),
+        ("beveloid-geom tolerance", "--shaft-angle-tolerance-deg"),
         ("beveloid-geom tolerance", "--sigmas"),
         ("beveloid-geom operation", "--film"),
-        ("beveloid-geom optimise", "--gear-axial"),
-        ("render-report", "--pinion-axial"),
+        ("beveloid-geom optimise", "--gear-axial-tolerance"),
+        ("render-report", "--pinion-axial-tolerance"),
         ("render-animation", "--fps"),
         ("render-animation", "--seconds"),
     ],

@@ -11,6 +11,7 @@ from ..options import (
     Refusal,
     bounds_options,
     flank_option,
+    option,
     override_options,
     progress_bar,
     sizes_of,
@@ -24,25 +25,18 @@ if TYPE_CHECKING:
     from ...report.result import Result
 
 
+VALUES = click.Choice(["parabola", "mounting", "shift"])
+OVER = "Parabola coefficients, changes of the mounting distances, or profile shift coefficients."
+FIRST = "Also the share of a mesh cycle at which flanks touch first; about 50 ms a cell."
+
+
 @result_command(
-    click.option(
-        "--over",
-        type=click.Choice(["parabola", "mounting", "shift"]),
-        default="parabola",
-        show_default=True,
-        help="Parabola coefficients, changes of the mounting distances, or profile shift coefficients.",
-    ),
+    option("--over", VALUES, VALUES.choices[0], OVER),
     flank_option,
     bounds_options("Least and greatest value of the {}: 1/mm, mm, or a coefficient. Default: usual ones."),
-    click.option(
-        "--steps", type=click.IntRange(2, 201), default=21, show_default=True, help="Values of each member."
-    ),
+    option("--steps", click.IntRange(2, 201), 21, "Values of each member."),
     tolerance_options,
-    click.option(
-        "--first-contacts",
-        is_flag=True,
-        help="Also the share of a mesh cycle at which flanks touch first; about 50 ms a cell.",
-    ),
+    click.option("--first-contacts", is_flag=True, help=FIRST),
     override_options,
     csv="one cell a row",
 )

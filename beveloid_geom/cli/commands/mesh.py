@@ -25,11 +25,12 @@ from ..mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request
 from ..options import (
     BUILTIN_DESIGN,
     OVERRIDES,
+    SIDES,
     Refusal,
     block,
     changed_design,
-    flank_option,
     load_design,
+    option,
     option_name,
     override_options,
     write_out,
@@ -68,56 +69,39 @@ FORMATS = (
     f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
     f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears and teeth as solids: {suffixes_by_purpose(CAD_FORMATS)}."
 )
+PATH: Any = click.Path(path_type=Path)
+TOLERANCE = (
+    "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
+    "  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]"
+)
+NEIGHBOURS = (
+    "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
+    "are cut from the others: take 3 for stresses."
+)
+ELEMENT = (
+    "C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch test "
+    "where elements are distorted, C3D8 is stiff in bending."
+)
+FORCE = (
+    "Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of steel in the "
+    "middle of the path.  [default: 1000 * (module / 6 mm)^2]"
+)
+FLANK = "Which flank; of the pair and of a loaded tooth, the one in contact."
+FIELD = (
+    "Distance of the mating flank on each point of a flank, mm: in the middle of the path of contact, or the "
+    "least while the tooth rolls through the mesh. Repeatable."
+)
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
     click.option("--part", type=click.Choice(PARTS), required=True, help="What to write."),
-    click.option(
-        "--out",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        required=True,
-        help="Its suffix is the format.",
-    ),
-    click.option(
-        "--tolerance",
-        type=float,
-        metavar="MM",
-        help="Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight "
-        "edges.  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]",
-    ),
-    flank_option,
-    click.option(
-        "--field",
-        type=click.Choice(["separation", "pattern"]),
-        multiple=True,
-        help="Distance of the mating flank on each point of a flank, mm: in the middle of the path of "
-        "contact, or the least while the tooth rolls through the mesh. Repeatable.",
-    ),
-    click.option(
-        "--teeth",
-        type=click.IntRange(1),
-        metavar="K",
-        default=1,
-        show_default=True,
-        help="Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and "
-        "where they are cut from the others: take 3 for stresses.",
-    ),
-    click.option("--bore-radius", type=float, metavar="MM", help="Default: 0.45 of the least root radius."),
-    click.option(
-        "--element",
-        type=click.Choice(ELEMENTS),
-        default=ELEMENTS[0],
-        show_default=True,
-        help="C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails "
-        "the patch test where elements are distorted, C3D8 is stiff in bending.",
-    ),
-    click.option(
-        "--load",
-        type=float,
-        metavar="N",
-        help="Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of "
-        "steel in the middle of the path.  [default: 1000 * (module / 6 mm)^2]",
-    ),
+    click.option("--out", type=PATH, metavar="FILE", required=True, help="Its suffix is the format."),
+    option("--tolerance", float, None, TOLERANCE, "MM"),
+    option("--flank", SIDES, SIDES.choices[0], FLANK),
+    click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
+    option("--teeth", click.IntRange(1), 1, NEIGHBOURS, "K"),
+    option("--bore-radius", float, None, "Default: 0.45 of the least root radius.", "MM"),
+    option("--element", click.Choice(ELEMENTS), ELEMENTS[0], ELEMENT),
+    option("--load", float, None, FORCE, "N"),
     override_options,
     click.pass_context,
 )

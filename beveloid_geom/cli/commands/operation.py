@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..options import NumberRange, flank_option, override_options, points_option
+from ..options import NumberRange, flank_option, option, override_options, points_option
 from ..results import result_command
 
 if TYPE_CHECKING:
@@ -14,25 +14,17 @@ if TYPE_CHECKING:
     from ...report.result import Result
 
 
+FILM = (
+    "A second contact ratio counts tooth pairs within this clearance as touching, as if a film of that "
+    "thickness lay between them."
+)
+
+
 @result_command(
     flank_option,
     points_option(121, "over the cycle"),
-    click.option(
-        "--harmonics",
-        type=click.IntRange(1, 200),
-        default=10,
-        show_default=True,
-        help="Multiples of the mesh frequency.",
-    ),
-    click.option(
-        "--film",
-        type=NumberRange(0.0, 10.0),
-        default=0.00635,
-        show_default=True,
-        metavar="MM",
-        help="A second contact ratio counts tooth pairs within this clearance as touching, as if a film of "
-        "that thickness lay between them.",
-    ),
+    option("--harmonics", click.IntRange(1, 200), 10, "Multiples of the mesh frequency."),
+    option("--film", NumberRange(0.0, 10.0), 0.00635, FILM, "MM"),
     override_options,
     csv="one position a row",
 )

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import click
-
-from ..options import bounds_options, flank_option, renamed, sizes_of, tolerance_options
+from ..options import bounds_options, flank_option, option, renamed, sizes_of, tolerance_options
 from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
@@ -16,32 +14,15 @@ if TYPE_CHECKING:
     from ...report.result import Result
 
 
+ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
+
+
 @result_command(
     flank_option,
     tolerance_options,
-    click.option(
-        "--contact-ratio",
-        type=float,
-        default=1.6,
-        show_default=True,
-        metavar="RATIO",
-        help="Contact ratio (Eq. 16) to be reached.",
-    ),
-    click.option(
-        "--off-centre",
-        type=float,
-        default=1.0,
-        show_default=True,
-        metavar="MM",
-        help="How far the middle of the path may lie from mid-face.",
-    ),
-    click.option(
-        "--transmission-error-arcsec",
-        type=float,
-        default=math.inf,
-        metavar="ARCSEC",
-        help="Greatest transmission error of the path, peak to peak. Default: any.",
-    ),
+    option("--contact-ratio", float, 1.6, "Contact ratio (Eq. 16) to be reached.", "RATIO"),
+    option("--off-centre", float, 1.0, "How far the middle of the path may lie from mid-face.", "MM"),
+    option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
     renamed("--transmission-error", "--transmission-error-arcsec"),
     bounds_options("Least and greatest coefficient of the {}'s tool, 1/mm.", (-0.002, 0.002)),
     csv="a row each for found and given",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..options import NumberRange, flank_option, override_options
+from ..options import NumberRange, flank_option, option, override_options
 from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
@@ -14,30 +14,21 @@ if TYPE_CHECKING:
     from ...report.result import Result
 
 
+POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
+ERROR = "Greatest error of an area, as a share of it, whatever the distance of the points."
+
+
 @result_command(
     flank_option,
-    click.option(
+    option(
         "--separation",
-        type=NumberRange(0.0, 10.0, min_open=True),
-        default=0.00635,
-        show_default=True,
-        metavar="MM",
-        help="Thickness of the marking compound.",
+        NumberRange(0.0, 10.0, min_open=True),
+        0.00635,
+        "Thickness of the marking compound.",
+        "MM",
     ),
-    click.option(
-        "--resolution",
-        type=NumberRange(0.01, 100.0),
-        metavar="MM",
-        help="Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]",
-    ),
-    click.option(
-        "--area-error",
-        type=NumberRange(0.001, 0.5),
-        default=0.01,
-        show_default=True,
-        metavar="SHARE",
-        help="Greatest error of an area, as a share of it, whatever the distance of the points.",
-    ),
+    option("--resolution", NumberRange(0.01, 100.0), None, POINTS, "MM"),
+    option("--area-error", NumberRange(0.001, 0.5), 0.01, ERROR, "SHARE"),
     override_options,
     json=" of areas with their error and extent",
     csv="one point of a flank a row",

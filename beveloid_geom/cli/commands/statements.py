@@ -6,21 +6,18 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..options import option
 from ..results import result_command
 
 if TYPE_CHECKING:
     from ...design.model import Design
     from ...report.result import Result
 
+SIDES = click.Choice(["right", "left", "both"])
+
 
 @result_command(
-    click.option(
-        "--flank",
-        type=click.Choice(["right", "left", "both"]),
-        default="both",
-        show_default=True,
-        help="The paper's figures are of right flanks.",
-    ),
+    option("--flank", SIDES, SIDES.choices[-1], "The paper's figures are of right flanks."),
     click.option(
         "--readings", is_flag=True, help="The verdicts alone, under other readings of the paper too."
     ),

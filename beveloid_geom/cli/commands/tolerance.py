@@ -12,6 +12,7 @@ from ...support.process import undoing
 from ..options import (
     NumberRange,
     flank_option,
+    option,
     parabola_options,
     progress_bar,
     sizes_of,
@@ -28,36 +29,22 @@ if TYPE_CHECKING:
 MOST_CASES, MOST_JOBS = 1_000_000, 1024
 
 
+SPREADS = click.Choice(["normal", "uniform"])
+
+
 @result_command(
     flank_option,
     tolerance_options,
-    click.option(
-        "--distribution", type=click.Choice(["normal", "uniform"]), default="normal", show_default=True
-    ),
-    click.option(
+    option("--distribution", SPREADS, SPREADS.choices[0], "Of each error."),
+    option(
         "--sigmas",
-        type=NumberRange(0.0, 100.0, min_open=True),
-        default=3.0,
-        show_default=True,
-        help="Standard deviations in a tolerance, if normal.",
+        NumberRange(0.0, 100.0, min_open=True),
+        3.0,
+        "Standard deviations in a tolerance, if normal.",
     ),
-    click.option(
-        "--cases",
-        type=click.IntRange(1, MOST_CASES),
-        default=100_000,
-        show_default=True,
-        help="Mountings drawn.",
-    ),
-    click.option(
-        "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the random numbers."
-    ),
-    click.option(
-        "--jobs",
-        type=click.IntRange(1, MOST_JOBS),
-        default=1,
-        show_default=True,
-        help="Processes; their number does not change the result.",
-    ),
+    option("--cases", click.IntRange(1, MOST_CASES), 100_000, "Mountings drawn."),
+    option("--seed", click.IntRange(0), 0, "Of the random numbers."),
+    option("--jobs", click.IntRange(1, MOST_JOBS), 1, "Processes; their number does not change the result."),
     parabola_options,
     json=" of the summary",
     csv="one mounting a row",
