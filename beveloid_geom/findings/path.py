@@ -29,6 +29,9 @@ UNKNOWN = {
     FirstStatus.NO_CONTACT: "no tooth reaches the other member",
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
     FirstStatus.UNDERCUT: "a member is undercut",
+    FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
+    FirstStatus.UNDEFINED: "the inputs leave nothing to search",
+    FirstStatus.NOT_CONVERGED: "the search did not converge",
     FirstStatus.SOLVED: "the search missed it",
 }
 """Why the first contact at a position is not known; SOLVED is one found, but not as near as the position."""
@@ -180,10 +183,11 @@ def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
         yield NOTE, "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
     unknown = certificate.first.status[verdict == Verdict.NOT_SOLVED]
     for status in np.unique(unknown):
-        name = FirstStatus(int(status))
-        words = UNKNOWN.get(name, name.name.lower().replace("_", " "))
         count = f"at {np.count_nonzero(unknown == status)} of {all_positions} positions"
-        yield NOTE, f"{count} it is not known whether something touches earlier: {words}"
+        yield (
+            NOTE,
+            f"{count} it is not known whether something touches earlier: {UNKNOWN[FirstStatus(int(status))]}",
+        )
 
 
 def _edges_of(certificate: Certificate) -> str:

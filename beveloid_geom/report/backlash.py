@@ -33,8 +33,7 @@ class BacklashReport:
         """Why the backlash is not known, None if it is."""
         if self.found is None or self.found.status == FirstStatus.SOLVED:
             return self.fault
-        status = FirstStatus(int(self.found.status))
-        return UNKNOWN.get(status, status.name.lower().replace("_", " "))
+        return UNKNOWN[FirstStatus(int(self.found.status))]
 
     @property
     def jam(self) -> str | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..contact.path import contact_ratio
 from ..design.model import Design
+from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact, first_contact
 from ..operation.mesh_cycle import Cycle, mesh_cycle
 from ..operation.operating_ratio import operating_ratios
@@ -32,14 +33,6 @@ DOUBTS = {
     RatioStatus.UNSTEADY: "the rolls at which a tooth pair touches cannot be told apart",
 }
 """Why an operating contact ratio is not known."""
-REASONS = {
-    FirstStatus.NO_CONTACT: "at some rolls no tooth reaches the other member",
-    FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
-    FirstStatus.UNDERCUT: "a member is undercut",
-    FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
-    FirstStatus.UNDEFINED: "the inputs leave nothing to search",
-}
-"""Why the cycle is not known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +147,8 @@ def operation_report(
     """Find the mesh cycle of a single design at `points` positions; `film` in mm."""
     cycle = mesh_cycle(design, flank, harmonics)
     first = first_contact(design, flank, float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
+    lost = first.status[first.status != FirstStatus.SOLVED]
+    status = FirstStatus(int(lost[0])) if lost.size else FirstStatus.NOT_CONVERGED
     ratios = [math.nan, math.nan]
     doubts: list[str | None] = [None, None]
     if not cycle.lost:
@@ -170,13 +165,6 @@ def operation_report(
         operating=ratios[0],
         film=film,
         within_film=ratios[1],
-        reason=_reason(flank, first) if cycle.lost else None,
+        reason=f"no first contact of the {flank} teeth: {UNKNOWN[status]}" if cycle.lost else None,
         doubts=(doubts[0], doubts[1]),
     )
-
-
-def _reason(flank: str, first: FirstContact) -> str:
-    """Say why the cycle is not known."""
-    codes = first.status[first.status != FirstStatus.SOLVED]
-    status = FirstStatus(int(codes[0])) if codes.size else FirstStatus.NOT_CONVERGED
-    return f"no first contact of the {flank} teeth: {REASONS.get(status, 'a position did not converge')}"

@@ -23,10 +23,10 @@ from .result import Rows
 from .words import (
     advice_data,
     end_words,
+    ends_data,
     failure_of,
     head_data,
     head_lines,
-    limit_data,
     line,
     name_in_files,
     remark_lines,
@@ -98,7 +98,7 @@ class ContactReport:
             "method": self.method,
             "status": status_name(int(ends.status)),
             "contact_ratio": self.contact_ratio,
-            "ends": {"enter": limit_data(ends.enter), "leave": limit_data(ends.leave)},
+            "ends": ends_data(self.path.ends),
             "path": self.positions,
             **remarks_data(self.remarks),
         }
@@ -124,7 +124,7 @@ class ContactReport:
         ratio = self.contact_ratio
         text += line("contact ratio", "not known" if math.isnan(ratio) else number("contact_ratio", ratio))
         if not self.reason:
-            text += line("path", end_words({"enter": path.ends.enter, "leave": path.ends.leave}))
+            text += line("path", end_words(path.ends))
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on this side touches earlier")

@@ -16,7 +16,7 @@ from ..findings.path import reason_of
 from ..pair.mounting import mounting_of
 from .columns import number, table_lines
 from .result import Rows
-from .words import end_words, head_data, head_lines, limit_data, line, status_name
+from .words import end_words, ends_data, head_data, head_lines, line, status_name
 
 MEMBERS = ("pinion", "gear")
 DENSE = 201
@@ -66,7 +66,7 @@ class SlidingReport:
             **head_data(self.name, self.design, self.path.flank),
             "status": status_name(int(ends.status)),
             "contact_ratio": ends.contact_ratio,
-            "ends": {"enter": limit_data(ends.enter), "leave": limit_data(ends.leave)},
+            "ends": ends_data(self.path.ends),
             "least_sliding": {"pinion_roll": self.least_roll, "speed": self.least_speed},
             "pitch_roll": self.pitch_roll,
             "range": self.ranges,
@@ -86,7 +86,7 @@ class SlidingReport:
         )
         if self.reason:
             return text + head_lines(self.design)
-        rows, ends = self.rows(), self.path.ends
+        rows = self.rows()
         text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
         low, high = self.ranges["speed"]
         least = f"least at {math.degrees(self.least_roll):z.4f} deg of pinion roll"
@@ -105,7 +105,7 @@ class SlidingReport:
         if not math.isnan(self.pitch_roll):
             roll = number("pinion_roll", self.pitch_roll)
             text += line("pitch point", f"nearest at {roll} deg of pinion roll")
-        return text + line("path", end_words({"enter": ends.enter, "leave": ends.leave}))
+        return text + line("path", end_words(self.path.ends))
 
 
 def columns_of(path: ContactPath, found: Sliding) -> dict[str, FloatArray]:

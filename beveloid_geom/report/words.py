@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
+from ..contact.path import PathEnds
 from ..design.model import Design, Errors
 from ..findings.advice import Advice
 from ..findings.remarks import Remark
 from ..pair.mounting import mounting_of
-from ..status import Limit, Status
+from ..status import Status
 from .backlash import BacklashReport, backlash_data, backlash_report
 
 WIDTH, INDENT = 100, 21
@@ -36,9 +37,10 @@ def status_words(code: int) -> str:
     return status_name(code).replace("_", " ")
 
 
-def limit_data(limit: Limit | None) -> dict[str, str] | None:
-    """Give a limit of the flanks as an entry of JSON, None where a path has none."""
-    return None if limit is None else {"member": limit.member, "limit": limit.limit}
+def ends_data(ends: PathEnds) -> dict[str, Any]:
+    """Give the limits at both ends of a path as JSON has them, None where a path has none."""
+    both = {"enter": ends.enter, "leave": ends.leave}
+    return {k: None if end is None else {"member": end.member, "limit": end.limit} for k, end in both.items()}
 
 
 def layout_data(name: str, design: Design) -> dict[str, Any]:
@@ -118,10 +120,10 @@ def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> st
     return text + "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
 
 
-def end_words(ends: Mapping[str, Limit | None]) -> str:
-    """Say where a path enters and leaves the flanks, by its `ends` under these two words."""
-    words = (f"{verb}s at the {end.member}'s {end.limit}" for verb, end in ends.items() if end is not None)
-    return ", ".join(words)
+def end_words(ends: PathEnds) -> str:
+    """Say where a path enters and leaves the flanks."""
+    both = {"enters": ends.enter, "leaves": ends.leave}
+    return ", ".join(f"{verb} at the {end.member}'s {end.limit}" for verb, end in both.items() if end)
 
 
 def failure_of(reason: str | None, design: Design) -> str | None:

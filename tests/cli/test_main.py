@@ -2,12 +2,9 @@
 
 import csv
 import io
-import json
 import math
 import os
-import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 
 from beveloid_geom.cli.main import main
 from beveloid_geom.contact.path import path_of_contact
@@ -25,24 +22,12 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text, json_text
 from beveloid_geom.status import Status
+from tests.cli.running import call, imported_by, installed, run, strict_json
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
     *("pinion_z", "pinion_r", "gear_z", "gear_r", "transmission_error", "status"),
 }
-
-
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def strict_json(text: str) -> Any:
-    """JSON as the standard has it: no NaN, no Infinity."""
-
-    def refuse(name: str) -> None:
-        raise AssertionError(f"{name} is not JSON")
-
-    return json.loads(text, parse_constant=refuse)
 
 
 def tca(*arguments: str | Path) -> Any:
@@ -66,16 +51,6 @@ def design_file(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-def installed(*arguments: str) -> list[str]:
-    command = shutil.which("beveloid-geom", path=str(Path(sys.executable).parent))
-    assert command is not None, "beveloid-geom is not installed beside the interpreter"
-    return [command, *arguments]
-
-
-def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(installed(*arguments), capture_output=True, text=True, check=False, timeout=60)
-
-
 # The installed command.
 
 
@@ -86,7 +61,7 @@ def test_installed_command_prints_a_table() -> None:
     assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in done.stdout
     assert "  as mounted         backlash 0.041589 mm with errors and parabolas, least at" in done.stdout
     path = path_of_contact(builtin_design(), "right", 5)
-    assert [float(word) for word in lines[8].split()[:3]] == pytest.approx(
+    assert [float(word) for word in lines[9].split()[:3]] == pytest.approx(
         [math.degrees(path.pinion_roll[-1]), math.degrees(path.gear_roll[-1]), path.pinion_z[-1]], abs=5e-5
     )
     assert sum(line.startswith("  note ") for line in lines) == 1
@@ -131,16 +106,7 @@ def test_installed_command_names_a_full_disk() -> None:
     ],
 )
 def test_commands_import_no_more_than_they_need(arguments: list[str], slow: set[str]) -> None:
-    script = (
-        "import sys\n"
-        "from beveloid_geom.cli.main import main\n"
-        "main(sys.argv[1:], standalone_mode=False)\n"
-        "print(*sys.modules, file=sys.stderr)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=True
-    )
-    imported = set(done.stderr.split())
+    imported = imported_by(*arguments)
     assert "beveloid_geom.cli.main" in imported
     assert not imported & slow
 
