@@ -46,6 +46,11 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.{DIGITS}g} deg"
 
 
+def _helix_of(member: str) -> str:
+    """Name the change of one member's helix angle."""
+    return f"helix angle of the {member}"
+
+
 @dataclass(frozen=True)
 class Advice:
     """A layout that works, mm and rad: with these helix angles, this offset and this shaft angle the pair
@@ -60,10 +65,9 @@ class Advice:
 
     def words(self) -> str:
         """The change with all numbers that go with it."""
-        angles = {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
-        for member, angle in (("pinion", self.pinion_helix_angle), ("gear", self.gear_helix_angle)):
-            if self.change.endswith(member):
-                angles = {self.change: _deg(angle), **angles}
+        helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
+        angles = {self.change: _deg(helix[self.change])} if self.change in helix else {}
+        angles |= {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
         numbers = ", ".join(f"{name} = {value}" for name, value in angles.items())
         return f"change the {self.change}: {numbers}"
 
@@ -75,8 +79,8 @@ class Advice:
 
 
 def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
-    """All that `check` says of a single design: of its layout, teeth and paths on both flanks; `jam` says
-    why it cannot be assembled as mounted (`report_backlash`), where that is known."""
+    """Find all that `check` says of a single design: of its layout, teeth and paths on both flanks; `jam` says
+    why it cannot be assembled as mounted (`report.backlash`), where that is known."""
     found: list[Remark] = []
     certifiable = first_contact_fault(design) is None
     for flank in FLANKS:
@@ -91,14 +95,12 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     plain = bare(design)
     if quiet(layout_remarks(plain)):
         return ()
-    known = {
-        remark.text for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))
-    }
+    known = {remark for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))}
     found: list[Advice] = []
     for change, candidate in _candidates(plain):
         advice = _rounded(change, candidate)
         tried = advice.applied_to(plain)
-        if advice not in found and quiet(r for r in findings_on(tried) if r.text not in known):
+        if advice not in found and quiet(r for r in findings_on(tried) if r not in known):
             found.append(advice)
         if len(found) == MOST:
             break
@@ -135,7 +137,7 @@ def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
         before = float(getattr(design, name).helix_angle)
         changes = [abs(float(getattr(found, name).helix_angle) - before) for found in fitting]
         if changes:
-            yield f"helix angle of the {name}", fitting[int(np.argmin(changes))]
+            yield _helix_of(name), fitting[int(np.argmin(changes))]
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:

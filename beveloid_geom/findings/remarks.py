@@ -1,8 +1,7 @@
 """What is to be known about a design, what matters most first; and what there is to say of its teeth.
 
-Remarks on the layout are in `layout_remarks`, those on a path of contact in `report_notes`, those on
-mountings drawn at random in `report_tolerance`. Every command and page that has them puts them in order
-with `in_order`.
+Remarks on the layout are in `layout`, those on a path of contact in `path`, those on mountings drawn at
+random in `report.tolerance`. Every command and page that has them puts them in order with `in_order`.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..design.model import Design
 from ..status import Status
 from .columns import column, label, scaled
 from .result import Rows
-from .words import error_words, head_data, head_lines, line, status_name, status_words
+from .words import WIDTH, error_words, head_data, head_lines, line, status_name, status_words
 
 ALIKE = 1e-9
 """In the unit of the text: figures no further apart are the same everywhere."""
@@ -171,7 +172,8 @@ def _quadrant_lines(found: DesignMap) -> str:
     if not ratio > 0.0:
         return "\nThe design itself has no contact ratio to be kept: the cases are not compared.\n"
     own = "pinion {:g}, gear {:g}".format(*own_values(found.design, found.over))
-    text = f"\nLeast shift where the contact ratio is at least {ratio:.4f}, that of the design ({own}):\n"
+    least = f"Least shift where the contact ratio is at least {ratio:.4f}, that of the design ({own}):"
+    text = f"\n{textwrap.fill(least, WIDTH)}\n"
     for name, (count, shift, where) in quadrant_bests(found, ratio).items():
         if math.isnan(shift):
             text += f"{name:<20}no such cell\n"

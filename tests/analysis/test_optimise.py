@@ -170,31 +170,3 @@ def test_table_says_it_in_words() -> None:
     assert "errors of the aim offset +0.05 mm, shaft angle +0.005 deg coefficients" in words
     assert "as given" in text
     assert max(len(line) for line in text.splitlines()) <= 100
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["--offset-tolerance", "nan"],
-        ["--offset-tolerance", "wide"],
-        ["--offset-tolerance", "1", "--flank", "both"],
-        ["--offset-tolerance", "1", "--off-centre", "0"],
-        ["--offset-tolerance", "1", "--pinion-bounds", "1", "0"],
-        ["--offset-tolerance", "1", "--contact-ratio", "4", *NARROW],
-        ["missing.toml", "--offset-tolerance", "1"],
-    ],
-    ids=" ".join,
-)
-def test_wrong_command_line(arguments: list[str]) -> None:
-    result = run(*arguments)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.count("Error: ") == 1
-
-
-def test_errors_that_are_missing_are_named() -> None:
-    assert run().stderr == (
-        "Error: no errors that shift the path: "
-        "give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance or "
-        "--gear-axial-tolerance\n"
-    )

@@ -358,31 +358,6 @@ def test_no_path_at_all_is_said(tmp_path: Path) -> None:
     assert "off flank 100 %" in result.stdout
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["--offset-tolerance", "-1"],
-        ["--offset-tolerance", "nan"],
-        ["--offset-tolerance", "229"],
-        ["--offset-tolerance", "wide"],
-        ["--offset-tolerance", "1", "--json", "--csv"],
-        ["--offset-tolerance", "1", "--sigmas", "0"],
-        ["--offset-tolerance", "1", "--cases", "0"],
-        ["--offset-tolerance", "1", "--jobs", "0"],
-        ["--offset-tolerance", "1", "--seed", "-1"],
-        ["--offset-tolerance", "1", "--flank", "both"],
-        ["--shaft-angle-tolerance-deg", "6"],
-        ["missing.toml", "--offset-tolerance", "1"],
-    ],
-    ids=" ".join,
-)
-def test_wrong_command_line(arguments: list[str]) -> None:
-    result = run(*arguments)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.count("Error: ") == 1
-
-
 def test_jammed_mountings_are_counted() -> None:
     """At 0.3 mm of offset, 3 sigma, Table 1 jams below -0.0588 mm: a tail of the normal distribution."""
     study = tolerance_study(table1(), Tolerances(offset=0.3), cases=20_000)

@@ -224,7 +224,13 @@ BAD = {
     "sliding": ("--points 1",),
     "pattern": ("--separation 0", "--resolution 0.01"),
     "tolerance": (
-        *("", "--offset-tolerance -1", "--offset-tolerance nan", "--offset-tolerance 229", "missing.toml"),
+        *(
+            "",
+            "--offset-tolerance -1",
+            "--offset-tolerance nan",
+            "--offset-tolerance 229",
+            "--offset-tolerance 1 missing.toml",
+        ),
         *(f"--offset-tolerance 1 {more}" for more in ("--sigmas 0", "--sigmas nan", "--cases 0", "--jobs 0")),
         *("--offset-tolerance 1 --seed -1", "--shaft-angle-tolerance-deg 6"),
     ),
@@ -238,8 +244,8 @@ BAD = {
         ),
     ),
     "optimise": (
-        "",
-        "--offset-tolerance 1 --off-centre 0",
+        *("", "--offset-tolerance nan", "--offset-tolerance wide", "--offset-tolerance 1 missing.toml"),
+        *("--offset-tolerance 1 --off-centre 0", "--offset-tolerance 1 --pinion-bounds 1 0"),
         f"--offset-tolerance 1 --contact-ratio 4 {' '.join(NARROW)}",
     ),
     "statements": ("missing.toml",),
