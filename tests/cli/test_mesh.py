@@ -435,6 +435,16 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     assert result.stderr.count("Error: ") == 1
 
 
+def test_a_pattern_without_first_contacts_is_no_crash(tmp_path: Path) -> None:
+    given = "--part", "pinion-flank", "--field", "pattern", "--parabola-pinion", "-0.01", "--tolerance", "0.2"
+    result = run(*given, "--out", tmp_path / "a.vtu")
+    assert (result.exit_code, result.stdout) == (1, "")
+    told = result.stderr.splitlines()[-1]
+    assert told.startswith("Error: no pattern: the first contact of the right flanks is not known")
+    assert "give" not in told
+    assert not list(tmp_path.iterdir())
+
+
 # What it leaves when it fails
 
 

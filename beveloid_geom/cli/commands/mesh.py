@@ -166,7 +166,9 @@ def check_numbers(request: Request) -> None:
 @contextmanager
 def written(request: Request) -> Iterator[Path]:
     """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
-    where it cannot be written, where the geometry does not allow it or memory does not suffice."""
+    where it cannot be written, where the geometry does not allow it or memory does not suffice;
+    ClickException (status 1) where a pattern has no first contact."""
+    from ...operation.operating_rolls import UnknownOperationError
     from ...support.argument import ArgumentError
     from ...support.whole_file import whole_file
 
@@ -188,6 +190,8 @@ def written(request: Request) -> Iterator[Path]:
         raise Refusal([f"not enough memory for {cure}"]) from None
     except ArgumentError as error:
         raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
+    except UnknownOperationError as error:
+        raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1
     except ImportError as error:
         raise Refusal([str(error)]) from None
 
