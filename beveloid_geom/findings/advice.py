@@ -64,7 +64,7 @@ class Advice:
     gear_helix_angle: float
 
     def words(self) -> str:
-        """The change with all numbers that go with it."""
+        """Say the change with all numbers that go with it."""
         helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
         angles = {self.change: _deg(helix[self.change])} if self.change in helix else {}
         angles |= {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
@@ -72,7 +72,7 @@ class Advice:
         return f"change the {self.change}: {numbers}"
 
     def applied_to(self, design: Design) -> Design:
-        """The design changed so, mounted at its pitch point."""
+        """Give the design changed so, mounted at its pitch point."""
         pinion = replace(design.pinion, helix_angle=self.pinion_helix_angle)
         gear = replace(design.gear, helix_angle=self.gear_helix_angle)
         return replace(design, pinion=pinion, gear=gear, pair=Pair(self.offset, self.shaft_angle))
@@ -90,7 +90,7 @@ def findings_on(design: Design, closing: Closing | None = None, jam: str | None 
 
 
 def advice_on(design: Design) -> tuple[Advice, ...]:
-    """Changes of a layout that does not close or has no contact, the nearest to it first; none where all is
+    """Find changes of a layout that does not close or has no contact, the nearest first; none where all is
     well or where nothing that was tried helps. Raises ValueError for arrays."""
     plain = bare(design)
     if quiet(layout_remarks(plain)):
@@ -108,7 +108,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
 
 
 def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
-    """Changed designs with what changes: where the shaft angle is that of the helix angles, the layout;
+    """Give changed designs with what changes: where the shaft angle is that of the helix angles, the layout;
     else a helix angle first, as the shaft angle is what was wanted."""
     ideal = ideal_layout(design)
     if ideal is None:
@@ -130,7 +130,7 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
 
 
 def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
-    """The design with one helix angle changed so that it has the shaft angle that it was given, at the offset
+    """Give designs with one helix angle changed, so that they have the shaft angle given, at the offset
     without backlash that follows: the gear's, the pinion's, each to the nearer of both hands."""
     for name in ("gear", "pinion"):
         fitting = [found for hand in (1.0, -1.0) if (found := _fitted(design, name, hand)) is not None]
@@ -141,8 +141,8 @@ def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:
-    """The design with that helix angle of a member which fits the design's own shaft angle, the sum of the
-    helix angles having the sign `hand`."""
+    """Find the design with that helix angle of the member `name` which fits the design's own shaft angle, the
+    sum of the helix angles having the sign `hand`."""
     wanted, changed = float(design.pair.shaft_angle), design
     for _ in range(PASSES):
         ideal = ideal_layout(changed)
@@ -159,7 +159,7 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
 
 
 def _rounded(change: str, design: Design) -> Advice:
-    """Advice to take a design, in the digits in which it is printed."""
+    """Make advice to take a design, in the digits in which it is printed."""
     angles = (design.pair.shaft_angle, design.pinion.helix_angle, design.gear.helix_angle)
     rounded = (math.radians(float(f"{math.degrees(angle):.{DIGITS}g}")) for angle in angles)
     return Advice(change, float(f"{design.pair.offset:.{DIGITS}g}"), *rounded)

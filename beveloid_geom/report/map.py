@@ -141,8 +141,8 @@ def _extreme_lines(found: DesignMap, cells: Mask) -> str:
 
 
 def quadrant_bests(found: DesignMap, ratio: float) -> dict[str, tuple[int, float, tuple[float, float]]]:
-    """Of each of the paper's quadrants of a map of coefficients, C1 to C4: how many of its sound cells
-    reach a contact ratio, and of those the least shift (mm) and where; NaN without any."""
+    """Count in each of the paper's quadrants of a map of coefficients, C1 to C4, the sound cells that reach a
+    contact `ratio`, and find the least shift (mm) of those and where it is; NaN without any."""
     bests = {}
     for name, cells in found.quadrants().items():
         with np.errstate(invalid="ignore"):
@@ -158,14 +158,14 @@ def quadrant_bests(found: DesignMap, ratio: float) -> dict[str, tuple[int, float
 
 
 def ratio_as_given(design: Design, flank: str) -> float:
-    """Contact ratio of the design as it is, NaN if that is not known."""
+    """Give the contact ratio of the design as it is, NaN if that is not known."""
     from ..contact.path import contact_ratio
 
     return float(contact_ratio(design, flank))
 
 
 def _quadrant_lines(found: DesignMap) -> str:
-    """The paper's cases against each other at a contact ratio no lower than as given."""
+    """Compare the paper's cases at a contact ratio no lower than as given."""
     if found.over != "parabola":
         return ""
     ratio = ratio_as_given(found.design, found.flank)

@@ -126,12 +126,12 @@ def _nominal(study: ToleranceStudy) -> dict[str, Any]:
 
 
 def below_one(study: ToleranceStudy) -> int:
-    """Mountings with a path whose contact ratio is below 1."""
+    """Count the mountings with a path whose contact ratio is below 1."""
     return int(np.count_nonzero(study.mountings.contact_ratio[study.mountings.solved] < 1.0))
 
 
 def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
-    """Which share of the mountings has no contact on its flanks or cannot be assembled, if any."""
+    """Say which share of the mountings has no contact on its flanks or cannot be assembled, if any."""
     words = f"with errors drawn at random within {_tolerance_words(study)}"
     lost = study.cases - int(np.count_nonzero(study.mountings.solved))
     counts = {  # the latter is of both flanks, and the same whichever drives
@@ -147,8 +147,8 @@ def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
 
 
 def jam_counts(study: ToleranceStudy) -> dict[str, int]:
-    """Mountings that cannot be put together; of these such whose tangencies lie on the faces of both sides,
-    so that their teeth jam for sure; and mountings whose backlash is not known."""
+    """Count mountings that cannot be assembled; among them those whose tangencies lie on the faces of both
+    sides, so that their teeth jam for sure; and mountings whose backlash is not known."""
     found = study.mountings
     sure = found.jammed & (found.tangency == Tangency.TOUCHES)
     unknown = found.tangency == Tangency.UNKNOWN
@@ -176,7 +176,7 @@ def _tolerance_words(study: ToleranceStudy) -> str:
 
 
 def _percent(count: int, cases: int) -> str:
-    """A share of the mountings; none and all of them are not blurred."""
+    """Write a share of the mountings, none and all of them without digits."""
     return f"{100.0 * count / cases:.3g} %" if count in (0, cases) else f"{100.0 * count / cases:.3f} %"
 
 

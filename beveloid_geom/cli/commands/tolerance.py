@@ -83,7 +83,7 @@ def tolerance(
 
 @contextmanager
 def workers(number: int) -> Iterator[Executor]:
-    """Fresh processes, as on all systems. Signals are the parent's business from their first moment."""
+    """Start fresh processes, as on all systems. Signals are the parent's business from their first moment."""
     import multiprocessing
     import signal
     from concurrent.futures import ProcessPoolExecutor
