@@ -1,4 +1,4 @@
-"""What the commands share: reading designs, refusing bad input, writing to standard output.
+"""What the commands share: options, designs with changes, refusals, writing to standard output.
 
 A command imports the rest of the package inside its function: `--help` must not wait for it.
 """
@@ -6,8 +6,9 @@ A command imports the rest of the package inside its function: `--help` must not
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import IO, TYPE_CHECKING, Any
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -15,17 +16,8 @@ if TYPE_CHECKING:
     from ..design.model import Design
 
 BUILTIN_DESIGN = "ni-2017"
-Command = Callable[..., Any]
-
-OVERRIDES = (
-    ("offset_error", "MM", "Error of the offset."),
-    ("shaft_angle_error_deg", "DEG", "Error of the shaft angle, added to its magnitude."),
-    ("pinion_axial_error", "MM", "Axial error of the pinion, positive towards its heel."),
-    ("gear_axial_error", "MM", "Axial error of the gear, positive towards its heel."),
-    ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
-    ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
-)
-"""Arguments of `design.file.override` that have an option, its metavar and help."""
+Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""A decorator that gives a command an option, or several."""
 
 
 class Refusal(click.ClickException):
@@ -44,93 +36,136 @@ class Refusal(click.ClickException):
             click.echo(f"Error: {fault}", file=file, err=True)
 
 
-def option_name(argument: str) -> str:
-    """The option for an argument of `design.file.override`; its unit stands in the metavar."""
-    return "--" + argument.removesuffix("_deg").replace("_", "-")
-
-
-ERROR_SIZES = (
-    ("--offset", "MM", 1000.0, "offset"),
-    ("--shaft-angle-deg", "DEG", 5.0, "shaft angle"),
-    ("--pinion-axial", "MM", 1000.0, "pinion's axial position"),
-    ("--gear-axial", "MM", 1000.0, "gear's axial position"),
-)
-"""Options, units, greatest values and names of the assembly errors."""
-
-
-def require_sizes(what: str, sizes: Iterable[float]) -> None:
-    """Raises Refusal if all sizes are 0; `what` they are, such as tolerances."""
-    if not any(sizes):
-        *most, last = (name for name, *_ in ERROR_SIZES)
-        raise Refusal([f"no {what}: give {', '.join(most)} or {last}"])
-
-
 class NumberRange(click.FloatRange):
     """A range that NaN is not in: it compares false with both ends."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The number; fails if it is none or outside."""
+        """Read the number; fails if it is none or outside."""
         number = super().convert(value, param, ctx)
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
         return number
 
 
-def override_options(command: Command) -> Command:
-    """One option for each value of a design that a command line may change."""
-    return _options(command, OVERRIDES)
+def block(*options: Option) -> Option:
+    """Make one decorator of several, in the order in which help shows them."""
 
-
-def parabola_options(command: Command) -> Command:
-    """Those of the override options that change the members."""
-    return _options(command, OVERRIDES[-2:])
-
-
-def error_sizes(words: str) -> Callable[[Command], Command]:
-    """An option for the size of each of the four assembly errors; `words` are what it is."""
-
-    def add(command: Command) -> Command:
-        for name, metavar, most, what in reversed(ERROR_SIZES):
-            kind = NumberRange(0.0, most)
-            text = f"{words} of the {what}, to either side."
-            command = click.option(
-                name, type=kind, default=0.0, show_default=True, metavar=metavar, help=text
-            )(command)
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
         return command
 
     return add
 
 
-def _options(command: Command, overrides: Sequence[tuple[str, str, str]]) -> Command:
-    for argument, metavar, text in reversed(overrides):
-        text = f"{text} Default: that of the design."
-        command = click.option(option_name(argument), argument, type=float, metavar=metavar, help=text)(
-            command
+def option_name(argument: str) -> str:
+    """Give the option of an argument."""
+    return "--" + argument.replace("_", "-")
+
+
+def option(
+    name: str, kind: Any, default: Any, text: str, metavar: str | None = None, argument: str = ""
+) -> Option:
+    """Make an option that shows its default, if it has one, for an `argument` if that has another name."""
+    names, shown = [name, argument or name.lstrip("-").replace("-", "_")], default not in (None, math.inf)
+    return click.option(*names, type=kind, default=default, show_default=shown, metavar=metavar, help=text)
+
+
+def renamed(old: str, new: str) -> Option:
+    """Refuse an option that has another name by now, with a line that says so."""
+
+    def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise Refusal([f"{old} has a new name: write {new}"])
+
+    place = "old_" + old.lstrip("-").replace("-", "_")
+    return click.option(old, place, hidden=True, expose_value=False, is_eager=True, callback=refuse)
+
+
+OVERRIDES = (
+    ("offset_error", "MM", "Error of the offset."),
+    ("shaft_angle_error_deg", "DEG", "Error of the shaft angle, added to its magnitude."),
+    ("pinion_axial_error", "MM", "Axial error of the pinion, positive towards its heel."),
+    ("gear_axial_error", "MM", "Axial error of the gear, positive towards its heel."),
+    ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
+    ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
+)
+"""Arguments of `design.file.override` that have an option, its metavar and help."""
+
+
+def _override(argument: str, metavar: str, text: str) -> Option:
+    return option(option_name(argument), float, None, f"{text} Default: that of the design.", metavar)
+
+
+parabola_options = block(*(_override(*each) for each in OVERRIDES[-2:]))
+"""Those of the override options that change the members."""
+override_options = block(
+    *(_override(*each) for each in OVERRIDES[:-2]),
+    parabola_options,
+    renamed("--shaft-angle-error", "--shaft-angle-error-deg"),
+)
+"""One option for each value of a design that a command line may change."""
+
+TOLERANCES = (
+    ("offset", "--offset-tolerance", "MM", 1000.0, "offset", "--offset"),
+    ("shaft_angle_deg", "--shaft-angle-tolerance-deg", "DEG", 5.0, "shaft angle", "--shaft-angle-deg"),
+    ("pinion_axial", "--pinion-axial-tolerance", "MM", 1000.0, "pinion's axial position", "--pinion-axial"),
+    ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
+)
+"""Argument, option, unit, greatest value and name of the sizes of assembly errors, and the option's old
+name."""
+
+
+def _tolerance(argument: str, name: str, metavar: str, most: float, what: str, _: str) -> Option:
+    text = f"Tolerance of the {what}, to either side."
+    return option(name, NumberRange(0.0, most), 0.0, text, metavar, argument=argument)
+
+
+tolerance_options = block(
+    *(_tolerance(*each) for each in TOLERANCES),
+    *(renamed(old, option) for _, option, *_, old in TOLERANCES),
+)
+"""An option for the size of each of the four assembly errors, to either side."""
+
+
+def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, float, float, float]:
+    """Give the tolerances in mm, rad, mm, mm. Raises Refusal if all are 0 where they are `needed`, such as
+    'tolerances'."""
+    if needed and not any(values.values()):
+        *most, last = (option for _, option, *_ in TOLERANCES)
+        raise Refusal([f"no {needed}: give {', '.join(most)} or {last}"])
+    angle = math.radians(values["shaft_angle_deg"])
+    return values["offset"], angle, values["pinion_axial"], values["gear_axial"]
+
+
+SIDES = click.Choice(["right", "left"])
+flank_option = option("--flank", SIDES, "right", "Which flanks carry.")
+
+
+def points_option(default: int, along: str) -> Option:
+    """Give option `--points`, how many positions `along` something."""
+    return option("--points", click.IntRange(2, 100_000), default, f"Positions {along}, both ends included.")
+
+
+def bounds_options(text: str, default: tuple[float, float] | None = None) -> Option:
+    """Give options `--pinion-bounds` and `--gear-bounds`, two numbers each; in `text` {} is the member."""
+    return block(
+        *(
+            option(f"--{member}-bounds", (float, float), default, text.format(member), "LOW HIGH")
+            for member in ("pinion", "gear")
         )
-    return command
+    )
 
 
-def flank_option(command: Command) -> Command:
-    """Option `--flank`."""
-    choice = click.Choice(["right", "left"])
-    return click.option("--flank", type=choice, default="right", show_default=True)(command)
+def progress_bar(total: int, unit: str) -> Any:
+    """Make a bar on standard error, if that is a terminal."""
+    from tqdm import tqdm
 
-
-def format_options(command: Command) -> Command:
-    """Options `--json` and `--csv`; `require_one_format` goes with them."""
-    rows = "Print CSV, one position a row, mm and rad."
-    command = click.option("--csv", "as_csv", is_flag=True, help=rows)(command)
-    return click.option("--json", "as_json", is_flag=True, help="Print JSON, mm and rad.")(command)
-
-
-def require_one_format(as_json: bool, as_csv: bool) -> None:
-    """Raises UsageError for both formats at once."""
-    if as_json and as_csv:
-        raise click.UsageError("--json and --csv exclude each other: give one of them")
+    return tqdm(total=total, desc=f"{unit}s", unit=unit, file=sys.stderr, disable=None)
 
 
 def load_design(source: str) -> Design:
-    """The design in the file `source`, or the built-in one by its name. Raises Refusal."""
+    """Read the design in the file `source`, or the built-in one by its name. Raises Refusal."""
     from ..design.file import DesignError, read_design
 
     try:
@@ -140,30 +175,18 @@ def load_design(source: str) -> Design:
         raise Refusal(f"{name}: {fault}" for fault in error.faults) from None
 
 
-def changed_design(design: Design, changes: dict[str, float | None]) -> Design:
-    """The design with the values of options, by the names of OVERRIDES. Raises Refusal, which
+def changed_design(design: Design, changes: Mapping[str, float | None]) -> Design:
+    """Give the design with the values of options, by the names of OVERRIDES. Raises Refusal, which
     speaks of the options."""
     from ..design.file import DesignError, override
 
     try:
         return override(design, **changes)
     except DesignError as error:
-        words = [fault.partition(" ") for fault in error.faults]
         raise Refusal(
-            f"{option_name(first) if first in changes else first} {rest}" for first, _, rest in words
+            f"{option_name(fault.key)} {fault.text}" if fault.key in changes else str(fault)
+            for fault in error.parts
         ) from None
-
-
-def end_if_jammed(context: click.Context, design: Design, quiet: bool) -> None:
-    """End with exit status 1 where the pair cannot be put together, with a line on standard error unless
-    `quiet`."""
-    from ..report.backlash import backlash_report
-
-    jam = backlash_report(design).jam
-    if jam:
-        if not quiet:
-            click.echo(f"Jammed: {jam}", err=True)
-        context.exit(1)
 
 
 def write_out(text: str) -> None:
@@ -171,6 +194,6 @@ def write_out(text: str) -> None:
     click.echo(text, nl=False)
 
 
-def version_option(name: str) -> Callable[[Command], Command]:
-    """Option `--version` of the command called `name`."""
+def version_option(name: str) -> Option:
+    """Give option `--version` of the command called `name`."""
     return click.version_option(package_name="beveloid-geom", prog_name=name)

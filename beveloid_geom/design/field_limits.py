@@ -29,21 +29,6 @@ GREATEST = float(np.finfo(float).max)
 IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
 
 
-class DesignError(ValueError):
-    """A design that cannot be used; the message has one line for every fault."""
-
-    def __init__(self, faults: Iterable[str], source: str = "") -> None:
-        """`faults` are the lines, `source` (a file, a class) what leads each of them in the message."""
-        self.faults = tuple(faults)
-        self.source = source
-        super().__init__(self.faults, source)
-
-    def __str__(self) -> str:
-        """The lines of the message."""
-        lead = f"{self.source}: " if self.source else ""
-        return "\n".join(lead + fault for fault in self.faults)
-
-
 class Fault(NamedTuple):
     """What is wrong with one key of a design, as a line: [table] key text. From Python the table is ''."""
 
@@ -53,6 +38,27 @@ class Fault(NamedTuple):
 
     def __str__(self) -> str:
         return " ".join(part for part in (self.table and f"[{self.table}]", self.key, self.text) if part)
+
+
+class DesignError(ValueError):
+    """A design that cannot be used; the message has one line for every fault."""
+
+    def __init__(self, faults: Iterable[Fault | str], source: str = "") -> None:
+        """`faults` are what is wrong, a text alone where that is no key; `source` (a file, a class) leads
+        each line of the message."""
+        self.parts = tuple(Fault("", "", fault) if isinstance(fault, str) else fault for fault in faults)
+        self.source = source
+        super().__init__(self.parts, source)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """The lines of the message, without its source."""
+        return tuple(map(str, self.parts))
+
+    def __str__(self) -> str:
+        """The lines of the message."""
+        lead = f"{self.source}: " if self.source else ""
+        return "\n".join(lead + fault for fault in self.faults)
 
 
 def shown_value(value: object) -> str:
@@ -180,7 +186,7 @@ def take(kind: str, values: dict[str, Any]) -> None:
             continue
         found = _taken(value, limit)
         if isinstance(found, str):
-            faults.append(str(Fault("", name, found)))
+            faults.append(Fault("", name, found))
         else:
             values[name] = found
     if faults:

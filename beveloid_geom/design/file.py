@@ -200,7 +200,7 @@ def parse_design(text: str, source: str = "design") -> Design:
         faults += radian_faults(pinion, gear, pair)
         if errors and not faults:
             return Design(pinion, gear, pair, errors)
-    raise DesignError(dict.fromkeys(map(str, faults)), source)
+    raise DesignError(dict.fromkeys(faults), source)
 
 
 def read_design(path: str | os.PathLike[str]) -> Design:
@@ -276,6 +276,6 @@ def override(
     faults += layout_faults(changed.pair, changed.errors)
     names = {(table, key): name for (table, key, name), value in given.items() if value is not None}
     if faults:
-        lines = (f"{names[f[:2]]} {f.text}" if f[:2] in names else str(f) for f in faults)
-        raise DesignError(dict.fromkeys(lines))
+        named = (Fault("", names[f[:2]], f.text) if f[:2] in names else f for f in faults)
+        raise DesignError(dict.fromkeys(named))
     return changed

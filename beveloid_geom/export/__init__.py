@@ -8,12 +8,45 @@ nodes as Nastran does: hence `abaqus` and `nastran`.
 
 from __future__ import annotations
 
-SURFACE_FORMATS = (".stl", ".ply", ".obj", ".vtk", ".vtp", ".vtu")
-FIELD_FORMATS = (".vtk", ".vtp", ".vtu")
+from collections.abc import Callable, Mapping
+from pkgutil import resolve_name
+from typing import NamedTuple
+
+
+class Format(NamedTuple):
+    """The `writer` of a format as 'module:function' of this room, which is imported where it is needed; the
+    programs that it is `for` mainly; whether it holds `fields` of numbers."""
+
+    writer: str
+    purpose: str
+    fields: bool = False
+
+
+SURFACE_FORMATS = {
+    ".stl": Format("surfaces:write_stl", "CAD, printing"),
+    ".ply": Format("surfaces:write_ply", "CAD, printing"),
+    ".obj": Format("surfaces:write_obj", "CAD, printing"),
+    ".vtk": Format("surfaces:write_vtk", "ParaView", fields=True),
+    ".vtp": Format("vtp:write_polydata", "ParaView", fields=True),
+    ".vtu": Format("surfaces:write_vtu", "ParaView", fields=True),
+}
+"""Of triangles: a writer takes a `SurfaceMesh`, the path, and a title."""
+VOLUME_FORMATS = {
+    ".inp": Format("abaqus:write_deck", "CalculiX, Abaqus"),
+    ".msh": Format("volumes:write_msh", "Gmsh"),
+    ".bdf": Format("nastran:write_bulk", "Nastran"),
+    ".vtu": Format("volumes:write_vtu", "ParaView"),
+}
+"""Of hexahedra: a writer takes the path, a `VolumeMesh`, the element, a `LoadCase` or None, and lines of
+comment."""
+CAD_FORMATS = {
+    ".step": Format("step:write_step", "CAD"),
+    ".stp": Format("step:write_step", "CAD"),
+}
+"""Of solids: a writer takes a member, the path, teeth, the radius of the bore, and a name."""
+FIELD_FORMATS = tuple(suffix for suffix, one in SURFACE_FORMATS.items() if one.fields)
 """Those surface formats that hold fields."""
 MEMBERS = ("pinion", "gear")
-VOLUME_FORMATS = (".inp", ".msh", ".bdf", ".vtu")
-CAD_FORMATS = (".step", ".stp")
 CONVENTIONS = (
     "Units: N, mm, MPa, tonne, s.",
     "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth.",
@@ -24,3 +57,19 @@ CONVENTIONS = (
 def identifier(name: str) -> str:
     """The name of a part or set as files have it: 'right flank' is right_flank."""
     return "_".join(name.split())
+
+
+def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]:
+    """Give the writer of one of the `formats`. Raises ValueError for a suffix that is not among them."""
+    if suffix not in formats:
+        raise ValueError(f"there is no writer of {suffix!r}: give one of {', '.join(formats)}")
+    writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
+    return writer
+
+
+def suffixes_by_purpose(formats: Mapping[str, Format]) -> str:
+    """Name the formats for a help text, as '.stl, .ply (CAD), .vtk (ParaView)'."""
+    groups: dict[str, list[str]] = {}
+    for suffix, one in formats.items():
+        groups.setdefault(one.purpose, []).append(suffix)
+    return ", ".join(f"{', '.join(suffixes)} ({purpose})" for purpose, suffixes in groups.items())

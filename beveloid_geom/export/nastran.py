@@ -27,9 +27,11 @@ LARGEST = 1e4
 """Coordinates (mm) from here on no longer leave room for ten decimals in 16 characters."""
 
 
-def write_bulk(path: Path, mesh: VolumeMesh, comment: Sequence[str] = ()) -> None:
-    """Write a mesh of hexahedra with 8 or 20 nodes and its node sets. Each line of `comment` goes
-    into the header."""
+def write_bulk(
+    path: Path, mesh: VolumeMesh, _element: str, _case: object = None, comment: Sequence[str] = ()
+) -> None:
+    """Write a mesh of hexahedra with 8 or 20 nodes and its node sets, without its element's name and load.
+    Each line of `comment` goes into the header."""
     with open(path, "w", encoding="ascii", errors="replace", newline="\n") as file:
         file.writelines(_control(mesh, comment))
         file.writelines(_bulk(mesh))

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..contact.placing import Frame
-from ..export import FIELD_FORMATS, MEMBERS, SURFACE_FORMATS
+from ..export import MEMBERS, SURFACE_FORMATS, writer_of
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.sampling import Faces
-from .vtp import write_polydata
 
 Fields: TypeAlias = Mapping[str, NDArray[Any]]
 OBJ_DIGITS = 9
@@ -75,15 +74,8 @@ def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None, t
 
     Raises ValueError for a suffix that is none of SURFACE_FORMATS, OSError where the file cannot
     be written. .ply and .obj hold the normals beside the points, .stl the points only."""
-    suffix = path.suffix.lower() if suffix is None else suffix
-    if suffix not in SURFACE_FORMATS:
-        raise ValueError(f"surfaces are written as {', '.join(SURFACE_FORMATS)}, not as {suffix!r}")
-    if suffix == ".vtp":
-        write_polydata(path, surface.points, surface.faces, surface.point_fields, surface.cell_fields)
-    elif suffix in FIELD_FORMATS:
-        _write_meshio(surface, path, suffix)
-    else:
-        _write_trimesh(surface, path, suffix, f"beveloid-geom {title}".strip())
+    writer = writer_of(SURFACE_FORMATS, path.suffix.lower() if suffix is None else suffix)
+    writer(surface, path, f"beveloid-geom {title}".strip())
 
 
 def _plain(values: NDArray[Any]) -> NDArray[Any]:
@@ -91,7 +83,7 @@ def _plain(values: NDArray[Any]) -> NDArray[Any]:
     return values if values.dtype.kind == "f" else values.astype(np.int64)
 
 
-def _write_meshio(surface: SurfaceMesh, path: Path, suffix: str) -> None:
+def _write_meshio(surface: SurfaceMesh, path: Path, file_format: str) -> None:
     import meshio
 
     points, cells = (
@@ -100,25 +92,40 @@ def _write_meshio(surface: SurfaceMesh, path: Path, suffix: str) -> None:
     )
     listed = {name: [values] for name, values in cells.items()}
     mesh = meshio.Mesh(surface.points, [("triangle", surface.faces)], points, listed)
-    meshio.write(path, mesh, file_format={".vtk": "vtk", ".vtu": "vtu"}[suffix])
+    meshio.write(path, mesh, file_format=file_format)
 
 
-def _write_trimesh(surface: SurfaceMesh, path: Path, suffix: str, title: str) -> None:
-    """Write what trimesh can. Nothing may be merged or dropped: the triangles are to be those of the
-    calculation."""
+def write_vtk(surface: SurfaceMesh, path: Path, _: str) -> None:
+    """Write VTK's old format."""
+    _write_meshio(surface, path, "vtk")
+
+
+def write_vtu(surface: SurfaceMesh, path: Path, _: str) -> None:
+    """Write VTK's XML format of unstructured grids."""
+    _write_meshio(surface, path, "vtu")
+
+
+def write_stl(surface: SurfaceMesh, path: Path, title: str) -> None:
+    """Write a binary STL file, in its header the title."""
+    _trimesh(surface.points, surface.faces, None).export(str(path), file_type="stl")
+    with open(path, "r+b") as file:
+        file.write(title.encode("ascii", "replace")[:STL_HEADER])
+
+
+def write_ply(surface: SurfaceMesh, path: Path, _: str) -> None:
+    """Write a PLY file, with the normals if there are any."""
     normals = surface.point_fields.get("normals")
-    if suffix == ".obj":
-        path.write_text(_obj(surface, title), encoding="utf-8")
-        return
-    options = {".ply": {"vertex_normal": normals is not None}}.get(suffix, {})
     mesh = _trimesh(surface.points, surface.faces, normals)
-    mesh.export(str(path), file_type=suffix.removeprefix("."), **options)
-    if suffix == ".stl":
-        with open(path, "r+b") as file:
-            file.write(title.encode("ascii", "replace")[:STL_HEADER])
+    mesh.export(str(path), file_type="ply", vertex_normal=normals is not None)
+
+
+def write_obj(surface: SurfaceMesh, path: Path, title: str) -> None:
+    """Write a text of points and triangles, with the normals if there are any."""
+    path.write_text(_obj(surface, title), encoding="utf-8")
 
 
 def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> Any:
+    """Make trimesh's mesh. Nothing may be merged or dropped: the triangles are those of the calculation."""
     import trimesh
 
     return trimesh.Trimesh(points, faces, vertex_normals=normals, process=False)

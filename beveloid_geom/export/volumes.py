@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..export import VOLUME_FORMATS, identifier
+from ..export import VOLUME_FORMATS, identifier, writer_of
 from ..shapes.elements import Indices, VolumeMesh, face_nodes
-from .abaqus import LoadCase, write_deck
-from .nastran import write_bulk
+from .abaqus import LoadCase
 
 if TYPE_CHECKING:
     import meshio
@@ -37,18 +36,18 @@ def write_volume(
     `element` is 'C3D20', 'C3D20R', 'C3D8I' or 'C3D8'; a load `case` and `comment` lines go into .inp, and
     the comment into .bdf. Raises ValueError for a suffix that is none of VOLUME_FORMATS, OSError
     where the file cannot be written."""
-    suffix = path.suffix.lower() if suffix is None else suffix
-    if suffix not in VOLUME_FORMATS:
-        raise ValueError(f"volumes are written as {', '.join(VOLUME_FORMATS)}, not as {suffix!r}")
-    if suffix == ".inp":
-        write_deck(path, mesh, element, case, comment)
-    elif suffix == ".bdf":
-        write_bulk(path, mesh, comment)
-    elif suffix == ".msh":
-        # In ASCII meshio writes what numpy 2 calls its numbers, np.float64(...).
-        _gmsh_mesh(mesh).write(path, file_format="gmsh", binary=True)
-    else:
-        _vtu_mesh(mesh).write(path, file_format="vtu")
+    writer = writer_of(VOLUME_FORMATS, path.suffix.lower() if suffix is None else suffix)
+    writer(path, mesh, element, case, comment)
+
+
+def write_msh(path: Path, mesh: VolumeMesh, *_: object) -> None:
+    """Write Gmsh's format 4.1, in binary: in ASCII meshio writes what numpy 2 calls its numbers."""
+    _gmsh_mesh(mesh).write(path, file_format="gmsh", binary=True)
+
+
+def write_vtu(path: Path, mesh: VolumeMesh, *_: object) -> None:
+    """Write VTK's XML format, with a field of 0 and 1 for each set."""
+    _vtu_mesh(mesh).write(path, file_format="vtu")
 
 
 def _members(size: int, sets: Mapping[str, Indices]) -> dict[str, NDArray[Any]]:

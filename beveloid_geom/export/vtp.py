@@ -6,7 +6,6 @@ File format: VTK User's Guide, "XML File Formats"; appended raw data, 64 bit blo
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -14,7 +13,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from .surfaces import SurfaceMesh
 
 Array = NDArray[Any]
 TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
@@ -39,17 +38,12 @@ class _Appended:
         return text
 
 
-def write_polydata(
-    path: Path,
-    points: FloatArray,
-    faces: NDArray[np.int64],
-    point_fields: Mapping[str, Array],
-    cell_fields: Mapping[str, Array],
-) -> None:
-    """Write triangles (m, 3) of `points` (n, 3) with fields (n,) or (n, k) on points, and on cells."""
+def write_polydata(surface: SurfaceMesh, path: Path, _: str = "") -> None:
+    """Write triangles with their fields on points and on faces."""
+    points, faces = surface.points, surface.faces
     data = _Appended()
     inner = ""
-    for tag, fields in (("PointData", point_fields), ("CellData", cell_fields)):
+    for tag, fields in (("PointData", surface.point_fields), ("CellData", surface.cell_fields)):
         normals = ' Normals="normals"' if "normals" in fields else ""
         inner += f"<{tag}{normals}>\n"
         inner += "".join(data.element(*field) for field in fields.items()) + f"</{tag}>\n"

@@ -46,6 +46,11 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.{DIGITS}g} deg"
 
 
+def _helix_of(member: str) -> str:
+    """Name the change of one member's helix angle."""
+    return f"helix angle of the {member}"
+
+
 @dataclass(frozen=True)
 class Advice:
     """A layout that works, mm and rad: with these helix angles, this offset and this shaft angle the pair
@@ -59,24 +64,23 @@ class Advice:
     gear_helix_angle: float
 
     def words(self) -> str:
-        """The change with all numbers that go with it."""
-        angles = {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
-        for member, angle in (("pinion", self.pinion_helix_angle), ("gear", self.gear_helix_angle)):
-            if self.change.endswith(member):
-                angles = {self.change: _deg(angle), **angles}
+        """Say the change with all numbers that go with it."""
+        helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
+        angles = {self.change: _deg(helix[self.change])} if self.change in helix else {}
+        angles |= {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
         numbers = ", ".join(f"{name} = {value}" for name, value in angles.items())
         return f"change the {self.change}: {numbers}"
 
     def applied_to(self, design: Design) -> Design:
-        """The design changed so, mounted at its pitch point."""
+        """Give the design changed so, mounted at its pitch point."""
         pinion = replace(design.pinion, helix_angle=self.pinion_helix_angle)
         gear = replace(design.gear, helix_angle=self.gear_helix_angle)
         return replace(design, pinion=pinion, gear=gear, pair=Pair(self.offset, self.shaft_angle))
 
 
 def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
-    """All that `check` says of a single design: of its layout, teeth and paths on both flanks; `jam` says
-    why it cannot be assembled as mounted (`report_backlash`), where that is known."""
+    """Find all that `check` says of a single design: of layout, teeth and paths on both flanks; `jam` says
+    why it cannot be assembled as mounted (`report.backlash`), where that is known."""
     found: list[Remark] = []
     certifiable = first_contact_fault(design) is None
     for flank in FLANKS:
@@ -86,19 +90,17 @@ def findings_on(design: Design, closing: Closing | None = None, jam: str | None 
 
 
 def advice_on(design: Design) -> tuple[Advice, ...]:
-    """Changes of a layout that does not close or has no contact, the nearest to it first; none where all is
+    """Find changes of a layout that does not close or has no contact, the nearest first; none where all is
     well or where nothing that was tried helps. Raises ValueError for arrays."""
     plain = bare(design)
     if quiet(layout_remarks(plain)):
         return ()
-    known = {
-        remark.text for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))
-    }
+    known = {remark for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))}
     found: list[Advice] = []
     for change, candidate in _candidates(plain):
         advice = _rounded(change, candidate)
         tried = advice.applied_to(plain)
-        if advice not in found and quiet(r for r in findings_on(tried) if r.text not in known):
+        if advice not in found and quiet(r for r in findings_on(tried) if r not in known):
             found.append(advice)
         if len(found) == MOST:
             break
@@ -106,7 +108,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
 
 
 def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
-    """Changed designs with what changes: where the shaft angle is that of the helix angles, the layout;
+    """Give changed designs with what changes: where the shaft angle is that of the helix angles, the layout;
     else a helix angle first, as the shaft angle is what was wanted."""
     ideal = ideal_layout(design)
     if ideal is None:
@@ -128,19 +130,19 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
 
 
 def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
-    """The design with one helix angle changed so that it has the shaft angle that it was given, at the offset
+    """Give designs with one helix angle changed, so that they have the shaft angle given, at the offset
     without backlash that follows: the gear's, the pinion's, each to the nearer of both hands."""
     for name in ("gear", "pinion"):
         fitting = [found for hand in (1.0, -1.0) if (found := _fitted(design, name, hand)) is not None]
         before = float(getattr(design, name).helix_angle)
         changes = [abs(float(getattr(found, name).helix_angle) - before) for found in fitting]
         if changes:
-            yield f"helix angle of the {name}", fitting[int(np.argmin(changes))]
+            yield _helix_of(name), fitting[int(np.argmin(changes))]
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:
-    """The design with that helix angle of a member which fits the design's own shaft angle, the sum of the
-    helix angles having the sign `hand`."""
+    """Find the design with that helix angle of the member `name` which fits the design's own shaft angle, the
+    sum of the helix angles having the sign `hand`."""
     wanted, changed = float(design.pair.shaft_angle), design
     for _ in range(PASSES):
         ideal = ideal_layout(changed)
@@ -157,7 +159,7 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
 
 
 def _rounded(change: str, design: Design) -> Advice:
-    """Advice to take a design, in the digits in which it is printed."""
+    """Make advice to take a design, in the digits in which it is printed."""
     angles = (design.pair.shaft_angle, design.pinion.helix_angle, design.gear.helix_angle)
     rounded = (math.radians(float(f"{math.degrees(angle):.{DIGITS}g}")) for angle in angles)
     return Advice(change, float(f"{design.pair.offset:.{DIGITS}g}"), *rounded)

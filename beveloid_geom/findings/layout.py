@@ -55,14 +55,14 @@ class Reach:
 
 
 def crossing_of(cone_angles: Iterable[Quantity], shaft_angle: float) -> float:
-    """Angle (rad) at which generators of rolling cones cross; NaN where they have no common plane."""
+    """Give the angle s (rad) at which generators of rolling cones cross, NaN without a common plane."""
     one, other = (float(angle) for angle in cone_angles)
     cosine = (math.cos(shaft_angle) + math.sin(one) * math.sin(other)) / (math.cos(one) * math.cos(other))
     return math.acos(cosine) if abs(cosine) <= 1.0 else math.nan
 
 
 def reach_of(design: Design) -> Reach:
-    """At which offsets the gears of a single design reach each other, without errors."""
+    """Find the offsets at which the gears of a single design reach each other, without errors."""
     pinion, gear = design.members
     shaft_angle = float(design.pair.shaft_angle)
     crossing = crossing_of((pinion.cone_angle, gear.cone_angle), shaft_angle)
@@ -80,7 +80,7 @@ def reach_of(design: Design) -> Reach:
 
 
 def bare(design: Design) -> Design:
-    """The design with unmodified flanks and without errors."""
+    """Give the design with unmodified flanks and without errors."""
     return replace(design.with_parabola(0.0, 0.0), errors=Errors())
 
 
@@ -89,12 +89,12 @@ def _paths(design: Design, flanks: Iterable[str]) -> list[ContactPath]:
 
 
 def meshes(design: Design) -> bool:
-    """Whether the unmodified pair without errors has contact on both flanks."""
+    """Tell whether the unmodified pair without errors has contact on both flanks."""
     return all(path.ends.status == Status.SOLVED for path in _paths(bare(design), FLANKS))
 
 
 def closes(design: Design, closing: Closing) -> bool:
-    """Whether both lines of action meet within the tolerances."""
+    """Tell whether both lines of action meet within the tolerances."""
     near = OFFSET_TOLERANCE * float(design.pinion.tool.normal_module)
     turned = abs(closing.shaft_angle_difference) <= SHAFT_ANGLE_TOLERANCE
     return turned and abs(closing.offset_difference) <= near
@@ -106,7 +106,7 @@ def layout_remarks(
     flanks: Iterable[str] = FLANKS,
     jam: str | None = None,
 ) -> Iterator[Remark]:
-    """Why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
+    """Say why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
     (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot
     mesh as laid out there is no pitch point for the other two to hold at."""
     closing = closing_of(design) if closing is None else closing
@@ -129,7 +129,7 @@ def layout_remarks(
 
 
 def _misfit(design: Design, closing: Closing) -> Iterator[str]:
-    """Why gears do not mesh as laid out: too far apart, too close, at another angle than their teeth."""
+    """Say why gears do not mesh as laid out: too far apart, too close, at another angle than their teeth."""
     reach, offset = reach_of(design), float(design.pair.offset)
     given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"
     if offset > reach.touching:
@@ -148,7 +148,7 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
 
 
 def ideal_layout(design: Design) -> ClosedLayout | None:
-    """The layout without backlash, None where there is none."""
+    """Find the layout without backlash, None where there is none."""
     try:
         return zero_backlash_layout(design)
     except ValueError:
@@ -156,7 +156,7 @@ def ideal_layout(design: Design) -> ClosedLayout | None:
 
 
 def _helix_words(design: Design, ideal: ClosedLayout) -> str:
-    """What shaft angle the helix angles give, and what sum of them would give that of the design."""
+    """Say what shaft angle the helix angles give, and what sum of them would give that of the design."""
     given = math.degrees(design.pair.shaft_angle)
     fitting = math.degrees(crossing_of(ideal.cone_angle, float(design.pair.shaft_angle)))
     angles = " and ".join(f"{math.degrees(member.helix_angle):+.6g}" for member in design.members)
@@ -170,7 +170,7 @@ def _helix_words(design: Design, ideal: ClosedLayout) -> str:
 
 
 def remarks_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
-    """What is to be known of layout and teeth of a single design, what matters most first.
+    """Find what is to be known of layout and teeth of a single design, what matters most first.
 
     Errors: no contact on a flank, and why; teeth that interfere. Warnings: the design does not close (by more
     than OFFSET_TOLERANCE or SHAFT_ANGLE_TOLERANCE), tips run into bottom lands, the tool's rounds

@@ -29,13 +29,16 @@ UNKNOWN = {
     FirstStatus.NO_CONTACT: "no tooth reaches the other member",
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
     FirstStatus.UNDERCUT: "a member is undercut",
+    FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
+    FirstStatus.UNDEFINED: "the inputs leave nothing to search",
+    FirstStatus.NOT_CONVERGED: "the search did not converge",
     FirstStatus.SOLVED: "the search missed it",
 }
 """Why the first contact at a position is not known; SOLVED is one found, but not as near as the position."""
 
 
 def reason_of(path: ContactPath) -> str | None:
-    """Why a path has no point on the flanks."""
+    """Say why a path has no point on the flanks."""
     design = path.design
     status = Status(int(path.ends.status))
     if status == Status.SOLVED:
@@ -60,7 +63,7 @@ def reason_of(path: ContactPath) -> str | None:
 
 
 def first_contact_fault(design: Design) -> str | None:
-    """Why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
+    """Say why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         try:
             tool_round(member.tool, "right")
@@ -70,7 +73,7 @@ def first_contact_fault(design: Design) -> str | None:
 
 
 def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Remark, ...]:
-    """What to know about a path that lies on the flanks of a single design: how easily contact is lost, where
+    """Find what to know about a path on the flanks of a single design: how easily contact is lost, where
     something else touches earlier, what its numbers do not say. Without such a path nothing: `reason_of`
     says why."""
     if path.ends.status != Status.SOLVED:
@@ -83,7 +86,7 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
 
 
 def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """How far usual tolerances of offset and shaft angle move the path, where that is far."""
+    """Find how far usual tolerances of offset and shaft angle move the path, where that is far."""
     design, found = path.design, path_sensitivity(path.design, path.flank)
     sizes = np.array([USUAL.offset, USUAL.shaft_angle])
     face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
@@ -112,7 +115,7 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
 
 def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Single errors of the size of a usual tolerance under which no contact is left."""
+    """Find single errors of the size of a usual tolerance under which no contact is left."""
     design, size = path.design, USUAL.values()
     errors = np.concatenate((np.diag(size), np.diag(-size)))
     own = [float(design.pair.offset + design.errors.offset)]
@@ -130,7 +133,7 @@ def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
 
 def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """What a contact ratio and a path do not say."""
+    """Say what a contact ratio and a path do not say."""
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
         yield WARNING, f"{missing} of {path.status.size} positions are not solved"
@@ -162,7 +165,7 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
 
 def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
-    """Where the tangency of the flanks is not the contact of the teeth."""
+    """Say where the tangency of the flanks is not the contact of the teeth."""
     verdict, all_positions = certificate.verdict, certificate.verdict.size
     cut = "the flanks cut into each other beside their tangency, or a tip into a fillet"
     said = {
@@ -180,13 +183,14 @@ def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
         yield NOTE, "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
     unknown = certificate.first.status[verdict == Verdict.NOT_SOLVED]
     for status in np.unique(unknown):
-        name = FirstStatus(int(status))
-        words = UNKNOWN.get(name, name.name.lower().replace("_", " "))
         count = f"at {np.count_nonzero(unknown == status)} of {all_positions} positions"
-        yield NOTE, f"{count} it is not known whether something touches earlier: {words}"
+        yield (
+            NOTE,
+            f"{count} it is not known whether something touches earlier: {UNKNOWN[FirstStatus(int(status))]}",
+        )
 
 
 def _edges_of(certificate: Certificate) -> str:
-    """Names of the edges that touch earlier."""
+    """Name the edges that touch earlier."""
     codes = certificate.first.limit[certificate.verdict == Verdict.EDGE_CONTACT]
     return ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))

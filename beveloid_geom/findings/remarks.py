@@ -1,8 +1,7 @@
 """What is to be known about a design, what matters most first; and what there is to say of its teeth.
 
-Remarks on the layout are in `layout_remarks`, those on a path of contact in `report_notes`, those on
-mountings drawn at random in `report_tolerance`. Every command and page that has them puts them in order
-with `in_order`.
+Remarks on the layout are in `layout`, those on a path of contact in `path`, those on mountings drawn at
+random in `report.tolerance`. Every command and page that has them puts them in order with `in_order`.
 """
 
 from __future__ import annotations
@@ -38,17 +37,17 @@ class Remark(NamedTuple):
 
 
 def in_order(remarks: Iterable[Remark]) -> tuple[Remark, ...]:
-    """Each remark once, by level; those of one level in the order in which they came."""
+    """Give each remark once, by level; those of one level in the order in which they came."""
     return tuple(sorted(dict.fromkeys(remarks), key=lambda remark: LEVELS.index(remark.level)))
 
 
 def quiet(remarks: Iterable[Remark]) -> bool:
-    """Whether there is neither error nor warning."""
+    """Tell whether there is neither error nor warning."""
     return all(remark.level == NOTE for remark in remarks)
 
 
 def remarks_data(remarks: Iterable[Remark]) -> dict[str, list[str]]:
-    """Entries of JSON: texts under 'errors', 'warnings' and 'notes'."""
+    """Give entries of JSON: texts under 'errors', 'warnings' and 'notes'."""
     found: dict[str, list[str]] = {f"{level}s": [] for level in LEVELS}
     for remark in remarks:
         found[f"{remark.level}s"].append(remark.text)
@@ -56,7 +55,7 @@ def remarks_data(remarks: Iterable[Remark]) -> dict[str, list[str]]:
 
 
 def tip_clearances(design: Design) -> FloatArray:
-    """Least distances (2,), mm, of the tip cones of pinion and gear from the root cone of the
+    """Find the least distances (2,), mm, of the tip cones of pinion and gear from the root cone of the
     other member, of a single design as mounted, without errors; to about 0.001 mm. NaN where the
     faces do not stand beside each other or the mounting is not known."""
     layout, distance = layout_of(design, with_errors=False), mounting_of(design).distance
@@ -76,7 +75,7 @@ def tip_clearances(design: Design) -> FloatArray:
 
 
 def clearance_remarks(design: Design) -> Iterator[Remark]:
-    """Tips that run into bottom lands, or nearly."""
+    """Find tips that run into bottom lands, or nearly."""
     for name, mate, member, clearance in zip(
         ("pinion", "gear"), ("gear", "pinion"), design.members, tip_clearances(design), strict=True
     ):
@@ -107,7 +106,7 @@ def _undercut_remarks(name: str, member: Member) -> Iterator[Remark]:
 
 
 def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
-    """Flanks that cannot be cut or are undercut, pointed teeth and thin tips of the member `name`."""
+    """Find flanks that cannot be cut or are undercut, pointed teeth and thin tips of the member `name`."""
     if fault := cut_fault(member):
         yield Remark(WARNING, f"the flanks of the {name} cannot be cut: {fault}")
         return

@@ -29,7 +29,15 @@ FINER = 4
 
 
 class UnknownOperationError(ValueError):
-    """At some rolls the first contact of a pair is not known, whatever is asked of it."""
+    """At some rolls the first contact of a pair is not known, whatever is asked of it, for a `reason`."""
+
+    def __init__(self, reason: str) -> None:
+        """Take the reason; the message adds the cure from Python."""
+        self.reason = reason
+        super().__init__(reason)
+
+    def __str__(self) -> str:
+        return f"{self.reason}: give pinion_roll and gear_roll"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +118,6 @@ def _resolved_phase(design: Design, flank: str, start: float, pitch: float) -> t
         status = FirstStatus(int(unknown[0])).name.lower().replace("_", " ")
         raise UnknownOperationError(
             f"the first contact of the {flank} flanks is not known at {unknown.size} of {len(rows[0])} rolls"
-            f" ({status}): give pinion_roll and gear_roll"
+            f" ({status})"
         )
     return rows[0], rows[1]

@@ -33,8 +33,7 @@ class BacklashReport:
         """Why the backlash is not known, None if it is."""
         if self.found is None or self.found.status == FirstStatus.SOLVED:
             return self.fault
-        status = FirstStatus(int(self.found.status))
-        return UNKNOWN.get(status, status.name.lower().replace("_", " "))
+        return UNKNOWN[FirstStatus(int(self.found.status))]
 
     @property
     def jam(self) -> str | None:
@@ -62,7 +61,7 @@ class BacklashReport:
 
 
 def _stop(first: FirstContact) -> str:
-    """What stops the gear in a first contact of one position."""
+    """Say what stops the gear in a first contact of one position."""
     edges = " and ".join(
         f"the {Limit(int(code)).member}'s {Limit(int(code)).limit}" for code in _edges(first)
     )
@@ -75,14 +74,14 @@ def _edges(first: FirstContact) -> list[int]:
 
 
 def backlash_report(design: Design) -> BacklashReport:
-    """The backlash of a single design, with its errors and parabolas."""
+    """Find the backlash of a single design, with its errors and parabolas."""
     fault = first_contact_fault(design)
     found = None if fault else mounted_backlash(design)
     return BacklashReport(found, fault, float(unmodified_backlash(design)))
 
 
 def backlash_data(design: Design) -> dict[str, Any]:
-    """Entries of JSON: what is least, where, and what stops the gear there on either side; mm and rad."""
+    """Give JSON: what is least, where, and what stops the gear there on either side; mm and rad."""
     report = backlash_report(design)
     data: dict[str, Any] = {"normal": report.normal}
     if report.unknown:

@@ -1,100 +1,100 @@
-"""Coefficients found for an aim as text: table, JSON and CSV."""
+"""The parabola coefficients found for an aim."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from ..analysis.optimise import Aim, Optimum
 from ..design.model import Design
 from ..findings.remarks import remarks_data
-from ..pair.mounting import mounting_of
-from ..status import Verdict
 from .backlash import backlash_data
-from .path import (
-    contact_report,
-    csv_text,
-    error_line,
-    json_text,
-    layout_data,
-    layout_line,
-    line,
-    remark_lines,
-)
+from .columns import ARCSEC, label, number
+from .path import ContactReport, contact_report
+from .result import Rows, by_columns
+from .words import error_words, head_data, head_lines, line, remark_lines
 
-ARCSEC = math.degrees(3600.0)
 POINTS = 21
 """Positions of the path that are certified."""
-SHOWN = (
-    ("shift", "shift, mm", 1.0, 4),
-    ("contact_ratio", "contact ratio", 1.0, 6),
-    ("centre", "pinion z middle, mm", 1.0, 4),
-    ("peak_to_peak", "tr. error, arcsec", ARCSEC, 4),
-)
-"""Rows of the table: figure, label, scale, digits."""
+FIGURES = {
+    "shift": "shift",
+    "contact_ratio": "contact_ratio",
+    "centre": "pinion_z_middle",
+    "peak_to_peak": "peak_to_peak",
+}
+"""What is compared, and its column."""
 
 
-def optimum_json(name: str, design: Design, aim: Aim, flank: str, optimum: Optimum) -> str:
-    """Strict JSON of the coefficients found, mm and rad; null for a condition that was not asked for."""
-    report = contact_report(name, optimum.design, flank, POINTS, "one-equation")
-    data: dict[str, Any] = {
-        "design": name,
-        "flank": flank,
-        **layout_data(design, mounting_of(design)),
-        "aim": asdict(aim),
-        "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
-        "found": dict(vars(optimum.found)),
-        "given": dict(vars(optimum.given)),
-        **backlash_data(optimum.design),
-        **remarks_data(report.remarks),
-    }
-    if report.certificate is not None:
-        first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
-        data["certified"] = {"first_contact": first, "positions": POINTS}
-    return json_text(data)
+@dataclass(frozen=True, eq=False)
+class OptimumReport:
+    """The `optimum` of a single design for an `aim` on the path of one flank pair."""
 
+    name: str
+    design: Design
+    aim: Aim
+    flank: str
+    optimum: Optimum
+    failure: str | None = None
 
-def optimum_csv(design: Design, optimum: Optimum) -> str:
-    """CSV, a row for the coefficients found and one for those given, mm and rad, units in the header."""
-    header = ["design", "parabola_pinion_per_mm", "parabola_gear_per_mm"]
-    header += ["shift_mm", "contact_ratio", "pinion_z_middle_mm", "peak_to_peak_rad"]
-    given = (float(member.tool.parabola) for member in design.members)
-    rows: list[list[object]] = []
-    for name, parabola, paths in (
-        ("found", (optimum.pinion_parabola, optimum.gear_parabola), optimum.found),
-        ("given", given, optimum.given),
-    ):
-        rows.append([name, *parabola, *(float(getattr(paths, figure)) for figure, *_ in SHOWN)])
-    return csv_text(header, list(zip(*rows, strict=True)))
+    @cached_property
+    def contact(self) -> ContactReport:
+        """The path of contact with the coefficients found."""
+        return contact_report(self.name, self.optimum.design, self.flank, POINTS)
 
+    def data(self) -> dict[str, Any]:
+        """Give the coefficients found; None for a condition that was not asked for."""
+        found = self.optimum
+        data = {
+            **head_data(self.name, self.design, self.flank),
+            "aim": asdict(self.aim),
+            "parabola": {"pinion": found.pinion_parabola, "gear": found.gear_parabola},
+            "found": dict(vars(found.found)),
+            "given": dict(vars(found.given)),
+            **backlash_data(found.design),
+            **remarks_data(self.contact.remarks),
+        }
+        if self.contact.certificate is not None:
+            data["certified"] = {"first_contact": self.contact.certified_count, "positions": POINTS}
+        return data
 
-def optimum_table(name: str, design: Design, aim: Aim, flank: str, optimum: Optimum) -> str:
-    """Readable account of the coefficients found, at most 100 characters wide."""
-    report = contact_report(name, optimum.design, flank, POINTS, "one-equation")
-    text = f"Parabola coefficients for {name}, {flank} flanks: least shift of the path under errors\n"
-    text += layout_line(design, mounting_of(design)) + error_line(design.errors)
-    text += line("aim", _aim_words(aim))
-    text += line("errors of the aim", " ".join(error_line(aim.errors).split()[1:]))
-    found = optimum.pinion_parabola, optimum.gear_parabola
-    text += line("coefficients", "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*found))
-    if report.certificate is not None:
-        first = np.count_nonzero(report.certificate.verdict == Verdict.FIRST_CONTACT)
-        text += line("certified", f"{first} of {POINTS} positions: nothing on this side touches earlier")
-    text += line("as mounted", f"backlash {report.backlash.line}")
-    text += remark_lines(report.remarks)
-    text += f"\n{'':<22}{'found':>14}{'as given':>14}\n"
-    for figure, label, scale, digits in SHOWN:
-        both = (scale * float(getattr(paths, figure)) for paths in (optimum.found, optimum.given))
-        text += f"{label:<22}" + "".join(f"{value:z14.{digits}f}" for value in both) + "\n"
-    return text
+    def rows(self) -> Rows:
+        """Give a row for the coefficients found and one for those given."""
+        found, given = self.optimum, (float(member.tool.parabola) for member in self.design.members)
+        names = ("design", "parabola_pinion", "parabola_gear", *FIGURES.values())
+        both = (
+            ("found", (found.pinion_parabola, found.gear_parabola), found.found),
+            ("given", given, found.given),
+        )
+        rows = [
+            (name, *parabola, *(float(getattr(of, key)) for key in FIGURES)) for name, parabola, of in both
+        ]
+        return by_columns(names, rows)
+
+    def summary(self) -> str:
+        """Write aim, coefficients, and the figures found beside those given."""
+        found, contact = self.optimum, self.contact
+        text = f"Parabola coefficients for {self.name}, {self.flank} flanks: least shift under errors\n"
+        text += head_lines(self.design) + line("aim", _aim_words(self.aim))
+        text += line("errors of the aim", error_words(self.aim.errors))
+        coefficients = found.pinion_parabola, found.gear_parabola
+        text += line("coefficients", "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients))
+        if contact.certificate is not None:
+            count = f"{contact.certified_count} of {POINTS} positions"
+            text += line("certified", f"{count}: nothing on this side touches earlier")
+        text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
+        text += f"\n{'':<28}{'found':>14}{'as given':>14}\n"
+        for key in FIGURES:
+            both = (number(key, getattr(of, key), 14) for of in (found.found, found.given))
+            text += f"{label(key):<28}{''.join(both)}\n"
+        return text
 
 
 def _aim_words(aim: Aim) -> str:
     words = f"contact ratio at least {aim.contact_ratio:g}, middle within {aim.off_centre:g} mm of mid-face"
     if math.isfinite(aim.peak_to_peak):
-        words += f", transmission error at most {ARCSEC * aim.peak_to_peak:g} arcsec peak to peak"
+        limit = ARCSEC * aim.peak_to_peak
+        words += f", transmission error at most {limit:g} arcsec peak to peak"
     bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
     return words + bounds

@@ -1,4 +1,4 @@
-"""A contact pattern as text: table, JSON and CSV."""
+"""A contact pattern: what marking compound leaves on both flanks."""
 
 from __future__ import annotations
 
@@ -10,26 +10,17 @@ import numpy as np
 
 from ..design.model import Design
 from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
-from ..pair.mounting import Mounting, mounting_of
 from ..status import PatternStatus
 from .backlash import backlash_report
-from .path import (
-    backlash_lines,
-    csv_text,
-    error_line,
-    json_text,
-    layout_data,
-    layout_line,
-    line,
-    parabola_line,
-)
+from .result import Rows
+from .words import failure_of, head_data, line, mounted_lines, name_in_files
 
 FINE = 15
 """Points of a pattern to a module: some pixels apart where a flank is drawn."""
-FIELDS = (("l", "_mm"), ("z", "_mm"), ("least", "_mm"), ("pinion_roll", "_rad"))
-"""Numbers of a point, with the units in a CSV's header."""
-SIZES = {"area": "area_mm2", "area_share": "area_share", "area_error": "area_error"}
-"""Numbers of a member's pattern, with their headers in a CSV; the same in all its rows."""
+FIELDS = ("l", "z", "least", "pinion_roll")
+"""Numbers of a point."""
+SIZES = ("area", "area_share", "area_error")
+"""Numbers of a member's pattern, the same in all its rows of a CSV."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +30,6 @@ class PatternReport:
 
     name: str
     design: Design
-    mounting: Mounting
     pattern: ContactPattern
     resolution: float
     area_error: float
@@ -48,6 +38,41 @@ class PatternReport:
     def sides(self) -> dict[str, MemberPattern]:
         """The patterns on both flanks by member."""
         return {"pinion": self.pattern.pinion, "gear": self.pattern.gear}
+
+    @property
+    def failure(self) -> str | None:
+        """Why the pair cannot be assembled."""
+        return failure_of(None, self.design)
+
+    def data(self) -> dict[str, Any]:
+        """Give the sizes of the pattern."""
+        members = {
+            member: {**{name: getattr(side, name) for name in SIZES}, "z_range": marked_face(side)}
+            for member, side in self.sides.items()
+        }
+        return {
+            **head_data(self.name, self.design, self.pattern.flank),
+            "separation": self.pattern.separation,
+            "resolution": self.resolution,
+            "roll_range": self.pattern.roll_range,
+            **members,
+        }
+
+    def rows(self) -> Rows:
+        """Give the points of both flanks, and the sizes of their patterns."""
+        backlash = backlash_report(self.design).normal
+        sides = [_points(member, side, backlash) for member, side in self.sides.items()]
+        return {name: np.concatenate([side[name] for side in sides]) for name in sides[0]}
+
+    def summary(self) -> str:
+        """Write the sizes of the pattern."""
+        text = f"Contact pattern of {self.name}, {self.pattern.flank} flanks\n" + mounted_lines(self.design)
+        text += line("marking compound", f"{1e3 * self.pattern.separation:g} um thick")
+        rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in self.pattern.roll_range)
+        text += line("pinion rolls", f"{rolls} deg, one tooth pair through the mesh")
+        return text + "".join(
+            _side_lines(member, side, self.area_error) for member, side in self.sides.items()
+        )
 
 
 def pattern_report(
@@ -58,76 +83,40 @@ def pattern_report(
     resolution: float | None = None,
     area_error: float = AREA_ERROR,
 ) -> PatternReport:
-    """The pattern of a single design; lengths in mm, the resolution a FINE part of the module unless told.
-    Arguments and ValueError as of `contact_pattern`."""
+    """Find the pattern of a single design; lengths in mm, the resolution a FINE part of the module unless
+    told. Arguments and ValueError as of `contact_pattern`."""
     resolution = float(design.pinion.tool.normal_module) / FINE if resolution is None else resolution
     pattern = contact_pattern(design, flank, separation, resolution=resolution, area_error=area_error)
-    return PatternReport(name, design, mounting_of(design), pattern, resolution, area_error)
+    return PatternReport(name, design, pattern, resolution, area_error)
 
 
 def marked_face(side: MemberPattern) -> tuple[float, float]:
-    """Least and greatest z (mm) of the marked points, NaN without any."""
+    """Give least and greatest z (mm) of the marked points, NaN without any."""
     z = side.z[side.marked]
     return (float(z.min()), float(z.max())) if z.size else (math.nan, math.nan)
 
 
-def pattern_json(report: PatternReport) -> str:
-    """Strict JSON of the sizes of a pattern, mm and rad."""
-    pattern, design = report.pattern, report.design
-    data: dict[str, Any] = {
-        "design": report.name,
-        "flank": pattern.flank,
-        **layout_data(design, report.mounting),
-        "parabola": {"pinion": design.pinion.tool.parabola, "gear": design.gear.tool.parabola},
-        "separation": pattern.separation,
-        "resolution": report.resolution,
-        "roll_range": pattern.roll_range,
+def _points(member: str, side: MemberPattern, backlash: float) -> dict[str, Any]:
+    """Give the points of one flank; what is the same for all of them in each."""
+    status = np.array([name_in_files(PatternStatus(int(code))) for code in side.status.ravel()])
+    same = {name: np.full(status.shape, getattr(side, name)) for name in SIZES}
+    return {
+        "member": np.full(status.shape, member),
+        **{name: getattr(side, name).ravel() for name in FIELDS},
+        "marked": side.marked.astype(int).ravel(),
+        "status": status,
+        **same,
+        "mounted_backlash": np.full(status.shape, backlash),
     }
-    for member, side in report.sides.items():
-        sizes = {name: getattr(side, name) for name in SIZES}
-        data[member] = {**sizes, "z_range": marked_face(side)}
-    return json_text(data)
 
 
-def pattern_csv(report: PatternReport) -> str:
-    """CSV of the points of both flanks and the sizes of their patterns, mm and rad, units in the header."""
-    header = ["member", *(name + unit for name, unit in FIELDS), "marked", "status", *SIZES.values()]
-    header.append("mounted_backlash_mm")
-    backlash = backlash_report(report.design).normal
-    columns: list[list[Any]] = [[] for _ in header]
-    for member, side in report.sides.items():
-        status = [PatternStatus(int(code)).name.lower() for code in side.status.ravel()]
-        numbers = (getattr(side, name).ravel().tolist() for name, _ in FIELDS)
-        marked = side.marked.ravel().astype(int).tolist()
-        sizes = ([getattr(side, name)] * len(status) for name in SIZES)
-        values = ([member] * len(status), *numbers, marked, status, *sizes, [backlash] * len(status))
-        for column, added in zip(columns, values, strict=True):
-            column += added
-    return csv_text(header, columns)
-
-
-def _bound(side: MemberPattern, asked: float) -> str:
-    """What is known of the error of an area."""
-    words = f"right to {100.0 * side.area_error:.2g} % of the area"
-    return words if side.area_error <= asked else f"{words}, not to the {100.0 * asked:g} % asked for"
-
-
-def pattern_table(report: PatternReport) -> str:
-    """Readable account, at most 100 characters wide."""
-    pattern, design = report.pattern, report.design
-    text = f"Contact pattern of {report.name}, {pattern.flank} flanks\n"
-    text += layout_line(design, report.mounting) + error_line(design.errors) + parabola_line(design)
-    text += backlash_lines(design)
-    text += line("marking compound", f"{1e3 * pattern.separation:g} um thick")
-    rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in pattern.roll_range)
-    text += line("pinion rolls", f"{rolls} deg, one tooth pair through the mesh")
-    for member, side in report.sides.items():
-        low, high = marked_face(side)
-        words = f"{side.area:.1f} mm^2 marked, {100.0 * side.area_share:.1f} % of the active flank"
-        text += line(member, words if math.isnan(low) else f"{words}, z {low:.2f} to {high:.2f} mm")
-        text += line("", _bound(side, report.area_error))
-        least = side.least[np.isfinite(side.least)]
-        text += line(
-            "", f"least separation {1e3 * least.min():z.4f} um" if least.size else "no foot anywhere"
-        )
-    return text
+def _side_lines(member: str, side: MemberPattern, asked: float) -> str:
+    """Write size, extent and bound of the error of one member's pattern; `asked` is the share allowed."""
+    low, high = marked_face(side)
+    words = f"{side.area:.1f} mm^2 marked, {100.0 * side.area_share:.1f} % of the active flank"
+    text = line(member, words if math.isnan(low) else f"{words}, z {low:.2f} to {high:.2f} mm")
+    bound = f"right to {100.0 * side.area_error:.2g} % of the area"
+    missed = "" if side.area_error <= asked else f", not to the {100.0 * asked:g} % asked for"
+    least = side.least[np.isfinite(side.least)]
+    nearest = f"least separation {1e3 * least.min():z.4f} um" if least.size else "nowhere opposite a flank"
+    return text + line("", bound + missed) + line("", nearest)

@@ -1,10 +1,11 @@
-"""Sensitivity of a path of contact to the assembly errors as text: table, JSON and CSV."""
+"""Sensitivity of a path of contact to the assembly errors."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,29 +14,22 @@ from ..arrays import FloatArray
 from ..design.model import Design
 from ..findings.path import first_contact_fault
 from ..operation.backlash import backlash_by_errors
-from ..pair.mounting import mounting_of
-from ..status import Limit
+from ..status import Limit, Status
 from .backlash import backlash_report
-from .path import (
-    backlash_lines,
-    csv_text,
-    error_line,
-    json_text,
-    layout_data,
-    layout_line,
-    line,
-    parabola_line,
-    status_name,
-)
+from .columns import header_of, label, number, scaled
+from .result import Rows, by_columns
+from .words import failure_of, head_data, line, mounted_lines, status_name, status_words
 
-ARCSEC = math.degrees(3600.0)
+MEMBERS = ("pinion", "gear")
 STEPS = (
     ("offset", 0.1, "mm"),
     ("shaft angle", 0.01, "deg"),
     ("pinion axial", 0.1, "mm"),
     ("gear axial", 0.1, "mm"),
 )
-"""What a table's columns are for, in the order of ERRORS."""
+"""What a text's columns are for, in the order of ERRORS."""
+SIZES = np.array([math.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
+NOT_VALUES = ("flank", "status", "limit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,107 +45,86 @@ class SensitivityReport:
     @property
     def reason(self) -> str | None:
         """Why there is none, None if there is."""
-        status = status_name(int(self.found.status)).replace("_", " ")
-        return (
-            None if status == "solved" else f"no path of contact on the {self.found.flank} flanks: {status}"
-        )
+        status = int(self.found.status)
+        none = f"no path of contact on the {self.found.flank} flanks: {status_words(status)}"
+        return None if status == Status.SOLVED else none
 
+    @property
+    def failure(self) -> str | None:
+        """Why there is no path, or why the pair cannot be assembled."""
+        return failure_of(self.reason, self.design)
 
-def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
-    """Report of a single design."""
-    backlash = np.full(len(ERRORS), np.nan) if first_contact_fault(design) else backlash_by_errors(design)
-    return SensitivityReport(name, design, path_sensitivity(design, flank), backlash)
-
-
-def sensitivity_json(report: SensitivityReport) -> str:
-    """Strict JSON, mm and rad: values, and derivatives with the errors on their last axis."""
-    values = {
-        name: value for name, value in vars(report.found).items() if name not in ("flank", "status", "limit")
-    }
-    limits = [str(Limit(int(code))) if code >= 0 else None for code in report.found.limit]
-    return json_text(
-        {
-            "design": report.name,
-            "flank": report.found.flank,
-            "status": status_name(int(report.found.status)),
-            **layout_data(report.design, mounting_of(report.design)),
+    def data(self) -> dict[str, Any]:
+        """Give values, and derivatives with the errors on their last axis."""
+        return {
+            **head_data(self.name, self.design, self.found.flank),
+            "status": status_name(int(self.found.status)),
             "errors_of_derivatives": ERRORS,
             "places": PLACES,
-            "members": ("pinion", "gear"),
-            "limits": limits,
-            **values,
-            "mounted_backlash_by": report.backlash_by,
+            "members": MEMBERS,
+            "limits": [str(Limit(int(code))) if code >= 0 else None for code in self.found.limit],
+            **{name: value for name, value in vars(self.found).items() if name not in NOT_VALUES},
+            "mounted_backlash_by": self.backlash_by,
         }
-    )
 
+    def rows(self) -> Rows:
+        """Give each quantity, whose name has its unit, with its derivatives; nothing without a path."""
+        names = ("quantity", "place", "member", "value", *(f"by_{name}" for name in ERRORS))
+        return by_columns(names, [] if self.reason else list(self._quantities()))
 
-def sensitivity_csv(report: SensitivityReport) -> str:
-    """CSV, a row for each quantity with its derivatives; rows name units of quantities, the header those
-    of errors. Without a path there are no rows."""
-    units = ("rad" if name == "shaft_angle" else "mm" for name in ERRORS)
-    header = ["quantity", "place", "member", "value"]
-    header += [f"by_{name}_per_{unit}" for name, unit in zip(ERRORS, units, strict=True)]
-    rows = [] if report.reason else list(_csv_rows(report))
-    return csv_text(header, list(zip(*rows, strict=True)))
+    def _quantities(self) -> Iterator[tuple[Any, ...]]:
+        found, nothing = self.found, np.full(self.found.z.shape, np.nan)
+        for name, values, rates in (
+            ("l", found.l, found.l_by),
+            ("z", found.z, found.z_by),
+            ("r", found.r, found.r_by),
+            ("face_shift", nothing, found.face_shift_by),
+            ("square_shift", nothing, found.square_shift_by),
+        ):
+            for k, j in np.ndindex(values.shape):
+                yield header_of(name), PLACES[k], MEMBERS[j], float(values[k, j]), *rates[k, j].tolist()
+        for place, roll, by in zip(PLACES, found.pinion_roll.tolist(), found.pinion_roll_by, strict=True):
+            yield header_of("pinion_roll"), place, "pinion", roll, *by.tolist()
+        for name, value, by in (
+            ("contact_ratio", found.contact_ratio, found.contact_ratio_by),
+            ("peak_to_peak", found.peak_to_peak, found.peak_to_peak_by),
+            ("mounted_backlash", backlash_report(self.design).normal, self.backlash_by),
+        ):
+            yield header_of(name), "", "", float(value), *by.tolist()
 
-
-def _csv_rows(report: SensitivityReport) -> Iterator[list[object]]:
-    found = report.found
-    nothing = np.full(found.z.shape, np.nan)
-    for name, values, rates in (
-        ("l_mm", found.l, found.l_by),
-        ("z_mm", found.z, found.z_by),
-        ("r_mm", found.r, found.r_by),
-        ("face_shift_mm", nothing, found.face_shift_by),
-        ("square_shift_mm", nothing, found.square_shift_by),
-    ):
-        for k, j in np.ndindex(values.shape):
-            yield [name, PLACES[k], ("pinion", "gear")[j], float(values[k, j]), *rates[k, j].tolist()]
-    for k, place in enumerate(PLACES):
-        roll = float(found.pinion_roll[k])
-        yield ["pinion_roll_rad", place, "pinion", roll, *found.pinion_roll_by[k].tolist()]
-    yield ["contact_ratio", "", "", float(found.contact_ratio), *found.contact_ratio_by.tolist()]
-    yield ["peak_to_peak_rad", "", "", float(found.peak_to_peak), *found.peak_to_peak_by.tolist()]
-    backlash = backlash_report(report.design).normal
-    yield ["mounted_backlash_mm", "", "", backlash, *report.backlash_by.tolist()]
-
-
-def sensitivity_table(report: SensitivityReport) -> str:
-    """Readable account, at most 100 characters wide."""
-    found, design = report.found, report.design
-    text = f"Sensitivity of {report.name}, {found.flank} flanks: exact derivatives, for the errors named\n"
-    text += layout_line(design, mounting_of(design)) + error_line(design.errors) + parabola_line(design)
-    text += backlash_lines(design)
-    if report.reason:
-        return text
-    swing = ARCSEC * float(found.peak_to_peak)
-    text += line("contact ratio", f"{float(found.contact_ratio):.6f} by Eq. 16")
-    text += line("transmission error", f"{swing:z.4f} arcsec peak to peak over the path")
-    head = "".join(f"{f'{size:g} {unit}':>16}" for _, size, unit in STEPS)
-    text += f"\n{'':<36}" + "".join(f"{name:>16}" for name, _, _ in STEPS) + f"\n{'':<36}{head}\n"
-    rows = [*_rows(found), ("least normal backlash, mm", report.backlash_by)]
-    for label, rates in rows:
-        text += f"  {label:<34}" + "".join(f"{value:z16.6f}" for value in rates * _sizes()) + "\n"
-    return text
-
-
-def _sizes() -> FloatArray:
-    return np.array([math.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
-
-
-def _rows(found: Sensitivity) -> list[tuple[str, FloatArray]]:
-    """Labels and derivatives (4,) of a table's rows."""
-    rows = [
-        (f"{member}, {words}, mm", rates[1, j])
-        for words, rates in (
+    def summary(self) -> str:
+        """Write what errors of usual size do by the derivatives."""
+        found = self.found
+        text = (
+            f"Sensitivity of {self.name}, {found.flank} flanks: exact derivatives, times the errors named\n"
+        )
+        text += mounted_lines(self.design)
+        if self.reason:
+            return text
+        text += line("contact ratio", f"{number('contact_ratio', found.contact_ratio)} by Eq. 16")
+        swing = number("peak_to_peak", found.peak_to_peak)
+        text += line("transmission error", f"{swing} arcsec peak to peak over the path")
+        heads = ([name for name, _, _ in STEPS], [f"{size:g} {unit}" for _, size, unit in STEPS])
+        text += "\n" + "".join(" " * 36 + "".join(f"{word:>16}" for word in head) + "\n" for head in heads)
+        shifts = (
             ("along the face", found.face_shift_by),
             ("square to the path", found.square_shift_by),
             ("z of the middle", found.z_by),
         )
-        for j, member in enumerate(("pinion", "gear"))
-    ]
-    return [
-        *rows,
-        ("contact ratio", found.contact_ratio_by),
-        ("transmission error, arcsec", ARCSEC * found.peak_to_peak_by),
-    ]
+        rows = [
+            (f"{member}, {what}, mm", rates[1, j])
+            for what, rates in shifts
+            for j, member in enumerate(MEMBERS)
+        ]
+        rows.append(("contact ratio", found.contact_ratio_by))
+        rows.append((label("peak_to_peak"), scaled("peak_to_peak", found.peak_to_peak_by)))
+        rows.append(("least normal backlash, mm", self.backlash_by))
+        for words, rates in rows:
+            text += f"  {words:<34}" + "".join(f"{value:z16.6f}" for value in rates * SIZES) + "\n"
+        return text
+
+
+def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
+    """Find the sensitivity of one flank of a single design."""
+    backlash = np.full(len(ERRORS), np.nan) if first_contact_fault(design) else backlash_by_errors(design)
+    return SensitivityReport(name, design, path_sensitivity(design, flank), backlash)

@@ -1,4 +1,4 @@
-"""Sliding along a path of contact as text: table, JSON and CSV."""
+"""Sliding along a path of contact."""
 
 from __future__ import annotations
 
@@ -13,47 +13,20 @@ from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.path import reason_of
-from ..pair.mounting import Mounting, mounting_of
-from ..status import Status
-from .path import (
-    csv_text,
-    error_line,
-    json_text,
-    layout_data,
-    layout_line,
-    line,
-    parabola_line,
-    status_name,
-)
+from ..pair.mounting import mounting_of
+from .columns import number, table_lines
+from .result import Rows
+from .words import end_words, ends_data, head_data, head_lines, line, status_name
 
 MEMBERS = ("pinion", "gear")
 DENSE = 201
 """Positions from which ranges and the least sliding are taken."""
 RANGED = ("speed", *(f"{m}_{name}" for name in ("specific", "specific_total") for m in MEMBERS))
-UNITS = {
-    "pinion_roll": "rad",
-    "gear_roll": "rad",
-    "speed": "mm/rad",
-    "profile": "mm/rad",
-    "lengthwise": "mm/rad",
-    "rolling_speed": "mm/rad",
-    "z": "mm",
-    "r": "mm",
-}
-"""Units of the columns, those of a member by their name without it; none for the others."""
 SHOWN = (
-    ("pinion_roll", "pinion roll", "deg", 12, 6),
-    ("pinion_r", "pinion r", "mm", 10, 4),
-    ("gear_r", "gear r", "mm", 10, 4),
-    ("speed", "sliding", "mm/rad", 10, 4),
-    ("pinion_profile", "profile", "mm/rad", 10, 4),
-    ("pinion_lengthwise", "length", "mm/rad", 10, 4),
-    ("pinion_specific", "pinion", "specific", 10, 4),
-    ("gear_specific", "gear", "specific", 10, 4),
-    ("pinion_specific_total", "pinion", "total", 9, 4),
-    ("gear_specific_total", "gear", "total", 9, 4),
+    *("pinion_roll", "pinion_r", "gear_r", "speed", "pinion_profile", "pinion_lengthwise"),
+    *("pinion_specific", "gear_specific", "pinion_specific_total", "gear_specific_total"),
 )
-"""Columns of the table: column, heading, unit, width, digits after the point."""
+"""Columns of the text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +41,6 @@ class SlidingReport:
 
     name: str
     design: Design
-    mounting: Mounting
     path: ContactPath
     sliding: Sliding
     least_roll: float
@@ -82,9 +54,62 @@ class SlidingReport:
         """Numbers of the positions, each (positions,), by their names in JSON and CSV: rad, mm, mm/rad."""
         return columns_of(self.path, self.sliding)
 
+    @property
+    def failure(self) -> str | None:
+        """Why there is no contact."""
+        return f"No contact: {self.reason}" if self.reason else None
+
+    def data(self) -> dict[str, Any]:
+        """Give positions and ranges."""
+        ends = self.path.ends
+        data = {
+            **head_data(self.name, self.design, self.path.flank),
+            "status": status_name(int(ends.status)),
+            "contact_ratio": ends.contact_ratio,
+            "ends": ends_data(self.path.ends),
+            "least_sliding": {"pinion_roll": self.least_roll, "speed": self.least_speed},
+            "pitch_roll": self.pitch_roll,
+            "range": self.ranges,
+            "positions": {**self.rows(), "point": self.path.point},
+        }
+        return data | ({"reason": self.reason} if self.reason else {})
+
+    def rows(self) -> Rows:
+        """Give the positions."""
+        status = [status_name(code) for code in self.path.status]
+        return {**self.columns, "sliding": self.sliding.sliding, "status": status}
+
+    def summary(self) -> str:
+        """Write the positions, then the ranges of the whole path."""
+        text = (
+            f"Sliding of {self.name}, {self.path.flank} flanks: speeds in mm per rad of the pinion's roll\n"
+        )
+        if self.reason:
+            return text + head_lines(self.design)
+        rows = self.rows()
+        text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
+        low, high = self.ranges["speed"]
+        least = f"least at {math.degrees(self.least_roll):z.4f} deg of pinion roll"
+        text += head_lines(self.design)
+        text += line("sliding speed", f"{low:.4f} to {high:.4f} mm/rad, {least}")
+        for label, name, what in (
+            ("specific sliding", "specific", "along the profile"),
+            (
+                "total",
+                "specific_total",
+                "all sliding, over the distance that the contact runs over the flank",
+            ),
+        ):
+            spans = ("{} {:z.4f} to {:z.4f}".format(m, *self.ranges[f"{m}_{name}"]) for m in MEMBERS)
+            text += line(label, f"{', '.join(spans)}; {what}")
+        if not math.isnan(self.pitch_roll):
+            roll = number("pinion_roll", self.pitch_roll)
+            text += line("pitch point", f"nearest at {roll} deg of pinion roll")
+        return text + line("path", end_words(self.path.ends))
+
 
 def columns_of(path: ContactPath, found: Sliding) -> dict[str, FloatArray]:
-    """Numbers (positions,) of a single path by their names in files."""
+    """Give numbers (positions,) of a single path by their names in files."""
     columns = {"pinion_roll": path.pinion_roll, "gear_roll": path.gear_roll}
     columns |= {name: getattr(path, name) for name in ("pinion_z", "pinion_r", "gear_z", "gear_r")}
     columns |= {"gear_rate": found.gear_rate, "speed": found.speed}
@@ -101,12 +126,11 @@ def columns_of(path: ContactPath, found: Sliding) -> dict[str, FloatArray]:
 
 
 def sliding_report(name: str, design: Design, flank: str, points: int) -> SlidingReport:
-    """Sliding of a single design at `points` positions of its path."""
-    path, mounting = path_of_contact(design, flank, points), mounting_of(design)
-    whole = path_of_contact(design, flank, DENSE)
+    """Find the sliding of a single design at `points` positions of its path."""
+    path, whole = (path_of_contact(design, flank, count) for count in (points, DENSE))
     dense = sliding_of(whole)
     roll, speed = least_sliding(dense)
-    away = ((whole.point - mounting.pitch_point) ** 2).sum(axis=-1)
+    away = ((whole.point - mounting_of(design).pitch_point) ** 2).sum(axis=-1)
     nearest = float(least_along(whole.pinion_roll, away)[0])
     at_end = np.isclose(nearest, whole.pinion_roll[[0, -1]], rtol=0.0, atol=1e-12) if away.size else True
     ranges = {name: span_of(v) for name, v in columns_of(whole, dense).items() if name in RANGED}
@@ -114,7 +138,6 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
     return SlidingReport(
         name=name,
         design=design,
-        mounting=mounting,
         path=path,
         sliding=sliding_of(path),
         least_roll=float(roll),
@@ -126,86 +149,6 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
 
 
 def span_of(values: FloatArray) -> tuple[float, float]:
-    """Least and greatest of the values that are known, NaN where none is."""
+    """Give least and greatest of the values that are known, NaN where none is."""
     known = values[np.isfinite(values)]
     return (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
-
-
-def sliding_json(report: SlidingReport) -> str:
-    """Strict JSON, mm, rad and mm per rad of the pinion's roll."""
-    path, found, columns = report.path, report.sliding, report.columns
-    data: dict[str, Any] = {
-        "design": report.name,
-        "flank": path.flank,
-        "status": status_name(int(path.ends.status)),
-        "contact_ratio": path.ends.contact_ratio,
-        **layout_data(report.design, report.mounting),
-        "parabola": {
-            member: each.tool.parabola for member, each in zip(MEMBERS, report.design.members, strict=True)
-        },
-        "ends": {
-            end: None if limit is None else {"member": limit.member, "limit": limit.limit}
-            for end, limit in (("enter", path.ends.enter), ("leave", path.ends.leave))
-        },
-        "least_sliding": {"pinion_roll": report.least_roll, "speed": report.least_speed},
-        "pitch_roll": report.pitch_roll,
-        "range": report.ranges,
-        "positions": {
-            **columns,
-            "point": path.point,
-            "sliding": found.sliding,
-            "status": [status_name(code) for code in path.status],
-        },
-    }
-    if report.reason:
-        data["reason"] = report.reason
-    return json_text(data)
-
-
-def header_of(column: str) -> str:
-    """Name of a column with its unit, as it heads a CSV."""
-    unit = UNITS.get(column, UNITS.get(column.removeprefix("pinion_").removeprefix("gear_"), ""))
-    return f"{column}_{unit.replace('/', '_per_')}" if unit else column
-
-
-def sliding_csv(report: SlidingReport) -> str:
-    """CSV of the positions, units in the header."""
-    columns = report.columns
-    header = [header_of(name) for name in columns]
-    header += [f"sliding_{axis}_mm_per_rad" for axis in "xyz"]
-    values = [*(column.tolist() for column in columns.values()), *report.sliding.sliding.T.tolist()]
-    return csv_text([*header, "status"], [*values, [status_name(code) for code in report.path.status]])
-
-
-def sliding_table(report: SlidingReport) -> str:
-    """Readable account, at most 100 characters wide, in mm and deg."""
-    path = report.path
-    text = f"Sliding of {report.name}, {path.flank} flanks: speeds in mm per rad of the pinion's roll\n"
-    text += layout_line(report.design, report.mounting) + error_line(report.design.errors)
-    text += parabola_line(report.design)
-    if report.reason:
-        return text
-    low, high = report.ranges["speed"]
-    least = f"least at {math.degrees(report.least_roll):z.4f} deg of pinion roll"
-    text += line("sliding speed", f"{low:.4f} to {high:.4f} mm/rad, {least}")
-    for label, name, what in (
-        ("specific sliding", "specific", "along the profile"),
-        ("total", "specific_total", "all sliding, over the distance that the contact runs over the flank"),
-    ):
-        spans = ("{} {:z.4f} to {:z.4f}".format(m, *report.ranges[f"{m}_{name}"]) for m in MEMBERS)
-        text += line(label, f"{', '.join(spans)}; {what}")
-    if not math.isnan(report.pitch_roll):
-        text += line("pitch point", f"nearest at {math.degrees(report.pitch_roll):z.4f} deg of pinion roll")
-    ends = ((path.ends.enter, "enters"), (path.ends.leave, "leaves"))
-    text += line("path", ", ".join(f"{verb} at the {end.member}'s {end.limit}" for end, verb in ends if end))
-    return f"{text}\n{_position_lines(report)}"
-
-
-def _position_lines(report: SlidingReport) -> str:
-    lines = ["".join(f"{column[part]:>{column[3]}}" for column in SHOWN) for part in (1, 2)]
-    scale = [math.degrees(1.0) if unit == "deg" else 1.0 for _, _, unit, _, _ in SHOWN]
-    shown = np.transpose([report.columns[column[0]] * by for column, by in zip(SHOWN, scale, strict=True)])
-    for row, status in zip(shown, report.path.status, strict=True):
-        numbers = (f"{value:z{c[3]}.{c[4]}f}" for value, c in zip(row, SHOWN, strict=True))
-        lines.append("".join(numbers) if status == Status.SOLVED else f"{status_name(status):>22}")
-    return "\n".join(lines) + "\n"

@@ -19,6 +19,7 @@ from ..design.model import Member
 from ..gear.fillet import bottom_point, fillet_point, tool_round
 from ..gear.flank import half_thickness_angle, tip_parameter, tip_radius
 from ..gear.undercut import require_sound
+from ..support.argument import ArgumentError
 from .sampling import (
     MAX_POINTS,
     Form,
@@ -62,10 +63,10 @@ ATTEMPTS = 12
 def require_tolerance(tolerance: float) -> None:
     """Raises ValueError for a tolerance (mm) that cannot be meant."""
     if not 0.0 < tolerance < np.inf:
-        raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
+        raise ArgumentError("tolerance", f"must be a positive length in mm, got {tolerance:g}")
     if tolerance < LEAST_TOLERANCE:
-        text = f"tolerance must be at least {LEAST_TOLERANCE:g} mm, got {tolerance:g}"
-        raise ValueError(f"{text}: usual are 0.001 to 0.1")
+        text = f"must be at least {LEAST_TOLERANCE:g} mm, got {tolerance:g}: usual are 0.001 to 0.1"
+        raise ArgumentError("tolerance", text)
 
 
 def counted(teeth: int) -> str:

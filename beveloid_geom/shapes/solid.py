@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..design.model import Member
 from ..gear.fillet import root_radius
+from ..support.argument import ArgumentError
 from ..support.few_lines import few_lines
 from .outline import cut_sheets, outline_grids, require_memory, require_tolerance
 from .sampling import Faces, Sheet, SheetGrid, grid_faces, grid_of
@@ -88,7 +89,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     if not least * (1.0 - SHOWN) <= bore <= most * (1.0 + SHOWN):
         limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
         why = f"{LEAST_BORE:g} of the least root radius {root:.6g} mm, and {LEAST_RIM:g} modules less than it"
-        raise ValueError(f"bore_radius must be {limits}: {why}")
+        raise ArgumentError("bore_radius", f"must be {limits}: {why}")
     return bore
 
 

@@ -20,7 +20,7 @@ from beveloid_geom.analysis.sensitivity import (
     path_sensitivity,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.cli.sensitivity import sensitivity as command
+from beveloid_geom.cli.commands.sensitivity import sensitivity as command
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors, unchecked

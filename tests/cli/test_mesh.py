@@ -19,28 +19,24 @@ import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from click.testing import CliRunner, Result
+from click.testing import Result
 
-from beveloid_geom.cli.main import main
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.design.model import Member
-
-COARSE = "--tolerance", "0.05"
-NARROW = builtin_text().replace("face_width = 50.0", "face_width = 10.0")
+from tests.cli import running
+from tests.cli.running import imported_by
 
 
 def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, ["mesh", *map(str, arguments)])
+    return running.run("mesh", *arguments)
 
 
 def installed(*arguments: str | Path) -> list[str]:
-    command = shutil.which("beveloid-geom", path=str(Path(sys.executable).parent))
-    assert command is not None, "beveloid-geom is not installed beside the interpreter"
-    return [command, "mesh", *map(str, arguments)]
+    return running.installed("mesh", *arguments)
 
 
-def call(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(installed(*arguments), capture_output=True, text=True, check=False, timeout=60)
+COARSE = "--tolerance", "0.05"
+NARROW = builtin_text().replace("face_width = 50.0", "face_width = 10.0")
 
 
 def refused(*arguments: str | Path) -> str:
@@ -65,7 +61,7 @@ def narrow(tmp_path: Path) -> Path:
 
 def test_installed_command_writes_the_pair(tmp_path: Path) -> None:
     path = tmp_path / "pair.stl"
-    done = call("--part", "pair", "--tolerance", "0.02", "--out", path)
+    done = running.call("mesh", "--part", "pair", "--tolerance", "0.02", "--out", path)
     assert (done.returncode, done.stderr) == (0, "")
     assert path.read_bytes().startswith(b"beveloid-geom pair of ni-2017, mm\0")
     match = re.fullmatch(rf"{re.escape(str(path))}: ([\d,]+) triangles, ([\d,]+) points\n", done.stdout)
@@ -104,15 +100,6 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
     assert (result.exit_code, result.stderr) == (0, "")
     count = sum(len(cells.data) for cells in meshio.read(path).cells if cells.type == "hexahedron")
     assert f"{count:,} hexahedra C3D8I" in result.stdout
-
-
-def test_default_tolerances(tmp_path: Path, narrow: Path) -> None:
-    for part, suffix, tolerance in (("gear-flank", ".ply", "0.01"), ("pinion-tooth", ".msh", "0.05")):
-        told = [
-            run(narrow, "--part", part, *given, "--out", tmp_path / f"a{suffix}").stdout
-            for given in ([], ["--tolerance", tolerance])
-        ]
-        assert told[0] == told[1] != ""
 
 
 @pytest.mark.parametrize("module", [6.0, 1.5])
@@ -292,87 +279,87 @@ def test_a_solid_without_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 # What it refuses
 
 
-def test_unknown_suffix_lists_the_known_ones(tmp_path: Path) -> None:
-    done = call("--part", "pinion", "--out", tmp_path / "a.xyz")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("Error: --out: .xyz is no known format; there are .stl, .ply, .obj")
-    assert done.stderr.count("\n") == 1
-    assert "a name without a suffix is no known format" in refused("--part", "pair", "--out", tmp_path / "a")
+MOUNTED = "is for the pair, a flank with --field, and a tooth as .inp"
+BORE = "Error: --bore-radius must be between 1.76387 and 87.5934 mm, got "
+REFUSED = {
+    "pinion .stl": {
+        **{
+            f"--tolerance {value}": f"--tolerance must be a finite number above 0 mm, got {value}"
+            for value in ("0", "-0.01", "nan", "inf")
+        },
+        "--tolerance 1e-9": "tolerance 1e-09 mm is too fine: it takes about",
+        "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm, got",
+        "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
+        "--bore-radius 500": f"{BORE}500",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pinion as .stl",
+        "--teeth 2": "--teeth is for pinion-tooth and gear-tooth, not pinion as .stl",
+        "--flank left": "--flank is for flanks, the pair, and a tooth as .inp, not pinion as .stl",
+        "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
+        "--field pattern": "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu",
+        "--parabola-pinion 1": "--parabola-pinion must be",
+        "--parabola-gear 0.001": "--parabola-gear is for the gear, the pair, a flank with --field",
+        "--offset-error 1": f"--offset-error {MOUNTED}",
+        "--shaft-angle-error-deg 1": f"--shaft-angle-error-deg {MOUNTED}",
+        "--pinion-axial-error 1": f"--pinion-axial-error {MOUNTED}",
+    },
+    "gear .step": {"--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not gear as .step\n"},
+    "gear-flank .vtu": {"--gear-axial-error 0.1": f"--gear-axial-error {MOUNTED}"},
+    **{
+        f"pinion-tooth {suffix}": {
+            "--teeth 30": "Error: --teeth must be between 1 and 29, got 30\n",
+            **(
+                {} if suffix == ".step" else {"--bore-radius 88.193": f"{BORE}88", "--bore-radius 1e-9": BORE}
+            ),
+        }
+        for suffix in (".stl", ".vtp", ".msh", ".step")
+    },
+    "pinion-tooth .inp": {
+        **{
+            f"--load {value}": f"--load must be a finite number above 0 N, got {value}"
+            for value in ("0", "-5", "nan")
+        },
+        "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm",
+        "--tolerance 1e-9": "nodes for 1 tooth, the limit is 5e+06",
+    },
+    **{
+        f"{part} {suffix}": {"": f"--out: a {part} cannot be written as {suffix}: give one of "}
+        for part, suffix in (
+            ("pinion", ".inp"),
+            ("pair", ".msh"),
+            ("gear-flank", ".bdf"),
+            ("pair", ".step"),
+            ("pinion-flank", ".stp"),
+        )
+    },
+    "pinion .xyz": {"": "Error: --out: .xyz is no known format: give one of .inp, .msh"},
+    "pair ": {"": "a name without a suffix is no known format"},
+}
+"""One line by part and format, and options."""
 
 
 @pytest.mark.parametrize(
-    ("part", "suffix"),
-    [
-        ("pinion", ".inp"),
-        ("pair", ".msh"),
-        ("gear-flank", ".bdf"),
-        ("pair", ".step"),
-        ("pinion-flank", ".stp"),
-    ],
+    ("what", "options", "told"),
+    [(what, options, told) for what, cases in REFUSED.items() for options, told in cases.items()],
 )
-def test_format_that_holds_no_such_part(tmp_path: Path, part: str, suffix: str) -> None:
-    line = refused("--part", part, "--out", tmp_path / f"a{suffix}")
-    assert f"--out: {suffix} holds no {part}; there are " in line
-    assert "(hexahedra of pinion-tooth or gear-tooth)" in line
-    assert "(solid of pinion, gear, pinion-tooth, gear-tooth)" in line
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--tolerance", "0"], "--tolerance must be a finite number above 0 mm, got 0"),
-        (["--tolerance", "-0.01"], "--tolerance must be a finite number above 0 mm, got -0.01"),
-        (["--tolerance", "nan"], "--tolerance must be a finite number above 0 mm, got nan"),
-        (["--tolerance", "inf"], "--tolerance must be a finite number above 0 mm, got inf"),
-        (["--tolerance", "1e-9"], "tolerance 1e-09 mm is too fine: it takes about"),
-        (["--bore-radius", "0"], "--bore-radius must be a finite number above 0 mm, got 0"),
-        (["--bore-radius", "500"], "Error: --bore-radius must be between 1.76387 and 87.5934 mm, got 500"),
-        (["--load", "10"], "--load is for pinion-tooth and gear-tooth as .inp, not pinion as .stl"),
-        (["--teeth", "2"], "--teeth is for pinion-tooth and gear-tooth, not pinion as .stl"),
-        (["--flank", "left"], "--flank is for flanks, the pair, and a tooth as .inp, not pinion as .stl"),
-        (["--element", "C3D8"], "--element is for pinion-tooth and gear-tooth as .inp"),
-        (["--field", "pattern"], "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu"),
-        (["--parabola-pinion", "1"], "--parabola-pinion must be"),
-        (["--tolerance", "1e-320"], "--tolerance must be at least 1e-09 mm, got"),
-        (
-            ["--offset-error", "1"],
-            "--offset-error is for the pair, a flank with --field, and a tooth as .inp",
-        ),
-        (["--shaft-angle-error", "1"], "--shaft-angle-error is for the pair, a flank with --field"),
-        (["--pinion-axial-error", "1"], "--pinion-axial-error is for the pair, a flank with --field"),
-        (["--parabola-gear", "0.001"], "--parabola-gear is for the gear, the pair, a flank with --field"),
-    ],
-)
-def test_options_that_cannot_be_meant(tmp_path: Path, options: list[str], told: str) -> None:
-    line = refused("--part", "pinion", *options, "--out", tmp_path / "a.stl")
-    assert told in line
+def test_what_cannot_be_meant(tmp_path: Path, what: str, options: str, told: str) -> None:
+    part, suffix = what.split(" ")
+    assert told in refused("--part", part, *options.split(), "--out", tmp_path / f"a{suffix}")
     assert not list(tmp_path.iterdir())
 
 
-def test_exact_solids_have_no_tolerance(tmp_path: Path) -> None:
-    line = refused("--part", "gear", "--tolerance", "0.1", "--out", tmp_path / "a.step")
-    assert line == "Error: --tolerance is for surfaces and hexahedra, not gear as .step\n"
-
-
-@pytest.mark.parametrize("suffix", [".stl", ".vtu", ".step"])
-def test_too_many_teeth(tmp_path: Path, suffix: str) -> None:
-    line = refused("--part", "pinion-tooth", "--teeth", "30", "--out", tmp_path / f"a{suffix}")
-    assert line == "Error: --teeth must be between 1 and 29, got 30\n"
-
-
-@pytest.mark.parametrize("suffix", [".stl", ".vtp", ".inp", ".msh", ".step"])
-def test_limits_of_the_bore_are_the_same_in_all_formats(tmp_path: Path, suffix: str) -> None:
-    if suffix == ".step":
-        pytest.importorskip("OCP", exc_type=ImportError)
+def test_limits_of_the_bore_of_a_solid(tmp_path: Path) -> None:
+    pytest.importorskip("OCP", exc_type=ImportError)
     for bore in ("88.193", "1e-9"):
-        line = refused("--part", "pinion-tooth", "--bore-radius", bore, "--out", tmp_path / f"a{suffix}")
-        assert line.startswith(f"Error: --bore-radius must be between 1.76387 and 87.5934 mm, got {bore[:2]}")
+        line = refused("--part", "pinion-tooth", "--bore-radius", bore, "--out", tmp_path / "a.step")
+        assert line.startswith(f"{BORE}{bore[:2]}")
 
 
-@pytest.mark.parametrize("suffix", [".inp", ".bdf"])
-def test_hexahedra_of_next_to_no_tolerance(tmp_path: Path, suffix: str) -> None:
-    line = refused("--part", "pinion-tooth", "--tolerance", "1e-320", "--out", tmp_path / f"a{suffix}")
-    assert "--tolerance must be at least 1e-09 mm" in line
+def test_missing_folder_and_folder_for_a_file(tmp_path: Path) -> None:
+    missing = tmp_path / "none" / "a.stl"
+    line = refused("--part", "pinion", "--out", missing)
+    assert line == f"Error: --out: the folder {missing.parent} does not exist: make it first\n"
+    (tmp_path / "b.stl").mkdir()
+    assert "b.stl is a folder: name a file in it" in refused("--part", "pair", "--out", tmp_path / "b.stl")
 
 
 def test_errors_of_the_layout_do_not_change_a_flank_alone(tmp_path: Path) -> None:
@@ -411,27 +398,6 @@ def test_bugs_are_no_faults_of_the_input(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("tolerance", ["1e-5", "1e-7", "1e-9"])
-def test_hexahedra_that_would_be_too_many(tmp_path: Path, tolerance: str) -> None:
-    line = refused("--part", "gear-tooth", "--tolerance", tolerance, "--out", tmp_path / "a.inp")
-    assert re.search(r"the mesh takes about [\d.e+]+ nodes for 1 tooth, the limit is 5e\+06", line)
-
-
-@pytest.mark.parametrize("load", ["0", "-5", "nan"])
-def test_load_that_does_not_push(tmp_path: Path, load: str) -> None:
-    line = refused("--part", "pinion-tooth", "--load", load, "--out", tmp_path / "a.inp")
-    assert f"--load must be a finite number above 0 N, got {float(load):g}" in line
-
-
-def test_missing_folder_and_folder_for_a_file(tmp_path: Path) -> None:
-    missing = tmp_path / "none" / "a.stl"
-    done = call("--part", "pinion", "--out", missing)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"Error: --out: the folder {missing.parent} does not exist: make it first\n"
-    (tmp_path / "b.stl").mkdir()
-    assert "b.stl is a folder: name a file in it" in refused("--part", "pair", "--out", tmp_path / "b.stl")
-
-
 def test_design_that_no_tooth_can_be_made_of(tmp_path: Path) -> None:
     design = tmp_path / "undercut.toml"
     design.write_text(builtin_text().replace("profile_shift = 0.17", "profile_shift = -1.5"))
@@ -467,6 +433,16 @@ def test_wrong_command_line(arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
+
+
+def test_a_pattern_without_first_contacts_is_no_crash(tmp_path: Path) -> None:
+    given = "--part", "pinion-flank", "--field", "pattern", "--parabola-pinion", "-0.01", "--tolerance", "0.2"
+    result = run(*given, "--out", tmp_path / "a.vtu")
+    assert (result.exit_code, result.stdout) == (1, "")
+    told = result.stderr.splitlines()[-1]
+    assert told.startswith("Error: no pattern: the first contact of the right flanks is not known")
+    assert "give" not in told
+    assert not list(tmp_path.iterdir())
 
 
 # What it leaves when it fails
@@ -592,14 +568,6 @@ def test_progress_is_for_terminals(tmp_path: Path) -> None:
     ids=["help", "vtp", "stl", "vtu"],
 )
 def test_commands_import_no_more_than_they_need(tmp_path: Path, arguments: list[str], slow: set[str]) -> None:
-    script = (
-        "import sys\n"
-        "from beveloid_geom.cli.main import main\n"
-        "main(['mesh', *sys.argv[1:]], standalone_mode=False)\n"
-        "print(*sys.modules, file=sys.stderr)\n"
-    )
-    command = [sys.executable, "-c", script, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
-    imported = set(done.stderr.split())
-    assert "beveloid_geom.cli.mesh" in imported
+    imported = imported_by("mesh", *arguments, folder=tmp_path)
+    assert "beveloid_geom.cli.commands.mesh" in imported
     assert not imported & slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from math import degrees, radians
 from typing import Any
@@ -19,7 +18,8 @@ from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE, closes, reach_
 from beveloid_geom.findings.remarks import in_order, quiet
 from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.report.closing import closing_json, closing_report
+from beveloid_geom.report.closing import closing_report
+from beveloid_geom.report.result import strict
 from beveloid_geom.status import Status
 
 TABLE1 = builtin_design()
@@ -42,7 +42,7 @@ TRIAL = {
 
 
 def checked(design: Design) -> Any:
-    return json.loads(closing_json(closing_report("trial", design)))
+    return strict(closing_report("trial", design).data())
 
 
 def followed(design: Design, advice: dict[str, Any]) -> Design:

@@ -5,7 +5,6 @@ one stands in a tooth of the gear are shut, and of what is left open the ends ar
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from math import radians
 
@@ -23,7 +22,8 @@ from beveloid_geom.operation.mesh_cycle import mesh_cycle
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
-from beveloid_geom.report.operation import operation_json, operation_report, operation_table
+from beveloid_geom.report.operation import operation_report
+from beveloid_geom.report.result import strict
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.shapes.outline import cut_sheets, tip_angle
 from beveloid_geom.shapes.sampling import grid_of, sample_flank
@@ -237,9 +237,9 @@ def test_a_report_says_why_a_ratio_is_not_known() -> None:
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     report = operation_report("wound", design, "left", 2, 1, 18.0)
     why = "the film reaches beyond the tooth pairs looked at, take a thinner one"
-    lines = " ".join(operation_table(report).split())
+    lines = " ".join(report.summary().split())
     assert f"in operation {report.operating:.6f}, not known ({why}) within 18000 um of touching" in lines
-    data = json.loads(operation_json(report))
+    data = strict(report.data())
     assert data["operating_contact_ratio"] == pytest.approx(float(report.eq16), abs=1e-8)
     assert data["operating_contact_ratio_within_film"] is None
     assert data["operating_contact_ratio_within_film_reason"] == why

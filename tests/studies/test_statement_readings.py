@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom.cli.statements import statements as command
+from beveloid_geom.cli.commands.statements import statements as command
 from beveloid_geom.contact.path import contact_ratio
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Errors
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.report.statements import readings_table
+from beveloid_geom.report.statements import ReadingsReport
 from beveloid_geom.studies import statement_readings
 from beveloid_geom.studies.statement_readings import readings_of
 from beveloid_geom.studies.statement_verdicts import Verdict
@@ -84,6 +84,6 @@ def test_readings_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     assert data[0]["verdicts"] == {name: verdict.value for name, verdict in given.items()}
     wide = next(one["verdicts"] for one in data if "wide" in one["reading"])
     assert wide["C2"] == "does not hold"
-    table = readings_table("x", {"right": {"as given": given}})
+    table = ReadingsReport("x", {"right": {"as given": given}}).summary()
     assert max(len(row) for row in table.splitlines()) <= 100
     assert table.splitlines()[-1].split()[2:] == list("ymmmy--yymyyymyy")

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from beveloid_geom.analysis.path_measures import paths_of
-from beveloid_geom.cli.statements import statements as command
+from beveloid_geom.cli.commands.statements import statements as command
 from beveloid_geom.contact.path import contact_ratio
 from beveloid_geom.design.model import Errors
 from beveloid_geom.studies.claims import angle_falls, grows, shorter_first, turns_over

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import beveloid_geom
-from beveloid_geom.cli.tolerance import workers
+from beveloid_geom.cli.commands.tolerance import workers
 
 BIN = Path(sys.executable).parent
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no signals between processes here")
@@ -24,7 +24,7 @@ LONG = {
     "figures": ("render-figures", "--out", "{}", "--size", "400x300"),
     "film": ("render-animation", "--out", "{}/mesh.gif", "--size", "300x200", "--pitches", "20"),
     "report": ("render-report", "--out", "{}/page.html", "--cases", "500000"),
-    "jobs": ("beveloid-geom", "tolerance", "--offset", "0.05", "--cases", "1000000", "--jobs", "2"),
+    "jobs": ("beveloid-geom", "tolerance", "--offset-tolerance", "0.05", "--cases", "1000000", "--jobs", "2"),
     "map": ("beveloid-geom", "map", "--steps", "201"),
     "mesh": ("beveloid-geom", "mesh", "--part", "pair", "--tolerance", "1e-4", "--out", "{}/pair.stl"),
 }

@@ -24,7 +24,7 @@ from beveloid_geom.cli.main import main as beveloid_geom
 from beveloid_geom.design.file import builtin_design, builtin_text
 from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.findings.advice import findings_on
-from beveloid_geom.report.tolerance import tolerance_json, tolerance_remarks
+from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
 from beveloid_viz.report.page import looked_up, number_of, script_json, with_code
@@ -37,7 +37,7 @@ WITHOUT_VTK = [
 ]
 NAME = Path("x<", "script><img src=x onerror=alert(1)> & \"'.toml")
 """A path that closes a script element and opens others."""
-TOLERANCES = ("--offset", "0.04", "--gear-axial", "0.2", "--seed", "7", "--cases", "300")
+TOLERANCES = ("--offset-tolerance", "0.04", "--gear-axial-tolerance", "0.2", "--seed", "7", "--cases", "300")
 MOST_BYTES = 4_000_000
 
 
@@ -163,7 +163,7 @@ def test_lost_mountings_are_a_warning() -> None:
     assert 0.08 < share < 0.25
     assert remark.level == "warning"
     assert remark.text.startswith(f"right flanks: {100.0 * share:.3g} % of mountings have no contact")
-    assert json.loads(tolerance_json("own", design, study))["warnings"] == [remark.text]
+    assert ToleranceReport("own", design, study).data()["warnings"] == [remark.text]
     told = [found.text for found in findings_on(design) if found.level == "warning"]
     assert told[0].startswith("right flanks: sensitive to errors")
     assert "0.01 deg of shaft angle shifts the path on the pinion by 57.3 mm along its face" in told[0]
@@ -234,7 +234,7 @@ def test_every_chart_has_a_title_and_the_pages_colours(page: Page, text: str) ->
 
 
 def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
-    options = ["--shaft-angle-error", "-3", "--cases", "20", "--out", "none.html"]
+    options = ["--shaft-angle-error-deg", "-3", "--cases", "20", "--out", "none.html"]
     run = subprocess.run([*COMMAND, *options], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.returncode == 1
     assert run.stderr.count("\n") == 2
@@ -316,11 +316,11 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
         ),
         (["--out", "file/page.html"], "the folder file does not exist"),
         (
-            ["--shaft-angle-deg", "4", "--offset", "300"],
+            ["--shaft-angle-tolerance-deg", "4", "--offset-tolerance", "300"],
             "tolerance of offset must be less than the pair's own 229 mm",
         ),
         (["--parabola-pinion", "100"], "--parabola-pinion must be"),
-        (["--offset", "-1"], "--offset"),
+        (["--offset-tolerance", "-1"], "--offset-tolerance"),
         (["--cases", "0"], "--cases"),
         (["--flank", "left"], "--flank"),
     ],

@@ -17,7 +17,7 @@ from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.report.sensitivity import ARCSEC
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
 from beveloid_viz.parts import charts
 from beveloid_viz.stage import theme

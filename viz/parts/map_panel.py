@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from beveloid_geom.analysis.maps import DesignMap, Mask
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.report.path import status_name
+from beveloid_geom.report.words import status_name
 
 from ..stage import theme
 

@@ -17,9 +17,9 @@ from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
     Refusal,
     changed_design,
-    error_sizes,
     load_design,
     override_options,
+    tolerance_options,
     write_out,
 )
 from beveloid_geom.support.whole_file import require_replaceable, whole_file
@@ -40,7 +40,7 @@ MOST_CASES = 1_000_000
 @click.argument("design", default=BUILTIN_DESIGN)
 @option("--out", click.Path(path_type=Path, dir_okay=False), DEFAULT_OUT, "The page, a single HTML file.")
 @override_options
-@error_sizes("Tolerance")
+@tolerance_options
 @option("--cases", click.IntRange(1, MOST_CASES), 20_000, "Mountings drawn.")
 @option("--seed", click.IntRange(0), 0, "Of the random numbers.")
 @click.pass_context

@@ -18,14 +18,15 @@ from beveloid_geom.design.file import builtin_design
 from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.findings.remarks import Remark, in_order
-from beveloid_geom.report.closing import closing_json, closing_report
-from beveloid_geom.report.operation import OperationReport, operation_json, operation_report
-from beveloid_geom.report.path import ContactReport, contact_json, contact_report, json_text
-from beveloid_geom.report.pattern import PatternReport, pattern_json, pattern_report
-from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_json, sensitivity_report
-from beveloid_geom.report.sliding import SlidingReport, sliding_json, sliding_report
-from beveloid_geom.report.statements import statements_json
-from beveloid_geom.report.tolerance import tolerance_json, tolerance_remarks
+from beveloid_geom.report.closing import closing_report
+from beveloid_geom.report.operation import OperationReport, operation_report
+from beveloid_geom.report.path import ContactReport, contact_report
+from beveloid_geom.report.pattern import PatternReport, pattern_report
+from beveloid_geom.report.result import json_text
+from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_report
+from beveloid_geom.report.sliding import SlidingReport, sliding_report
+from beveloid_geom.report.statements import StatementsReport
+from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_geom.studies.statements import paper_statements
 
 FLANKS = ("right", "left")
@@ -110,14 +111,14 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
     progress("check")
     checked = closing_report(name, design)
-    numbers["check"] = json.loads(closing_json(checked))
+    numbers["check"] = json.loads(json_text(checked.data()))
     flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
     progress("statements")
     if is_papers(design):
         judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
-        numbers["statements"] = json.loads(statements_json(judged))
+        numbers["statements"] = json.loads(json_text(StatementsReport(name, design, judged).data()))
     studies = [results.study for results in flanks.values() if results.study is not None]
     shares = [remark for study in studies for remark in tolerance_remarks(study)]
     paths = [remark for results in flanks.values() for remark in results.contact.remarks]
@@ -160,25 +161,25 @@ def _missing(name: str, flank: str, reason: str) -> Section:
 
 
 def _tca(name: str, design: Design, flank: str, *_: object) -> Section:
-    found = contact_report(name, design, flank, POSITIONS, "one-equation")
-    return found, contact_json(found), found.reason
+    found = contact_report(name, design, flank, POSITIONS)
+    return found, json_text(found.data()), found.reason
 
 
 def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
     if fault := first_contact_fault(design):
         return _missing(name, flank, f"no first contact: {fault}")
     found = operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM)
-    return found, operation_json(found), found.reason
+    return found, json_text(found.data()), found.reason
 
 
 def _sliding(name: str, design: Design, flank: str, *_: object) -> Section:
     found = sliding_report(name, design, flank, POSITIONS)
-    return found, sliding_json(found), found.reason
+    return found, json_text(found.data()), found.reason
 
 
 def _sensitivity(name: str, design: Design, flank: str, *_: object) -> Section:
     found = sensitivity_report(name, design, flank)
-    return found, sensitivity_json(found), found.reason
+    return found, json_text(found.data()), found.reason
 
 
 def _tolerance(
@@ -198,15 +199,19 @@ def _tolerance(
             raise
         return _missing(name, flank, str(error))
     none = f"no mounting has a path on the {flank} flanks"
-    return study, tolerance_json(name, design, study), None if study.mountings.solved.any() else none
+    return (
+        study,
+        json_text(ToleranceReport(name, design, study).data()),
+        None if study.mountings.solved.any() else none,
+    )
 
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     try:
         found = pattern_report(name, design, flank, FILM)
     except ValueError as error:
-        return _missing(name, flank, str(error).partition(": give")[0])
-    return found, pattern_json(found), None
+        return _missing(name, flank, str(getattr(error, "reason", error)))
+    return found, json_text(found.data()), None
 
 
 SECTIONS: dict[str, Callable[[str, Design, str, Settings, Callable[[], object]], Section]] = {

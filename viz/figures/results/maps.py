@@ -24,8 +24,9 @@ from beveloid_geom.analysis.maps import (
     own_values,
 )
 from beveloid_geom.design.model import Design
-from beveloid_geom.report.map import map_columns, quadrant_bests, ratio_as_given
-from beveloid_geom.report.path import error_line
+from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
+from beveloid_geom.report.result import table_of
+from beveloid_geom.report.words import error_words
 
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
 from ...parts.recipe import Drawing, Recipe, Table
@@ -115,7 +116,7 @@ def draw(data: MapFigure, size: Size) -> Drawing:
     """Six maps of one design."""
     found = data.found
     page = theme.new_page(size, TITLES[found.over], _subtitle(data))
-    errors = " ".join(error_line(found.errors).split()[1:]).replace("+", "\u00b1")
+    errors = error_words(found.errors).replace("+", "\u00b1")
     note = DEFINED.format(errors=errors) + NOTES[found.over] + finding(found)
     low = theme.caption(page, note, COLUMNS_OF_TEXT) + theme.inches(page, 1.25)
     high, gap = theme.top(page) - theme.inches(page, 0.4), theme.inches(page, 1.05)
@@ -238,7 +239,7 @@ def _legend(page: Page, data: MapFigure, height: float) -> None:
 
 def rows(data: MapFigure) -> Table:
     """Every cell of the maps; those with first contacts after the others."""
-    maps = [map_columns(found) for found in (data.found, data.first) if found is not None]
+    maps = [table_of(map_rows(found)) for found in (data.found, data.first) if found is not None]
     return maps[0][0], [row for _, columns in maps for row in zip(*columns, strict=True)]
 
 

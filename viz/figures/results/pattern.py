@@ -96,7 +96,7 @@ def compute_pattern(design: Design) -> BandFigure:
         try:
             pattern = pattern_report("", changed, flank, MARKING_SEPARATION).pattern
         except ValueError as error:
-            columns.append(Column(heading, changed, flank, None, str(error).partition(": give")[0]))
+            columns.append(Column(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
         columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
     return BandFigure(

@@ -23,7 +23,7 @@ from beveloid_geom.analysis.tolerance import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.model import Design
-from beveloid_geom.report.tolerance import ARCSEC
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.status import Status
 
 from ...parts import charts, panels, solved

@@ -1,0 +1,83 @@
+"""The command `beveloid-geom map`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from ..options import (
+    Refusal,
+    bounds_options,
+    flank_option,
+    option,
+    override_options,
+    progress_bar,
+    sizes_of,
+    tolerance_options,
+)
+from ..results import refused_values, result_command
+
+if TYPE_CHECKING:
+    from ...analysis.maps import Bounds, Over
+    from ...design.model import Design
+    from ...report.result import Result
+
+
+VALUES = click.Choice(["parabola", "mounting", "shift"])
+OVER = "Parabola coefficients, changes of the mounting distances, or profile shift coefficients."
+FIRST = "Also the share of a mesh cycle at which flanks touch first; about 50 ms a cell."
+
+
+@result_command(
+    option("--over", VALUES, VALUES.choices[0], OVER),
+    flank_option,
+    bounds_options("Least and greatest value of the {}: 1/mm, mm, or a coefficient. Default: usual ones."),
+    option("--steps", click.IntRange(2, 201), 21, "Values of each member."),
+    tolerance_options,
+    click.option("--first-contacts", is_flag=True, help=FIRST),
+    override_options,
+    csv="one cell a row",
+)
+def map_(
+    name: str,
+    design: Design,
+    over: Over,
+    flank: str,
+    pinion_bounds: Bounds | None,
+    gear_bounds: Bounds | None,
+    steps: int,
+    first_contacts: bool,
+    **tolerances: float,
+) -> Result:
+    """Find contact ratio, angle, shift and transmission error over two values of a design.
+
+    The shift of the path is that under assembly errors as large as their tolerances, usual ones unless
+    some are given. The text has the extremes and where they are, JSON and CSV have every cell;
+    `render-figures --only map-parabola` and its like draw them. Some seconds, minutes at 201 steps
+    or near line contact. Exit status 1 if no cell has a path.
+    """
+    context = click.get_current_context()
+    for member in ("pinion", "gear") if over == "parabola" else ():
+        if context.get_parameter_source(f"parabola_{member}") is ParameterSource.COMMANDLINE:
+            cure = f"give --{member}-bounds, or another --over"
+            raise Refusal([f"--parabola-{member}: the map itself is over the parabola coefficients: {cure}"])
+    from ...analysis.maps import map_of
+    from ...design.model import Errors
+    from ...report.map import MapReport
+
+    errors = Errors(*sizes_of(tolerances)) if any(tolerances.values()) else None
+    with refused_values(), progress_bar(steps**2, "cell") as bar:
+        found = map_of(
+            design,
+            over,
+            flank,
+            pinion=pinion_bounds,
+            gear=gear_bounds,
+            steps=steps,
+            errors=errors,
+            first_contacts=first_contacts,
+            progress=bar.update,
+        )
+    return MapReport(name, found)

@@ -1,0 +1,267 @@
+"""The command `beveloid-geom mesh`: a part of a pair as a file for other programs."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from ...export import (
+    CAD_FORMATS,
+    FIELD_FORMATS,
+    MEMBERS,
+    SURFACE_FORMATS,
+    VOLUME_FORMATS,
+    suffixes_by_purpose,
+)
+from ..mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request
+from ..options import (
+    BUILTIN_DESIGN,
+    OVERRIDES,
+    SIDES,
+    Refusal,
+    block,
+    changed_design,
+    load_design,
+    option,
+    option_name,
+    override_options,
+    write_out,
+)
+from ..results import named, refused_values
+
+if TYPE_CHECKING:
+    from ...design.model import Member
+
+PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
+ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
+LOAD, LOADED = 1000.0, 6.0
+"""N at that module (mm): the default load, which goes with the square of the module for equal stresses."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Geometry of one kind: its `formats`, the `parts` that it is made of, the words for it in a refusal,
+    and how many default tolerances are one module."""
+
+    formats: dict[str, Any]
+    parts: tuple[str, ...]
+    words: str
+    steps: float = 600.0
+
+
+KINDS = {
+    "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
+    "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
+    "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH), f"solid of {', '.join((*GEARS, *TEETH))}"),
+}
+"""In the order in which they are tried: a tooth as .vtu is hexahedra."""
+
+
+FORMATS = (
+    f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
+    f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears and teeth as solids: {suffixes_by_purpose(CAD_FORMATS)}."
+)
+PATH: Any = click.Path(path_type=Path)
+TOLERANCE = (
+    "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
+    "  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]"
+)
+NEIGHBOURS = (
+    "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
+    "are cut from the others: take 3 for stresses."
+)
+ELEMENT = (
+    "C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch test "
+    "where elements are distorted, C3D8 is stiff in bending."
+)
+FORCE = (
+    "Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of steel in the "
+    "middle of the path.  [default: 1000 * (module / 6 mm)^2]"
+)
+FLANK = "Which flank; of the pair and of a loaded tooth, the one in contact."
+FIELD = (
+    "Distance of the mating flank on each point of a flank, mm: in the middle of the path of contact, or the "
+    "least while the tooth rolls through the mesh. Repeatable."
+)
+OPTIONS = block(
+    click.argument("design", default=BUILTIN_DESIGN),
+    click.option("--part", type=click.Choice(PARTS), required=True, help="What to write."),
+    click.option("--out", type=PATH, metavar="FILE", required=True, help="Its suffix is the format."),
+    option("--tolerance", float, None, TOLERANCE, "MM"),
+    option("--flank", SIDES, SIDES.choices[0], FLANK),
+    click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
+    option("--teeth", click.IntRange(1), 1, NEIGHBOURS, "K"),
+    option("--bore-radius", float, None, "Default: 0.45 of the least root radius.", "MM"),
+    option("--element", click.Choice(ELEMENTS), ELEMENTS[0], ELEMENT),
+    option("--load", float, None, FORCE, "N"),
+    override_options,
+    click.pass_context,
+)
+
+
+def kind_of(part: str, suffix: str) -> str:
+    """Find whether a part is written in a format as 'surface', 'volume' or 'solid'. Raises Refusal."""
+    for name, kind in KINDS.items():
+        if part in kind.parts and suffix in kind.formats:
+            return name
+    known = any(suffix in kind.formats for kind in KINDS.values())
+    shown = suffix or "a name without a suffix"
+    kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.words})" for kind in KINDS.values())
+    fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is no known format"
+    raise Refusal([f"--out: {fault}: give one of {kinds}"])
+
+
+def refuse_unused(context: click.Context, request: Request) -> None:
+    """Raise Refusal for an option given that changes nothing about what is asked for."""
+    teeth, flanks, solids = " and ".join(TEETH), " and ".join(FLANKS), (*GEARS, *TEETH)
+    posed, part, suffix = request.posed, request.part, request.suffix
+    mounted = "the pair, a flank with --field, and a tooth as .inp"
+    uses = {
+        **{name: (posed, mounted) for name, *_ in OVERRIDES},
+        "parabola_pinion": (posed or request.number == 0, f"the pinion, {mounted}"),
+        "parabola_gear": (posed or request.number == 1, f"the gear, {mounted}"),
+        "flank": (posed or part in FLANKS, "flanks, the pair, and a tooth as .inp"),
+        "teeth": (part in TEETH, teeth),
+        "bore_radius": (part in solids, ", ".join(solids)),
+        "tolerance": (request.kind != "solid", "surfaces and hexahedra"),
+        "element": (request.kind == "volume", f"{teeth} as {', '.join(VOLUME_FORMATS)}"),
+        "load": (suffix == ".inp", f"{teeth} as .inp"),
+        "field": (part in FLANKS and suffix in FIELD_FORMATS, f"{flanks} as {', '.join(FIELD_FORMATS)}"),
+    }
+    faults = [
+        f"{option_name(name)} is for {only}, not {part} as {suffix}"
+        for name, (used, only) in uses.items()
+        if not used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    ]
+    if faults:
+        raise Refusal(faults)
+
+
+def check_numbers(request: Request) -> None:
+    """Raise Refusal for lengths, forces and teeth that cannot be meant."""
+    given = (
+        ("--tolerance", request.tolerance, "mm", "usual are 0.001 to 0.1"),
+        ("--bore-radius", request.bore_radius, "mm", "leave it out for 0.45 of the root radius"),
+        ("--load", request.load, "N", "it pushes on the flank, its sign is that of the inward normal"),
+    )
+    faults = [
+        f"{option} must be a finite number above 0 {unit}, got {value:g}: {cure}"
+        for option, value, unit, cure in given
+        if value is not None and not (math.isfinite(value) and value > 0.0)
+    ]
+    if request.teeth > request.member.teeth:
+        faults.append(f"--teeth must be between 1 and {int(request.member.teeth)}, got {request.teeth}")
+    if faults:
+        raise Refusal(faults)
+
+
+@contextmanager
+def written(request: Request) -> Iterator[Path]:
+    """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
+    where it cannot be written, where the geometry does not allow it or memory does not suffice;
+    ClickException (status 1) where a pattern has no first contact."""
+    from ...operation.operating_rolls import UnknownOperationError
+    from ...support.argument import ArgumentError
+    from ...support.whole_file import whole_file
+
+    out, name = request.out, click.format_filename(request.out)
+    try:
+        if out.is_dir():
+            raise Refusal([f"--out: {name} is a folder: name a file in it"])
+        if not out.parent.is_dir():
+            folder = click.format_filename(out.parent)
+            raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
+        with refused_values(), whole_file(out) as beside:
+            yield beside
+    except OSError as error:
+        # Libraries that write on their own say no more than that it failed.
+        reason = error.strerror or f"{error}, is the disk full?"
+        raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
+    except MemoryError:
+        cure = f"--tolerance {request.tolerance:g}: take a larger one"
+        raise Refusal([f"not enough memory for {cure}"]) from None
+    except ArgumentError as error:
+        raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
+    except UnknownOperationError as error:
+        raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1
+    except ImportError as error:
+        raise Refusal([str(error)]) from None
+
+
+def mesh(
+    context: click.Context,
+    /,
+    design: str,
+    part: str,
+    out: Path,
+    tolerance: float | None,
+    flank: str,
+    field: tuple[str, ...],
+    teeth: int,
+    bore_radius: float | None,
+    element: str,
+    load: float | None,
+    **changes: float | None,
+) -> None:
+    """Write a gear, a tooth, a flank or the pair as a file for other programs.
+
+    {formats}
+
+    Surfaces for ParaView have exact normals and fields. Hexahedra have named sets, and as .inp a load and
+    supports, ready to run. Lengths are mm, in the gear's own frame; the pair stands in S_f (z along the
+    pinion's axis, x along the common perpendicular) in the middle of its path of contact.
+    """
+    suffix = out.suffix.lower()
+    kind = kind_of(part, suffix)
+    changed = changed_design(load_design(design), changes)
+    module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
+    request = Request(
+        source=click.format_filename(design),
+        design=changed,
+        part=part,
+        out=out,
+        suffix=suffix,
+        kind=kind,
+        tolerance=module / KINDS[kind].steps if tolerance is None else tolerance,
+        flank=flank,
+        teeth=teeth,
+        bore_radius=bore_radius,
+        element=element,
+        load=LOAD * (module / LOADED) ** 2 if load is None else load,
+        fields=tuple(dict.fromkeys(field)),
+    )
+    refuse_unused(context, request)
+    check_numbers(request)
+    if part in FLANKS:
+        warn_of_undercut(request.member, flank)
+    from tqdm import tqdm
+
+    with written(request) as beside, tqdm(total=2, disable=None, leave=False, file=sys.stderr) as bar:
+        bar.set_description(part)
+        told = WRITE[kind](request, beside, bar)
+    write_out(f"{click.format_filename(out)}: {told}\n")
+
+
+def warn_of_undercut(member: Member, flank: str) -> None:
+    """Write a line on standard error where the tool leaves less of a flank than is written."""
+    from ...gear.undercut import undercut_of, words_of
+
+    try:
+        found = undercut_of(member, flank)
+    except ValueError as error:
+        click.echo(f"Warning: {error}", err=True)
+        return
+    if found.undercut:
+        click.echo(f"Warning: the {flank} flank is undercut {words_of(found)}; it is written whole", err=True)
+
+
+mesh.__doc__ = str(mesh.__doc__).format(formats=FORMATS)
+command = named(mesh, OPTIONS(mesh))

@@ -1,0 +1,55 @@
+"""The command `beveloid-geom optimise`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ..options import bounds_options, flank_option, option, renamed, sizes_of, tolerance_options
+from ..results import refused_values, result_command
+
+if TYPE_CHECKING:
+    from ...analysis.maps import Bounds
+    from ...design.model import Design
+    from ...report.result import Result
+
+
+ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
+
+
+@result_command(
+    flank_option,
+    tolerance_options,
+    option("--contact-ratio", float, 1.6, "Contact ratio (Eq. 16) to be reached.", "RATIO"),
+    option("--off-centre", float, 1.0, "How far the middle of the path may lie from mid-face.", "MM"),
+    option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
+    renamed("--transmission-error", "--transmission-error-arcsec"),
+    bounds_options("Least and greatest coefficient of the {}'s tool, 1/mm.", (-0.002, 0.002)),
+    csv="a row each for found and given",
+)
+def optimise(
+    name: str,
+    design: Design,
+    flank: str,
+    contact_ratio: float,
+    off_centre: float,
+    transmission_error_arcsec: float,
+    pinion_bounds: Bounds,
+    gear_bounds: Bounds,
+    **tolerances: float,
+) -> Result:
+    """Find the parabola coefficients with which errors shift the path of contact least.
+
+    The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
+    each other. The errors are as large as their tolerances, of which at least one is given; some seconds.
+    Exit status 2 if nothing meets the aim.
+    """
+    sizes = sizes_of(tolerances, "errors that shift the path")
+    from ...analysis.optimise import Aim, optimise_parabola
+    from ...design.model import Errors
+    from ...report.optimise import OptimumReport
+
+    swing = math.radians(transmission_error_arcsec / 3600.0)
+    aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds)
+    with refused_values():
+        return OptimumReport(name, design, aim, flank, optimise_parabola(design, aim, flank))

@@ -1,0 +1,134 @@
+"""What all results say alike: their layout, errors and parabolas, as JSON and as lines of a text."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from ..contact.path import PathEnds
+from ..design.model import Design, Errors
+from ..findings.advice import Advice
+from ..findings.remarks import Remark
+from ..pair.mounting import mounting_of
+from ..status import Status
+from .backlash import BacklashReport, backlash_data, backlash_report
+
+WIDTH, INDENT = 100, 21
+"""Characters of a line, and of the label before its text."""
+
+
+def name_in_files(code: IntEnum) -> str:
+    """Give a status or a limit as JSON and CSV have it: lower case with underscores."""
+    return code.name.lower()
+
+
+def status_name(code: int) -> str:
+    """Give the name of a `Status` in files."""
+    return name_in_files(Status(int(code)))
+
+
+def status_words(code: int) -> str:
+    """Give the name of a `Status` in a text."""
+    return status_name(code).replace("_", " ")
+
+
+def ends_data(ends: PathEnds) -> dict[str, Any]:
+    """Give the limits at both ends of a path as JSON has them, None where a path has none."""
+    both = {"enter": ends.enter, "leave": ends.leave}
+    return {k: None if end is None else {"member": end.member, "limit": end.limit} for k, end in both.items()}
+
+
+def layout_data(name: str, design: Design) -> dict[str, Any]:
+    """Give the entries of JSON that say in what layout a result was found, mm and rad."""
+    mounting = mounting_of(design)
+    values = (*mounting.distance, *mounting.working_radius, mounting.pitch_point)
+    return {
+        "design": name,
+        "layout": {
+            "offset": design.pair.offset,
+            "shaft_angle": design.pair.shaft_angle,
+            "errors": dict(vars(design.errors)),
+        },
+        "mounting": dict(zip(("dw1", "dw2", "rw1", "rw2", "pitch_point"), values, strict=True)),
+        "normal_backlash": mounting.normal_backlash,
+        **backlash_data(design),
+    }
+
+
+def head_data(name: str, design: Design, flank: str) -> dict[str, Any]:
+    """Give the entries of JSON of all results of one flank pair."""
+    parabola = {"pinion": design.pinion.tool.parabola, "gear": design.gear.tool.parabola}
+    return {"flank": flank, **layout_data(name, design), "parabola": parabola}
+
+
+def advice_data(advice: Sequence[Advice]) -> list[dict[str, Any]]:
+    """Give each change as an entry of JSON, with all that it needs, mm and rad, and in words."""
+    return [{**vars(one), "text": one.words()} for one in advice]
+
+
+def line(label: str, text: str) -> str:
+    """Write a line of a text: a label, and words that are broken where they are long."""
+    start = f"  {label:<{INDENT - 2}}"
+    return textwrap.fill(start + text, WIDTH, subsequent_indent=" " * INDENT) + "\n"
+
+
+def head_lines(design: Design) -> str:
+    """Write the layout, without which a result means nothing, and errors and parabolas, if there are any."""
+    distance = mounting_of(design).distance
+    stand = "dw1 = {:z.6f} mm, dw2 = {:z.6f} mm".format(*distance)
+    if np.isnan(distance).any():
+        stand = "no mounting distances: the flanks have no common normal"
+    angle = math.degrees(design.pair.shaft_angle)
+    text = line("layout", f"E = {design.pair.offset:.9g} mm, shaft angle = {angle:.9g} deg, {stand}")
+    if words := error_words(design.errors):
+        text += line("errors", words)
+    parabolas = [float(member.tool.parabola) for member in design.members]
+    if any(parabolas):
+        text += line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas))
+    return text
+
+
+def error_words(errors: Errors) -> str:
+    """Say the assembly errors that are not 0, in mm and deg."""
+    found = (
+        ("offset", float(errors.offset), "mm"),
+        ("shaft angle", math.degrees(errors.shaft_angle), "deg"),
+        ("pinion axial", float(errors.pinion_axial), "mm"),
+        ("gear axial", float(errors.gear_axial), "mm"),
+    )
+    return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
+
+
+def backlash_lines(report: BacklashReport) -> str:
+    """Write the backlash as mounted and modified, and why the pair cannot be assembled, if it cannot."""
+    return line("as mounted", f"backlash {report.line}") + (line("jammed", report.jam) if report.jam else "")
+
+
+def mounted_lines(design: Design) -> str:
+    """Write what all results of a pair as mounted start with."""
+    return head_lines(design) + backlash_lines(backlash_report(design))
+
+
+def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> str:
+    """Write what was found, what matters most first, and what to change."""
+    text = "".join(line(remark.level, remark.text) for remark in remarks)
+    return text + "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
+
+
+def end_words(ends: PathEnds) -> str:
+    """Say where a path enters and leaves the flanks."""
+    both = {"enters": ends.enter, "leaves": ends.leave}
+    return ", ".join(f"{verb} at the {end.member}'s {end.limit}" for verb, end in both.items() if end)
+
+
+def failure_of(reason: str | None, design: Design) -> str | None:
+    """Say why a command ends with exit status 1: no contact for a `reason`, or a pair that jams."""
+    if reason:
+        return f"No contact: {reason}"
+    jam = backlash_report(design).jam
+    return f"Jammed: {jam}" if jam else None

@@ -1,0 +1,57 @@
+"""How tests run the command, in this process or as installed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from click.testing import CliRunner, Result
+
+from beveloid_geom.cli.main import main
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def installed(*arguments: str | Path, program: str = "beveloid-geom") -> list[str]:
+    command = shutil.which(program, path=str(Path(sys.executable).parent))
+    assert command is not None, f"{program} is not installed beside the interpreter"
+    return [command, *map(str, arguments)]
+
+
+def call(*arguments: str | Path, program: str = "beveloid-geom") -> subprocess.CompletedProcess[str]:
+    command = installed(*arguments, program=program)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+
+def strict_json(text: str) -> Any:
+    """JSON as the standard has it: no NaN, no Infinity."""
+
+    def refuse(name: str) -> None:
+        raise AssertionError(f"{name} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def rows_of(result: Result) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(result.stdout)))
+
+
+def imported_by(*arguments: str, folder: Path | None = None) -> set[str]:
+    """Modules that a command imports."""
+    script = (
+        "import sys\n"
+        "from beveloid_geom.cli.main import main\n"
+        "main(sys.argv[1:], standalone_mode=False)\n"
+        "print(*sys.modules, file=sys.stderr)\n"
+    )
+    command = [sys.executable, "-c", script, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
+    return set(done.stderr.split())
