@@ -104,10 +104,16 @@ class Cycle:
         """Gear roll (rad) of a single design at pinion rolls of any shape, rad."""
         if self.status != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
-        roll, mesh = pinion_roll.ravel(), self.mesh
+        roll, mesh = np.asarray(pinion_roll).ravel(), self.mesh
         f = self.located(np.zeros(roll.size, dtype=np.int64), roll, 1)[2][0]
         turned = mesh.phase - mesh.pitch[1] / mesh.pitch[0] * roll + mesh.other.sigma * f / mesh.lever
-        return np.asarray(turned.reshape(pinion_roll.shape))
+        return np.asarray(turned.reshape(np.shape(pinion_roll)))
+
+    def phase_series(self) -> FloatArray:
+        """Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
+        series: FloatArray = self.mesh.other.sigma / self.mesh.lever * self.pieces.coefficients[0]
+        series[:, 0] += self.mesh.phase[self.pieces.case]
+        return series
 
     def located(
         self, case: Integers, roll: FloatArray, rows: int | None = None

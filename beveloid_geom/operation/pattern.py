@@ -49,7 +49,7 @@ flank's root that the mating tip does not reach."""
 AREA_ERROR = 0.01
 """Relative error that an area may have unless told otherwise."""
 LEAST_AREA_ERROR = 1e-3
-"""What the interpolation of the rolls leaves of an area."""
+"""Least error of areas that may be asked for."""
 MAX_POINTS = 1_000_000
 ROUNDING = 1e-12
 """Relative: what counts as whole."""

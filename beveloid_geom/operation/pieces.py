@@ -25,13 +25,13 @@ from ..arrays import FloatArray
 from ..status import FirstStatus, Limit
 from ..support.chebyshev import basis_of, evaluate
 from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
-from .least_clearance import Local, Task, local_at
+from .least_clearance import FEASIBLE, Local, Task, local_at
 
 SAMPLES = 64
 """Rolls of a pitch at which first contacts tell the carriers."""
 DEGREE, PASSES, LAST_STEP = 20, 12, 1e-9
 """Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last."""
-FITS, SETTLED = 8, 1e-12
+FITS, SETTLED = 12, 1e-12
 """How often the polynomials are fitted while their ends move by more than this share of a pitch."""
 PARTS, DIVISIONS = 16, 10
 """An end is found by so many divisions of its interval into parts."""
@@ -140,18 +140,75 @@ def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
         if not samples.case.size:
             break
         pieces = _fitted(mesh, samples)
-        each = np.arange(pieces.case.size)
-        roll = pieces.rolls(CHECKS)
-        checks = _sampled(mesh, grids, pieces.case.repeat(len(CHECKS)), roll.ravel())
-        behind = pieces.values(each, roll)[0] - checks.found.f.reshape(roll.shape)
-        good = np.asarray(np.abs(behind) <= CHECKED * mesh.lever)
-        bad = np.unique(pieces.case[~good.all(axis=1)])
-        done.append(pieces.pick(~np.isin(pieces.case, bad)))
-        checks = replace(checks, cut=~good.ravel())
-        failed = np.isin(samples.case, bad), np.isin(checks.case, bad)
-        samples = samples.pick(failed[0]).and_also(checks.pick(failed[1]))
+        checks, good = _checked(mesh, grids, pieces)
+        failed = np.isin(np.arange(cases), pieces.case[~good.all(axis=1)])
+        jumps, samples = _overtaken(mesh, samples, pieces)
+        failed[jumps] = True
+        done.append(pieces.pick(~failed[pieces.case]))
+        samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
     return _joined(done), status
+
+
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArray[np.bool_]]:
+    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there. A piece may be
+    earlier, within all limits: a search missed its contact, and what it found is left out."""
+    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
+    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
+    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
+    behind = values[0] - checks.found.f.reshape(roll.shape)
+    piece = each.repeat(roll.shape[1])
+    _, f, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
+    earlier = (behind < -bound) & within.reshape(roll.shape)
+    earlier &= np.abs(values[0] - f.reshape(roll.shape)) <= bound
+    good = np.asarray((np.abs(behind) <= bound) | earlier)
+    checks = replace(checks, cut=~good.ravel())
+    return checks.pick(~earlier.ravel()), good
+
+
+def _moved(
+    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), f again,
+    and whether they lie within the limits."""
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
+        place, found = _held(task, place, pieces.limit[:, piece])
+        margin = np.where(_holding(pieces.limit[:, piece]), 0.0, found.margin)
+    values = np.concatenate((found.f[None], place, found.meeting))
+    return values, found.f, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+
+
+def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
+    """Cases of which the curve jumps from piece to piece, as a search missed the earlier contact there; and
+    the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
+    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+    ends = [
+        pieces.values(inner, pieces.high[inner, None])[..., 0],
+        pieces.values(inner + 1, pieces.high[inner, None])[..., 0],
+    ]
+    jump = ends[0][0] - ends[1][0]
+    found = samples.found
+    order = pieces.case + 0.5 * (pieces.low - mesh.roll[pieces.case]) / mesh.pitch[0]
+    own = np.searchsorted(
+        order, samples.case + 0.5 * (samples.roll - mesh.roll[samples.case]) / mesh.pitch[0], side="right"
+    )
+    own = np.maximum(own - 1, 0)
+    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
+        early = int(jump[k] > 0.0)
+        row = np.flatnonzero(own == inner[k] + 1 - early)
+        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
+        piece = np.full(row.size, inner[k] + early)
+        values, f, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+        row, values, piece = (x[..., within & (f < found.f[row])] for x in (row, values, piece))
+        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
+        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
+    return pieces.case[inner[np.abs(jump) > CHECKED * mesh.lever]], samples
+
+
+def _holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Which of the limits (8, n) hold contacts of limits (2, n)."""
+    return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
 
 
 def _joined(parts: list[Pieces]) -> Pieces:
@@ -177,7 +234,8 @@ def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
     last = np.append(first[1:], case.size) - 1
     joined = np.flatnonzero(case[first[1:]] == case[last[:-1]])
     low, high = samples.roll[first], samples.roll[last]
-    limits = samples.roll[last[joined]], samples.roll[first[joined + 1]]
+    same = (label[:, first[joined]] == label[:, first[joined + 1]]).all(axis=0)  # cut
+    limits = samples.roll[np.where(same, first[joined + 1], last[joined])], samples.roll[first[joined + 1]]
     low[joined + 1], high[joined] = limits
     pieces = Pieces(
         case=case[first],
@@ -320,8 +378,7 @@ def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) 
 def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) -> FloatArray:
     """How far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
     infinite where there are none."""
-    held = (np.arange(len(Limit))[:, None, None] == pieces.limit[:, index]).any(axis=1)
-    margin = np.where(held[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    margin = np.where(_holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
     for s, fillet, joint in zip(
         values[[1, 3]], pieces.on_fillet[:, index], (mesh.own.joint, mesh.other.joint), strict=True
     ):

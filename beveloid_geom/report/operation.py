@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design
-from ..operation.first_contact import FirstContact, first_contact
+from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import Cycle, mesh_cycle
 from ..operation.operating_ratio import operating_ratios
 from ..pair.mounting import Mounting, mounting_of
@@ -88,7 +88,7 @@ def operation_report(
     """The mesh cycle of a single design at `points` positions; `film` in mm."""
     cycle = mesh_cycle(design, flank, harmonics)
     share: FloatArray = np.linspace(0.0, 1.0, points)
-    first = first_contact(design, flank, float(cycle.start) + cycle.pitch * share)
+    first = cycle.at(float(cycle.start) + cycle.pitch * share)
     ratios = [math.nan, math.nan]
     doubts: tuple[str | None, str | None] = (None, None)
     if not cycle.lost:
@@ -105,7 +105,7 @@ def operation_report(
         operating=ratios[0],
         film=film,
         within_film=ratios[1],
-        reason=_reason(flank, first) if cycle.lost else None,
+        reason=_reason(flank, int(cycle.status)) if cycle.lost else None,
         doubts=doubts,
     )
 
@@ -121,10 +121,8 @@ def _doubt(code: int) -> str | None:
     return words.get(RatioStatus(int(code)))
 
 
-def _reason(flank: str, first: FirstContact) -> str:
+def _reason(flank: str, status: int) -> str:
     """Why the cycle is not known."""
-    codes = first.status[first.status != FirstStatus.SOLVED]
-    status = FirstStatus(int(codes[0])) if codes.size else FirstStatus.NOT_CONVERGED
     words = {
         FirstStatus.NO_CONTACT: "at some rolls no tooth reaches the other member",
         FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
@@ -132,7 +130,8 @@ def _reason(flank: str, first: FirstContact) -> str:
         FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
         FirstStatus.UNDEFINED: "the inputs leave nothing to search",
     }
-    return f"no first contact of the {flank} teeth: {words.get(status, 'a position did not converge')}"
+    why = words.get(FirstStatus(status), "a position did not converge")
+    return f"no first contact of the {flank} teeth: {why}"
 
 
 def operation_json(report: OperationReport) -> str:

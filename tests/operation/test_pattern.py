@@ -319,5 +319,5 @@ def test_refusals(given: dict[str, object], message: str) -> None:
 def test_patterns_are_of_single_designs_with_a_known_first_contact() -> None:
     with pytest.raises(ValueError, match="batch"):
         contact_pattern(table1((0.0, 0.0), Errors(offset=np.zeros(2))))
-    with pytest.raises(ValueError, match=r"first contact .* at (\d+) of \1 rolls \(meets bottom\)"):
+    with pytest.raises(ValueError, match=r"first contact .* at some rolls \(meets bottom\)"):
         contact_pattern(table1((0.0, 0.0), Errors(offset=-2.5)))
