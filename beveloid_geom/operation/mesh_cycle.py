@@ -19,7 +19,7 @@ from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
 from ..support.chebyshev import evaluate, with_derivative
-from ..support.few_lines import few_lines
+from ..support.few_lines import few_lines, html_table
 from .first_contact import (
     FirstContact,
     Found,
@@ -57,8 +57,9 @@ class Cycle:
     is a pair without a common normal, to count errors from. `pieces` are the exact curve."""
 
     __repr__ = few_lines
+    _repr_html_ = html_table
 
-    design: Design
+    design: Design = field(repr=False)
     flank: str
     start: FloatArray
     pitch: float

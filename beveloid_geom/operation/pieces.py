@@ -200,7 +200,8 @@ def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers,
         place = ends[early][1:3, k, None].repeat(row.size, axis=1)
         piece = np.full(row.size, inner[k] + early)
         values, f, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        row, values, piece = (x[..., within & (f < found.f[row])] for x in (row, values, piece))
+        better = np.flatnonzero(within & (f < found.f[row]))
+        row, values, piece = row[better], values[:, better], piece[better]
         found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
         found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
     return pieces.case[inner[np.abs(jump) > CHECKED * mesh.lever]], samples
