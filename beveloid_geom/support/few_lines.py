@@ -21,7 +21,7 @@ def few_lines(result: Any) -> str:
 
 
 def html_table(shown: Any) -> str:
-    """The `_repr_html_` of a dataclass, as notebooks ask for: its lines and those of its parts, as a table."""
+    """The `_repr_html_` of a dataclass, as notebooks ask for: its fields and those of its parts."""
     rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(shown))
     return f"<table><caption>{type(shown).__name__}, mm and rad</caption>{''.join(rows)}</table>"
 

@@ -38,10 +38,10 @@ def read_only(value: T) -> T:
 def equal(one: Any, other: object) -> bool:
     """The `__eq__` of a dataclass of numbers and arrays: the same class, and in every field the same values.
     Of arrays also the same shape. Inputs of plain numbers are hashable, those that hold arrays are not."""
-    kind: Any = type(one)
-    if type(other) is not kind:
+    names = [part.name for part in fields(one)]
+    if type(other) is not type(one):
         return NotImplemented  # type: ignore[no-any-return]
-    pairs = [(getattr(one, part.name), getattr(other, part.name)) for part in fields(kind)]
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
     return all(np.array_equal(a, b) if np.ndim(a) or np.ndim(b) else a == b for a, b in pairs)
 
 
