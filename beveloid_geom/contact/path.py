@@ -26,7 +26,7 @@ from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import Limit, Status
 from ..support.chebyshev import basis_of, evaluate, resolved_degree
-from ..support.few_lines import few_lines
+from ..support.few_lines import few_lines, html_table
 from .ends import Ends, at_shares, shares_at_l1
 from .equation import Pairing, gap_tolerance, pairing_of
 from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, rounding_scale
@@ -89,6 +89,7 @@ class ContactPath:
     asked for), rad; `status`: codes of `Status`. NaN where not solved."""
 
     __repr__ = few_lines
+    _repr_html_ = html_table
 
     design: Design = field(repr=False)
     flank: str

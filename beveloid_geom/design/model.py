@@ -4,7 +4,8 @@ Lengths are in mm and angles in rad. Every physical quantity may be a number or 
 array; arrays broadcast together to the *batch shape* of the design, so that one call
 analyses many members, coefficients or misalignments at once. Values are checked as they
 enter, by the table of `field_limits`, and become float64: plain numbers, lists, arrays of
-any real type are taken, and a copy is kept that cannot be written to.
+any real type are taken, and a copy is kept that cannot be written to. Inputs are equal if all their
+values are; those of plain numbers can be keys of a dictionary, those that hold arrays cannot.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..arrays import FloatArray, Quantity
+from ..support.few_lines import html_table
+from ..support.read_only import equal, restored
 from .field_limits import DesignError, base_pitch_fault, refused, take
 
 T = TypeVar("T")
@@ -60,6 +63,9 @@ class Tool:
     tip_radius: Quantity = 0.38
     parabola: Quantity = 0.0
 
+    __eq__ = equal
+    __setstate__ = restored
+
     def __post_init__(self) -> None:
         """Raises DesignError as `field_limits.take`, like the other inputs."""
         take("Tool", vars(self))
@@ -81,6 +87,9 @@ class Member:
     profile_shift: Quantity
     face_width: Quantity
 
+    __eq__ = equal
+    __setstate__ = restored
+
     def __post_init__(self) -> None:
         """Raises DesignError as `Tool` does."""
         _require(self, tool=Tool)
@@ -99,6 +108,9 @@ class Pair:
     pinion_mounting: Quantity | None = None
     gear_mounting: Quantity | None = None
 
+    __eq__ = equal
+    __setstate__ = restored
+
     def __post_init__(self) -> None:
         """Raises DesignError as `Tool` does."""
         take("Pair", vars(self))
@@ -115,6 +127,9 @@ class Errors:
     pinion_axial: Quantity = 0.0
     gear_axial: Quantity = 0.0
 
+    __eq__ = equal
+    __setstate__ = restored
+
     def __post_init__(self) -> None:
         """Raises DesignError as `Tool` does."""
         take("Errors", vars(self))
@@ -128,6 +143,10 @@ class Design:
     gear: Member
     pair: Pair
     errors: Errors = field(default_factory=Errors)
+
+    __eq__ = equal
+    __setstate__ = restored
+    _repr_html_ = html_table
 
     def __post_init__(self) -> None:
         """Raises DesignError for what is no input, and for members of different base pitch."""

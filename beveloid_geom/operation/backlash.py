@@ -28,7 +28,7 @@ from ..gear.tooth_side import cut_at, surface_of
 from ..pair.frames import layout_of, member_frame, normals_to_fixed
 from ..pair.mounting import half_pitch, mounting_of
 from ..status import FirstStatus
-from ..support.read_only import kept
+from ..support.read_only import kept, restored
 from .first_contact import FirstContact, first_contact, middle_roll
 from .separation import pitch_shift, pose_of
 
@@ -60,6 +60,8 @@ class Backlash:
     left: FirstContact
     status: NDArray[np.int8]
     jammed: NDArray[np.bool_]
+
+    __setstate__ = restored
 
 
 def lever_of(design: Design) -> FloatArray:

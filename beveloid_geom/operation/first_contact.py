@@ -20,6 +20,7 @@ left out: with less than no backlash it touches before.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,9 @@ from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_approach
 from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
 from .separation import Pose, pose_of
+
+Integers: TypeAlias = NDArray[np.int_]
+Grids: TypeAlias = tuple[Grid, Grid]
 
 GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
@@ -73,7 +77,7 @@ class FirstContact:
 
     pinion_roll: FloatArray
     gear_roll: FloatArray
-    pair: NDArray[np.int_]
+    pair: Integers
     l1: FloatArray
     z1: FloatArray
     l2: FloatArray
@@ -83,6 +87,11 @@ class FirstContact:
     on_fillet: NDArray[np.bool_]
     transmission_error: FloatArray
     status: NDArray[np.int8]
+
+    def shaped(self, *shape: int) -> FirstContact:
+        """The same positions in another shape."""
+        last = {"point": (3,), "limit": (2,), "on_fillet": (2,)}
+        return FirstContact(**{n: x.reshape(*shape, *last.get(n, ())) for n, x in vars(self).items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +107,7 @@ class Mesh:
     pose: Pose
     roll: FloatArray
     phase: FloatArray
-    nearest: NDArray[np.int_]
+    nearest: Integers
     pitch: tuple[float, float]
     lever: float
     module: float
@@ -113,29 +122,40 @@ class Mesh:
         return abs(float(self.own.trace[1])) * self.own.half_width / (np.pi * self.own.pitch_radius)
 
     @property
-    def near(self) -> NDArray[np.int_]:
+    def near(self) -> Integers:
         """Tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
         teeth = round(2.0 * np.pi / self.pitch[0])
         every = np.arange(-self.reach, self.reach + 1)
         return every if every.size <= teeth else np.arange(teeth) - teeth // 2
 
-    def task(self, position: NDArray[np.int_], pair: NDArray[np.int_]) -> Task:
+    def task(self, position: Integers, pair: Integers) -> Task:
         """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
-        pose = Pose(*(value[..., position] for value in vars(self.pose).values()))
-        return Task(self.own, self.other, self.lever, pose, roll, start, self.period)
+        return Task(self.own, self.other, self.lever, self.pose.at(position), roll, start, self.period)
+
+    def at(self, position: Integers, roll: FloatArray) -> Mesh:
+        """Other rolls (n,), rad, of the pairs at the positions with these numbers (n,)."""
+        turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
+        return replace(
+            self,
+            pose=self.pose.at(position),
+            roll=roll,
+            phase=self.phase[position],
+            nearest=self.nearest[position] - turned,
+            defined=self.defined[position],
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class Found:
     """First contacts (n,): f, place and meeting (2, n), mm; limits (2, n), tooth pair, status."""
 
     f: FloatArray
     place: FloatArray
     meeting: FloatArray
     limit: NDArray[np.int8]
-    pair: NDArray[np.int_]
+    pair: Integers
     status: NDArray[np.int8]
 
 
@@ -197,20 +217,29 @@ def first_contact(
         )
     roll = np.broadcast_to(roll, (*shape, roll.shape[-1]))
     mesh, phase = mesh_of(design, flank, roll)
-    parts = []
+    grids = grids_of(mesh, design, flank)
+    mesh = in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids)
+    return result_of(mesh, phase, found_at(mesh, grids, pairs), roll.shape)
+
+
+def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
+    """The points scanned, coarse and fine."""
+    points = [(*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS]
     with np.errstate(invalid="ignore", divide="ignore"):
-        coarse, fine = (
-            (*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS
-        )
-        grids = [grid_of(mesh.own, design.pinion, flank, points) for points in (coarse, fine)]
-        if np.isnan(phase).any():
-            mesh = _in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids[1])
-        block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
-        for start in range(0, max(1, roll.size), block):
-            positions = np.arange(start, min(start + block, roll.size))
-            parts.append(_solved(mesh, positions, pairs, *grids))
-    found = _Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
-    return _result(mesh, phase, found, roll.shape)
+        coarse, fine = (grid_of(mesh.own, design.pinion, flank, count) for count in points)
+    return coarse, fine
+
+
+def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
+    """First contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
+    block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
+    every = np.arange(mesh.roll.size)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        parts = [
+            _solved(mesh, every[start : start + block], pairs, *grids)
+            for start in range(0, max(1, every.size), block)
+        ]
+    return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
 def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatArray]:
@@ -244,22 +273,23 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
     return mesh, phase
 
 
-def _in_step(mesh: Mesh, unknown: NDArray[np.bool_], fine: Grid) -> Mesh:
+def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
     """The mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first position
     of a case whose nearest tooth can touch, that of the touch."""
+    if not unknown.any():
+        return mesh
     position = np.flatnonzero(unknown)
     task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
     f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()
-    f[position] = scan_of(task, fine).within
+    with np.errstate(invalid="ignore", divide="ignore"):
+        f[position] = scan_of(task, grids[1]).within
     touches = np.isfinite(f).reshape(unknown.shape)
     first = np.take_along_axis(f.reshape(unknown.shape), touches.argmax(axis=1)[:, None], axis=1)
     added = np.where(unknown & np.isfinite(first), mesh.other.sigma * first / mesh.lever, 0.0)
     return replace(mesh, phase=phase + added.reshape(-1))
 
 
-def _solved(
-    mesh: Mesh, positions: NDArray[np.int_], pairs: ArrayLike | None, coarse: Grid, fine: Grid
-) -> _Found:
+def _solved(mesh: Mesh, positions: Integers, pairs: ArrayLike | None, coarse: Grid, fine: Grid) -> Found:
     """First contacts at a block of positions."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
@@ -291,13 +321,13 @@ def _solved(
 
 def _chosen(
     mesh: Mesh,
-    positions: NDArray[np.int_],
+    positions: Integers,
     least: Least,
-    position: NDArray[np.int_],
-    pair: NDArray[np.int_],
+    position: Integers,
+    pair: Integers,
     scanned: FloatArray,
     bottom: NDArray[np.bool_],
-) -> _Found:
+) -> Found:
     """The least of the local results of each position, and what is to be thought of it."""
     depth, n = mesh.own.tip - mesh.own.root, mesh.roll.size
     on = least.outside <= FEASIBLE * depth
@@ -328,7 +358,7 @@ def _chosen(
     )
     status = np.select([case for case, _ in cases], [code for _, code in cases], FirstStatus.SOLVED)
     bad, nothing = status != FirstStatus.SOLVED, np.full((2, 1), np.nan)
-    return _Found(
+    return Found(
         f=np.where(bad, np.nan, f),
         place=np.where(bad, np.nan, np.append(least.place, nothing, axis=1)[:, index]),
         meeting=np.where(bad, np.nan, np.append(least.meeting, nothing, axis=1)[:, index]),
@@ -338,7 +368,8 @@ def _chosen(
     )
 
 
-def _result(mesh: Mesh, phase: FloatArray, found: _Found, shape: tuple[int, ...]) -> FirstContact:
+def result_of(mesh: Mesh, phase: FloatArray, found: Found, shape: tuple[int, ...]) -> FirstContact:
+    """First contacts at the positions of a mesh, of which `phase` is NaN where it is not conjugate."""
     (l1, z1), (l2, z2) = found.place, found.meeting
     with np.errstate(invalid="ignore"):
         cut = cut_at(mesh.own, l1, z1)

@@ -65,8 +65,7 @@ class Task:
 
     def pick(self, index: NDArray[np.int_] | slice) -> Task:
         """The tasks `index`."""
-        pose = Pose(*(value[..., index] for value in vars(self.pose).values()))
-        return replace(self, pose=pose, roll=self.roll[index], start=self.start[index])
+        return replace(self, pose=self.pose.at(index), roll=self.roll[index], start=self.start[index])
 
     @property
     def earliest(self) -> float:

@@ -1,4 +1,4 @@
-"""The rolls at which a pair operates, to be interpolated: given ones, or those of the first contact.
+"""The rolls at which a pair operates: given ones, or those of the first contact.
 
 A tooth pair's cycle begins before its path of contact and ends after it, as its flanks come close
 and part beyond the place where they touch.
@@ -6,6 +6,7 @@ and part beyond the place where they touch.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,16 +17,11 @@ from ..contact.path import path_ends
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus, Status
-from .first_contact import first_contact, middle_roll, spread
+from .first_contact import middle_roll, spread
+from .mesh_cycle import mesh_cycle
 
 RUN_OUT, LEAST_CYCLE = 0.5, 3.0
 """Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
-ROLLS, PASSES = 32, 2
-"""Rolls over a pitch at which the first contact is found, and how often their steps are made finer
-where its carrier changes; most of the time goes there. Linear between, the separation is right
-to some 2e-6 mm where flanks carry and 1e-4 mm where edges do."""
-FINER = 4
-"""How much finer steps are made where a change is looked for."""
 
 
 class UnknownOperationError(ValueError):
@@ -42,21 +38,18 @@ class UnknownOperationError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """Gear roll plus N1/N2 times the pinion's, `phase` (n,), rad, at rising pinion rolls `roll` (n,)."""
+    """Gear rolls (rad) as a function of pinion rolls (rad, any shape) over a `span` (rad) of these."""
 
-    roll: FloatArray
-    phase: FloatArray
-
-    def gear_roll(self, design: Design, roll: FloatArray) -> FloatArray:
-        """Gear rolls (rad) at pinion rolls, by interpolation."""
-        return np.interp(roll, self.roll, self.phase) - _ratio(design) * roll
+    span: tuple[float, float]
+    gear_roll: Callable[[FloatArray], FloatArray]
 
 
 def given_operation(
     design: Design, pinion_roll: ArrayLike | None, gear_roll: ArrayLike | None
 ) -> Operation | None:
-    """The operation through given poses of a single design (n,), rad, in the order of the roll; None
-    without any. Raises ValueError for poses of one member only or without an order."""
+    """The operation through given poses of a single design (n,), rad, in the order of the roll, with an
+    even transmission error between them; None without any. Raises ValueError for poses of one member only
+    or without an order."""
     if pinion_roll is None and gear_roll is None:
         return None
     if pinion_roll is None or gear_roll is None:
@@ -72,11 +65,10 @@ def given_operation(
         roll, other = roll[::-1], other[::-1]
     if not (np.diff(roll) > 0.0).all():
         raise ValueError("pinion_roll must rise or fall from pose to pose")
-    return Operation(roll, other + _ratio(design) * roll)
-
-
-def _ratio(design: Design) -> float:
-    return float(design.pinion.teeth) / float(design.gear.teeth)
+    ratio = float(design.pinion.teeth) / float(design.gear.teeth)
+    phase = other + ratio * roll
+    span = float(roll[0]), float(roll[-1])
+    return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls)
 
 
 def first_contact_operation(design: Design, flank: str) -> Operation:
@@ -91,33 +83,10 @@ def first_contact_operation(design: Design, flank: str) -> Operation:
     run_out = max(RUN_OUT, spread(design, flank)) * pitch
     reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
     start, stop = start - reach, stop + reach
-    known, phase = _resolved_phase(design, flank, start, pitch)
-    repeated = (known + pitch * np.arange(np.ceil((stop - start) / pitch))[:, None]).ravel()
-    roll = np.append(np.sort(repeated[repeated < stop]), stop)
-    return Operation(roll, np.interp(roll, known, phase, period=pitch))
-
-
-def _resolved_phase(design: Design, flank: str, start: float, pitch: float) -> tuple[FloatArray, FloatArray]:
-    """Rolls over a pitch, denser where the carrier of the first contact changes, and the phase there."""
-    added, step, rows = start + pitch * np.arange(ROLLS) / ROLLS, pitch / ROLLS, np.empty((6, 0))
-    for _ in range(PASSES + 1):
-        first = first_contact(design, flank, added)
-        phase = first.gear_roll + _ratio(design) * added
-        rows = np.hstack((rows, np.vstack((added, phase, first.pair, first.limit.T, first.status))))
-        rows = rows[:, np.argsort(rows[0])]
-        beyond = np.append(rows[0, 1:], rows[0, 0] + pitch) - rows[0]
-        following = np.roll(rows[2:5], -1, axis=1)
-        following[0, -1] -= 1.0  # a pitch later the same contact is that of the pair before
-        changes = (rows[2:5] != following).any(axis=0) & (beyond > 0.5 * step)
-        added = (rows[0, changes, None] + np.outer(beyond[changes], np.arange(1, FINER) / FINER)).ravel()
-        step = step / FINER
-        if not added.size:
-            break
-    unknown = rows[5, rows[5] != FirstStatus.SOLVED]
-    if unknown.size:
-        status = FirstStatus(int(unknown[0])).name.lower().replace("_", " ")
+    cycle = mesh_cycle(design, flank)
+    if cycle.status != FirstStatus.SOLVED:
+        status = FirstStatus(int(cycle.status)).name.lower().replace("_", " ")
         raise UnknownOperationError(
-            f"the first contact of the {flank} flanks is not known at {unknown.size} of {len(rows[0])} rolls"
-            f" ({status})"
+            f"the first contact of the {flank} flanks is not known at some rolls ({status})"
         )
-    return rows[0], rows[1]
+    return Operation((start, stop), cycle.gear_roll)

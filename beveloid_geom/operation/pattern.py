@@ -10,8 +10,7 @@ lies on that flank. Along the roll it is sampled, bracketed, and searched for it
 the foot leaves the mating flank before, the least value is that at the edge, found by quartering.
 
 The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
-(`first_contact`). The least separation is then positive but for rounding and the interpolation
-between rolls, up to 1e-4 mm where edges carry.
+(`mesh_cycle`). The least separation is then positive but for rounding.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ flank's root that the mating tip does not reach."""
 AREA_ERROR = 0.01
 """Relative error that an area may have unless told otherwise."""
 LEAST_AREA_ERROR = 1e-3
-"""What the interpolation of the rolls leaves of an area."""
+"""Least error of areas that may be asked for."""
 MAX_POINTS = 1_000_000
 ROUNDING = 1e-12
 """Relative: what counts as whole."""
@@ -138,8 +137,7 @@ def contact_pattern(
                 side, separation / 20.0 if tolerance is None else tolerance, NEAR * separation
             )
         patterns.append(_member_pattern(side, grid, found, separation, area_error))
-    span = float(operation.roll[0]), float(operation.roll[-1])
-    return ContactPattern(flank, separation, span, *patterns)
+    return ContactPattern(flank, separation, operation.span, *patterns)
 
 
 def _check(
@@ -162,7 +160,7 @@ def approach_of(design: Design, flank: str, member: int, operation: Operation) -
     other = 1 - member
 
     def approach(points: FloatArray, roll: FloatArray) -> FloatArray:
-        frames = frames_at(design, roll, operation.gear_roll(design, roll))
+        frames = frames_at(design, roll, operation.gear_roll(np.asarray(roll)))
         frame, (rotation, origin) = frames[member], frames[other]
         seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
         found = feet(design.members[other], flank, seen)
@@ -173,9 +171,8 @@ def approach_of(design: Design, flank: str, member: int, operation: Operation) -
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
     """Pinion rolls (n,), rad, at which the separation is sampled over the cycle."""
-    span = operation.roll[-1] - operation.roll[0]
-    count = _whole(POSES_PER_PITCH * span * float(design.pinion.teeth) / (2.0 * np.pi)) + 1
-    return np.linspace(operation.roll[0], operation.roll[-1], max(count, 3))
+    pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
+    return np.linspace(*operation.span, max(_whole(POSES_PER_PITCH * pitches) + 1, 3))
 
 
 @dataclass(frozen=True, eq=False)

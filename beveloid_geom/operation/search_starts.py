@@ -20,7 +20,7 @@ from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at
 from ..status import Limit
 from .least_clearance import Task, local_at
-from .separation import BLOCK, Pose, met_by, seen_by_other
+from .separation import BLOCK, met_by, seen_by_other
 
 STARTS, STATIONS = 3, 8
 """Local least values that are followed of each scan line, along the face and along the profile; stations
@@ -96,7 +96,7 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
     the same teeth meet again periods later."""
     other, n, reach = task.other, grid.s.size, TIP_REACH * grid.cell[0]
     turned = grid.angle + task.roll[:, None]
-    pose = Pose(*(value[..., None] for value in vars(task.pose).values()))
+    pose = task.pose.at(np.arange(len(task.roll))[:, None])
     x, y, z = seen_by_other(pose, 0, grid.radius * np.cos(turned), grid.radius * np.sin(turned), grid.z)
     r = np.hypot(x, y)
     root, above = r - other.root - other.root_taper * z, r - other.tip - other.taper * z

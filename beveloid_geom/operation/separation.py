@@ -51,6 +51,10 @@ class Pose:
     cos: FloatArray
     position: FloatArray
 
+    def at(self, index: NDArray[np.int_] | slice) -> Pose:
+        """The poses with the numbers `index` along the last axis."""
+        return Pose(*(value[..., index] for value in vars(self).values()))
+
 
 @dataclass(frozen=True, eq=False)
 class Separation:

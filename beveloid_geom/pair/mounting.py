@@ -26,7 +26,7 @@ import numpy as np
 from ..arrays import FloatArray, Quantity
 from ..design.model import Design, Errors, Member, Pair
 from ..gear.rack import rack_of
-from ..support.read_only import kept
+from ..support.read_only import kept, restored
 from .frames import Layout, common_normal, layout_by_case, layout_of
 
 
@@ -48,6 +48,8 @@ class Mounting:
     gap: FloatArray
     normal_backlash: FloatArray
     branch: FloatArray
+
+    __setstate__ = restored
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..findings.path import UNKNOWN
-from ..operation.first_contact import FirstContact, first_contact
+from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import Cycle, mesh_cycle
 from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
@@ -146,9 +146,7 @@ def operation_report(
 ) -> OperationReport:
     """Find the mesh cycle of a single design at `points` positions; `film` in mm."""
     cycle = mesh_cycle(design, flank, harmonics)
-    first = first_contact(design, flank, float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
-    lost = first.status[first.status != FirstStatus.SOLVED]
-    status = FirstStatus(int(lost[0])) if lost.size else FirstStatus.NOT_CONVERGED
+    first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
     ratios = [math.nan, math.nan]
     doubts: list[str | None] = [None, None]
     if not cycle.lost:
@@ -165,6 +163,8 @@ def operation_report(
         operating=ratios[0],
         film=film,
         within_film=ratios[1],
-        reason=f"no first contact of the {flank} teeth: {UNKNOWN[status]}" if cycle.lost else None,
+        reason=f"no first contact of the {flank} teeth: {UNKNOWN[FirstStatus(int(cycle.status))]}"
+        if cycle.lost
+        else None,
         doubts=(doubts[0], doubts[1]),
     )

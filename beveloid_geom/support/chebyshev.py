@@ -114,11 +114,10 @@ def inverted(
 
 
 def polynomials(parameter: FloatArray, degree: int) -> FloatArray:
-    """Chebyshev polynomials (degree + 1, ...) at parameters in [-1, 1]."""
+    """Chebyshev polynomials (degree + 1, ...) at parameters, in [-1, 1] or a little beyond."""
     orders = np.arange(degree + 1.0).reshape(-1, *[1] * parameter.ndim)
-    if parameter.size * degree < SMALL:  # fewer calls beat fewer operations
-        angle = np.arccos(np.minimum(np.maximum(parameter, -1.0), 1.0))
-        return np.asarray(np.cos(orders * angle))
+    if parameter.size * degree < SMALL and np.abs(parameter).max(initial=0.0) <= 1.0:
+        return np.asarray(np.cos(orders * np.arccos(parameter)))  # fewer calls beat fewer operations
     values = np.empty((degree + 1, *parameter.shape))
     values[0] = 1.0
     values[1] = parameter
@@ -134,7 +133,7 @@ def evaluate(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
     values = polynomials(parameter, coefficients.shape[-1] - 1)
     if parameter.ndim == 1:
         flat = coefficients.reshape(-1, coefficients.shape[-1]) @ values
-        return flat.reshape(*coefficients.shape[:2], -1)
+        return flat.reshape(*coefficients.shape[:2], parameter.size)
     return (coefficients.transpose(1, 0, 2) @ values.transpose(1, 0, 2)).transpose(1, 0, 2)
 
 

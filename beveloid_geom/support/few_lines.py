@@ -1,8 +1,10 @@
-"""How results show themselves: a few lines, however long their arrays are."""
+"""How inputs and results show themselves: a few lines, however long their arrays are, or a table."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,21 @@ def few_lines(result: Any) -> str:
     width = max(map(len, names), default=0)
     rows = [f"  {name:<{width}}  {_shown(getattr(result, name))}" for name in names]
     return "\n".join((type(result).__name__, *rows))
+
+
+def html_table(shown: Any) -> str:
+    """The `_repr_html_` of a dataclass, as notebooks ask for: its fields and those of its parts."""
+    rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(shown))
+    return f"<table><caption>{type(shown).__name__}, mm and rad</caption>{''.join(rows)}</table>"
+
+
+def _rows(shown: Any, lead: str = "") -> Iterator[tuple[str, str]]:
+    for field in fields(shown):
+        value = getattr(shown, field.name)
+        if field.repr and is_dataclass(value):
+            yield from _rows(value, f"{lead}{field.name} ")
+        elif field.repr:
+            yield lead + field.name, _shown(value)
 
 
 def _shown(value: object) -> str:

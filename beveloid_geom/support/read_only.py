@@ -1,4 +1,4 @@
-"""What is shared cannot be written to: results that are kept, and arrays of inputs.
+"""What is shared cannot be written to: results that are kept, and inputs, which compare by their values.
 
 Whoever asks for a kept result gets the same arrays as the one before. They are made read-only, so
 that writing to one raises instead of changing the results of others.
@@ -7,9 +7,9 @@ that writing to one raises instead of changing the results of others.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import lru_cache, wraps
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,21 @@ def read_only(value: T) -> T:
         for part in value:
             read_only(part)
     return value
+
+
+def equal(one: Any, other: object) -> bool:
+    """The `__eq__` of a dataclass of numbers and arrays: the same class, and in every field the same values.
+    Of arrays also the same shape. Inputs of plain numbers are hashable, those that hold arrays are not."""
+    names = [part.name for part in fields(one)]
+    if type(other) is not type(one):
+        return NotImplemented  # type: ignore[no-any-return]
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    return all(np.array_equal(a, b) if np.ndim(a) or np.ndim(b) else a == b for a, b in pairs)
+
+
+def restored(made: object, state: dict[str, Any]) -> None:
+    """The `__setstate__` of inputs and kept results: unpickled or copied, their arrays are read-only too."""
+    vars(made).update(read_only(state))
 
 
 def kept(most: int) -> Callable[[Callable[P, T]], _lru_cache_wrapper[T]]:

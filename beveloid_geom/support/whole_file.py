@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +19,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     free: a folder cannot be replaced, a device or pipe must not be, as that would take it from all."""
     given, path = path, Path(os.path.realpath(path))
     require_replaceable(path)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    name = str(path.parent / f".{path.name}.{secrets.token_hex(4)}.part")
+    handle = os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)  # less the process's own umask
 
     def give_up() -> str:
         try:
@@ -32,7 +33,6 @@ def whole_file(path: Path) -> Iterator[Path]:
         try:
             os.close(handle)
             yield Path(name)
-            os.chmod(name, 0o666 & ~_umask())
             os.replace(name, path)
         finally:
             give_up()
@@ -44,9 +44,3 @@ def require_replaceable(path: Path) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "Not a regular file", str(path))
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

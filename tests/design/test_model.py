@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 from math import inf, nan, radians
 from typing import Any, TypeVar
@@ -213,3 +215,43 @@ def test_arguments_are_numbers_or_refused(name: str, call: Callable[[Any], objec
         assert str(caught.value) == f"{name} must be a number, got {shown}: {NUMBER}"
     with pytest.raises(ValueError, match=f"^{name} {PLAIN}, got a masked array: {UNMASK}$"):
         call(np.ma.array([0.1, 0.2], mask=[True, False]))
+
+
+BATCH = TABLE.with_errors(Errors(offset=np.array([0.0, 0.1])))
+
+
+@pytest.mark.parametrize("made", [lambda x: pickle.loads(pickle.dumps(x)), deepcopy], ids=["pickle", "copy"])
+@pytest.mark.parametrize("design", [TABLE, BATCH], ids=["single", "batch"])
+def test_copies_are_equal_and_read_only(design: Design, made: Callable[[Design], Design]) -> None:
+    assert design.batch_shape == made(design).batch_shape
+    again = made(design)
+    assert again == design
+    assert again is not design
+    if design is BATCH:
+        with pytest.raises(ValueError, match="read-only"):
+            again.errors.offset[0] = 1.0  # type: ignore[index]
+
+
+def test_equal_designs() -> None:
+    """By their values, arrays too; of plain numbers they are the same key, those of arrays are no keys."""
+    assert table1() == TABLE
+    assert hash(table1()) == hash(TABLE)
+    assert table1((0.001, 0.0)) != TABLE
+    assert TABLE.with_errors(Errors(offset=np.array([0.0, 0.1]))) == BATCH
+    assert TABLE.with_errors(Errors(offset=np.array([0.0, 0.2]))) != BATCH
+    assert TABLE.with_errors(Errors(offset=np.array([0.0, 0.1, 0.0]))) != BATCH
+    assert TABLE != BATCH
+    assert TABLE != "a design"
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(BATCH)
+
+
+def test_errors_are_pickled() -> None:
+    with pytest.raises(DesignError) as caught:
+        replace(TOOL, normal_module=-1.0)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.faults, again.source) == (
+        str(caught.value),
+        caught.value.faults,
+        caught.value.source,
+    )

@@ -8,13 +8,17 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import contact_ratio
-from beveloid_geom.design.model import Errors
+from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.operation.first_contact import first_contact
-from beveloid_geom.operation.mesh_cycle import Cycle, error_over_cycles, mesh_cycle
+from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.status import Limit
+from beveloid_geom.operation.pieces import SAMPLES
+from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import cases_of
+from tests.stability.random_designs import Kind, random_designs
 from tests.symmetry import mirrored
 
 
@@ -150,19 +154,89 @@ def test_arrays_of_errors() -> None:
     assert np.isnan(ratio[1])
 
 
+def random_rolls(start: float, count: int = 1000) -> FloatArray:
+    """Rolls over five pitches of Table 1's pinion."""
+    return start + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(-2.0, 3.0, count)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("errors", [Errors(), Errors(0.03, 1e-4, 0.1, -0.05)])
+def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:
+    """Against the search at 1,000 rolls: transmission error, gear roll, carrier, points of both members."""
+    design = table1((0.001, -0.001), errors)
+    cycle = mesh_cycle(design, flank)
+    roll = random_rolls(float(cycle.start))
+    found, wanted = cycle.at(roll.reshape(2, 50, 10)), first_contact(design, flank, roll)
+    assert found.gear_roll.shape == (2, 50, 10)
+    assert found.point.shape == (2, 50, 10, 3)
+    found = found.shaped(roll.size)
+    for name, bound in {"transmission_error": 1e-14, "gear_roll": 1e-14, "l1": 1e-9, "z2": 1e-9}.items():
+        assert np.abs(getattr(found, name) - getattr(wanted, name)).max() < bound, name
+    assert np.abs(found.point - wanted.point).max() < 1e-9
+    for name in ("pair", "limit", "on_fillet", "status"):
+        assert np.array_equal(getattr(found, name), getattr(wanted, name)), name
+    assert np.abs(cycle.gear_roll(roll) - wanted.gear_roll).max() < 1e-14
+
+
+@pytest.mark.parametrize("kind", ["usual", "fitted"])
+def test_random_pairs_at_any_roll(kind: Kind) -> None:
+    """Of 15 designs each: where every roll has a first contact the cycle is not lost, and gives it."""
+    rng, solved, designs = np.random.default_rng(21), 0, random_designs(kind, 15, 21)
+    for k in range(15):
+        design: Design = cases_of(designs, k)
+        flank = str(rng.choice(["right", "left"]))
+        try:
+            cycle = mesh_cycle(design, flank)
+        except ValueError:  # the tool's rounds overlap: there is no fillet
+            continue
+        roll = float(cycle.start) + cycle.pitch * rng.uniform(-1.0, 2.0, 67)
+        wanted = first_contact(design, flank, roll)
+        if cycle.lost:
+            assert cycle.status in wanted.status or cycle.status == FirstStatus.MEETS_BOTTOM
+            continue
+        solved += 1
+        assert np.abs(cycle.at(roll).gear_roll - wanted.gear_roll).max() < 1e-10
+    assert solved >= 4
+
+
+def test_a_piece_too_narrow_for_the_samples() -> None:
+    """Flanks carry 0.4 % of the cycle, at a hand-over from edge to edge."""
+    cycle = cycle_of((0.0002, 0.0002))
+    flanks = cycle.pieces.limit[0] < 0
+    assert flanks.sum() == 1
+    assert (cycle.pieces.high - cycle.pieces.low)[flanks][0] == pytest.approx(
+        0.004017 * cycle.pitch, rel=1e-3
+    )
+    assert cycle.pitch / SAMPLES > 0.004017 * cycle.pitch
+    middle = 0.5 * (cycle.pieces.low + cycle.pieces.high)
+    wanted = first_contact(table1((0.0002, 0.0002)), "right", middle)
+    assert np.array_equal(cycle.pieces.limit.T, wanted.limit)
+
+
 def test_curve_repeats_itself() -> None:
-    """Solved at every roll of three cycles it is what one cycle says, for arrays of errors too."""
+    """Solved at rolls of three cycles it is what one cycle says, for arrays of errors too."""
     design = table1((0.0002, 0.0002), Errors(offset=np.array([0.0, 0.05])))
-    roll, error = error_over_cycles(design, "right", cycles=3, points=7)
-    assert roll.shape == error.shape == (2, 22)
-    direct = first_contact(design, "right", roll)
-    assert np.abs(direct.transmission_error - error).max() < 1e-12
-    assert (direct.pair[:, 0] - direct.pair[:, -1] == 3).all()
+    cycle = mesh_cycle(design, "right")
+    roll = cycle.start[:, None] + cycle.pitch * np.arange(22) / 7.0
+    found, direct = cycle.at(roll), first_contact(design, "right", roll)
+    assert np.abs(direct.transmission_error - found.transmission_error).max() < 1e-14
+    assert (found.pair[:, 0] - found.pair[:, -1] == 3).all()
+
+
+def test_positions_of_a_lost_cycle_are_named() -> None:
+    design = table1((0.001, -0.001), Errors(offset=-5.0))
+    cycle = mesh_cycle(design, "right")
+    roll = random_rolls(float(cycle.start), 5)
+    assert cycle.status == FirstStatus.MEETS_BOTTOM
+    assert np.array_equal(cycle.at(roll).status, first_contact(design, "right", roll).status)
 
 
 def test_refusals() -> None:
-    with pytest.raises(ValueError, match="cycles and points"):
-        error_over_cycles(table1(), "right", 0)
+    for roll, text in ((np.nan, "finite"), (["a"], "must be a number")):
+        with pytest.raises(ValueError, match=text):
+            cycle_of((0.001, -0.001)).at(roll)
+    with pytest.raises(ValueError, match="begins with"):
+        mesh_cycle(table1(errors=Errors(offset=np.zeros(2))), "right").at(np.zeros(3))
     with pytest.raises(ValueError, match="harmonics"):
         mesh_cycle(table1(), "right", 0)
     with pytest.raises(ValueError, match="thickness"):

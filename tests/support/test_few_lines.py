@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -51,3 +53,19 @@ def test_what_is_shown_of_an_array() -> None:
         "...",
         "0",
     ]
+
+
+@pytest.mark.parametrize("name", ["path", "cycle", "design"])
+def test_notebooks_show_a_small_table(name: str) -> None:
+    """Of the quantities and their values, well formed, within forty lines."""
+    shown: Any = DESIGN if name == "design" else RESULTS[name]()
+    table = ElementTree.fromstring(shown._repr_html_())
+    rows = {row.findtext("th"): row.findtext("td") for row in table.findall("tr")}
+    assert table.findtext("caption") == f"{type(shown).__name__}, mm and rad"
+    assert 8 < len(rows) < 40
+    wanted = {
+        "path": ("ends contact_ratio", str(bg.path_ends(DESIGN).contact_ratio)),
+        "cycle": ("edge_share", str(bg.mesh_cycle(DESIGN, "right").edge_share)),
+        "design": ("pinion tool parabola", "0.001"),
+    }[name]
+    assert rows[wanted[0]] == wanted[1]

@@ -176,3 +176,28 @@ def test_all_workers_start_while_ctrl_c_waits() -> None:
     """One that started later would answer to it, with a traceback."""
     with workers(3):
         assert len(multiprocessing.active_children()) == 3
+
+
+WATCHED = """
+import os, signal
+def state():
+    mask = os.umask(0o022)
+    os.umask(mask)
+    handlers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+    return dict(os.environ), mask, handlers
+before = state()
+import numpy as np
+import beveloid_geom as bg
+names = [getattr(bg, name) for name in bg.__all__]
+design = bg.builtin_design()
+bg.certify(bg.path_of_contact(design, points=5)), bg.mounted_backlash(design)
+bg.mesh_cycle(design, "right"), bg.operating_ratio(design, "right")
+assert state() == before
+print("kept")
+"""
+
+
+def test_a_python_users_process_is_left_as_it_is() -> None:
+    """Its environment, umask and signal handlers, by import and by public functions."""
+    run = subprocess.run([sys.executable, "-c", WATCHED], capture_output=True, text=True, check=False)
+    assert (run.stdout, run.stderr) == ("kept\n", "")

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import ast
+import pickle
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from copy import deepcopy
 from dataclasses import is_dataclass
 from functools import cached_property
 from importlib import import_module
 from inspect import isclass
+from multiprocessing import get_context
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +23,11 @@ import beveloid_geom
 import beveloid_viz
 from beveloid_geom.contact.equation import _kept_flanks, pairing_of
 from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.tooth_side import _kept_surface
-from beveloid_geom.operation.backlash import _kept_backlash
+from beveloid_geom.operation.backlash import _kept_backlash, mounted_backlash
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_separation
@@ -146,3 +154,48 @@ def test_writing_to_a_pairing_or_a_mounting_is_refused() -> None:
     for array in (mounting_of(TABLE).distance, pairing_of(TABLE, "left").rack.normal):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0.0
+
+
+RESULTS: dict[str, Callable[[Design], Any]] = {
+    "path": path_of_contact,
+    "certificate": lambda design: certify(path_of_contact(design, points=5)),
+    "cycle": lambda design: mesh_cycle(design, "right", 2),
+    "backlash": mounted_backlash,
+    "mounting": mounting_of,
+}
+OTHERS = [table1((0.0002 * k, -0.001), Errors(offset=0.01 * k)) for k in range(4)]
+
+
+def bytes_of(result: object) -> list[bytes]:
+    """Of all arrays of a result, in order."""
+    if isinstance(result, np.ndarray):
+        return [result.tobytes()]
+    parts = (
+        result if isinstance(result, tuple | list) else vars(result).values() if is_dataclass(result) else ()
+    )
+    return [found for part in parts for found in bytes_of(part)]
+
+
+def measured(design: Design) -> list[bytes]:
+    return [found for result in RESULTS.values() for found in bytes_of(result(design))]
+
+
+@pytest.mark.parametrize("name", RESULTS)
+@pytest.mark.parametrize("made", [lambda x: pickle.loads(pickle.dumps(x)), deepcopy], ids=["pickle", "copy"])
+def test_results_are_copied_as_they_are(name: str, made: Callable[[Any], Any]) -> None:
+    result = RESULTS[name](OTHERS[1])
+    again = made(result)
+    assert bytes_of(again) == bytes_of(result)
+    if name in ("backlash", "mounting"):  # kept
+        assert not any(x.flags.writeable for x in vars(again).values() if isinstance(x, np.ndarray))
+
+
+def test_threads_and_other_processes_find_the_same() -> None:
+    """Eight threads at two designs each, and a process that starts anew: bit by bit."""
+    wanted = [measured(design) for design in OTHERS]
+    for cache in (_kept_backlash, _kept_flanks, _kept_mounting, _kept_surface, _derivation):
+        cache.cache_clear()
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(measured, 4 * OTHERS)) == 4 * wanted
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert list(pool.map(measured, OTHERS[:2])) == wanted[:2]

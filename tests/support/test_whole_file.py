@@ -63,3 +63,17 @@ def test_a_report_without_a_name_is_refused_at_once(tmp_path: Path) -> None:
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 2
     assert run.stderr == "Error: cannot write . (Is a directory): choose a file with --out\n"
+
+
+def test_the_umask_is_kept_and_not_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other threads write files meanwhile, which would be open to all."""
+    before = os.umask(0o027)
+    monkeypatch.setattr(os, "umask", lambda _: pytest.fail("other threads would see it"))
+    try:
+        with whole_file(tmp_path / "new") as path:
+            path.write_text("text")
+    finally:
+        monkeypatch.undo()
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "new").stat().st_mode) == 0o640
+    assert [path.name for path in tmp_path.iterdir()] == ["new"]

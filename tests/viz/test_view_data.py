@@ -11,17 +11,20 @@ from typing import Any, cast
 import numpy as np
 import pytest
 import pyvista as pv
+from numpy.polynomial.chebyshev import chebval
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.first_contact import FirstContact, first_contact
+from beveloid_geom.operation.first_contact import first_contact
+from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from beveloid_viz.report.view_data import CYCLE_STEPS, carried_phase, unpacked, view_data
+from beveloid_geom.status import FirstStatus
+from beveloid_viz.report.view_data import carried_phase, unpacked, view_data
 from tests.oracle.table1 import table1
 
 TABLE = table1()
@@ -61,11 +64,21 @@ def placed(member: dict[str, Any], points: FloatArray, roll: FloatArray) -> Floa
     return np.asarray(spun @ np.reshape(member["rotation"], (3, 3)).T + member["origin"])
 
 
-def cycle_at(view: dict[str, Any], flank: str) -> tuple[FloatArray, FloatArray]:
-    """Rolls and phases of one mesh cycle."""
+def cycle_at(view: dict[str, Any], flank: str, steps: int = 120) -> tuple[FloatArray, FloatArray]:
+    """Rolls and phases of one mesh cycle, evaluated as the page does."""
     cycle = view["flanks"][flank]["cycle"]
-    phase = cast("FloatArray", unpacked(cycle["phase"]))
-    return np.linspace(0.0, cycle["pitch"], phase.size) + float(cycle["start"]), phase
+    into = cycle["pitch"] * np.linspace(0.0, 1.0, steps + 1)
+    piece, x = piece_at(cycle, into)
+    series = unpacked(cycle["phase"]).reshape(len(cycle["edges"]), -1)
+    return into + float(cycle["start"]), chebval(x, series[piece].T, tensor=False)
+
+
+def piece_at(cycle: dict[str, Any], into: FloatArray) -> tuple[NDArray[np.int_], FloatArray]:
+    """Piece and place -1 ... 1 in it of rolls beyond the start of a cycle."""
+    ends = unpacked(cycle["ends"])
+    piece = np.minimum(np.searchsorted(ends, into), ends.size - 1)
+    low = np.append(0.0, ends)[piece]
+    return piece, 2.0 * (into - low) / (ends[piece] - low) - 1.0
 
 
 @every_design
@@ -168,12 +181,15 @@ def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
     view, design = VIEWS[name], DESIGNS[name]
     roll, phase = cycle_at(view, flank)
     cycle = view["flanks"][flank]["cycle"]
-    edges = np.array([edge is not None for edge in cycle["edges"]])
+    piece, _ = piece_at(cycle, roll - cycle["start"])
+    edges = np.array([edge is not None for edge in cycle["edges"]])[piece]
     assert cycle["by"] == "first contact"
     assert phase[0] == pytest.approx(phase[-1], abs=1e-12)
     ahead = phase - carried_phase(path_of_contact(design, flank, 65), roll)
     ahead *= 1.0 if flank == "left" else -1.0
-    assert len(cycle["edges"]) == CYCLE_STEPS + 1
+    first = first_contact(design, flank, roll)
+    wanted = first.gear_roll + design.pinion.teeth / design.gear.teeth * roll
+    np.testing.assert_allclose(phase, wanted, atol=1e-13)
     np.testing.assert_allclose(ahead[~edges], 0.0, atol=1e-7)  # a straight line from point to point
     assert (ahead[edges] > -1e-7).all()
     assert edges.any() == (name == "modified")
@@ -181,9 +197,16 @@ def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
 
 
 def test_edges_are_named_with_their_place() -> None:
-    edges = [edge for edge in VIEWS["modified"]["flanks"]["right"]["cycle"]["edges"] if edge]
-    assert {edge["edge"] for edge in edges} == {"gear tip"}
-    assert all(90.0 < np.hypot(*edge["point"][:2]) < 105.0 for edge in edges)
+    """At twenty rolls in every piece that an edge carries."""
+    cycle = VIEWS["modified"]["flanks"]["right"]["cycle"]
+    edges = [(k, edge) for k, edge in enumerate(cycle["edges"]) if edge]
+    assert {edge["edge"] for _, edge in edges} == {"gear tip"}
+    ends, x = np.append(0.0, unpacked(cycle["ends"])), np.linspace(-0.99, 0.99, 20)
+    for k, edge in edges:
+        roll = cycle["start"] + 0.5 * (ends[k] + ends[k + 1] + (ends[k + 1] - ends[k]) * x)
+        point = chebval(x, unpacked(edge["point"]).reshape(3, -1).T).T
+        wanted = first_contact(DESIGNS["modified"], "right", roll).point
+        np.testing.assert_allclose(point, wanted, atol=1e-9)
 
 
 ODD = {
@@ -241,12 +264,10 @@ def test_where_the_view_begins() -> None:
 def test_where_a_first_contact_is_not_known_the_path_poses_the_gear(monkeypatch: pytest.MonkeyPatch) -> None:
     """No edge is then named, as none is known elsewhere."""
 
-    def first(*arguments: Any) -> FirstContact:
-        found = first_contact(*arguments)
-        found.gear_roll[3] = np.nan
-        return found
+    def unknown(*arguments: Any) -> Cycle:
+        return replace(mesh_cycle(*arguments), status=np.array(FirstStatus.NOT_CONVERGED))
 
-    monkeypatch.setattr("beveloid_viz.report.view_data.first_contact", first)
+    monkeypatch.setattr("beveloid_viz.report.view_data.mesh_cycle", unknown)
     cycle = view_data(DESIGNS["modified"], 0.1)["flanks"]["right"]["cycle"]
     assert cycle["by"] == "path"
     assert not any(cycle["edges"])

@@ -98,7 +98,7 @@ def motion_at(cycle: OperationReport, share: FloatArray) -> Motion:
     """The pair at shares (n,) of the pitch; the cycle must be known."""
     design, flank = cycle.design, cycle.flank
     roll = float(cycle.cycle.start) + cycle.cycle.pitch * share
-    first = first_contact(design, flank, roll)
+    first = cycle.cycle.at(roll)
     mesh, _ = mesh_of(design, flank, roll)
     pairs = np.unique(mesh.nearest[:, None] + mesh.near)
     alone = [first_contact(design, flank, roll, (pair,)) for pair in pairs]

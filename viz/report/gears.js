@@ -6,7 +6,7 @@
 
 window.beveloidGears = function (data) {
   const T = window.THREE;
-  const TOUCHING = data.module / 3e4; // mm of clearance that may be interpolation
+  const TOUCHING = data.module / 3e4; // mm of clearance that may be the path's, a line from point to point
   const MOST = 8; // tooth pairs shown in contact at a time
   const DOT = 7; // its radius, pixels
 
@@ -108,7 +108,9 @@ window.beveloidGears = function (data) {
   /* ---- paths and points of contact ---- */
 
   function flankOf(given) {
-    const cycle = { ...given.cycle, phase: unpacked(given.cycle.phase) };
+    const { ends, phase, edges } = given.cycle;
+    const cycle = { ...given.cycle, ends: unpacked(ends), phase: unpacked(phase) };
+    cycle.edges = edges.map((edge) => edge && { ...edge, point: unpacked(edge.point) });
     if (!given.path) return { ...given, cycle, drawn: [] };
     const path = {};
     for (const [name, values] of Object.entries(given.path)) path[name] = unpacked(values);
@@ -155,15 +157,26 @@ window.beveloidGears = function (data) {
 
   /* ---- who touches ---- */
 
-  // The gear's phase, interpolated over a pitch, and the edge that carries, if one does.
+  // Value at x, from -1 to 1, of part n of so many of a row of Chebyshev series (Clenshaw).
+  function series(rows, parts, n, x) {
+    const size = rows.length / parts;
+    let [sum, before] = [0, 0];
+    for (let k = size - 1; k > 0; k--) [sum, before] = [2 * x * sum - before + rows[n * size + k], sum];
+    return x * sum - before + rows[n * size];
+  }
+
+  // The gear's phase at a roll, and the edge that carries, if one does.
   function atCycle({ cycle }, roll) {
-    const pitches = (roll - cycle.start) / cycle.pitch,
-      turns = Math.floor(pitches);
-    const at = (pitches - turns) * (cycle.phase.length - 1),
-      i = Math.min(Math.floor(at), cycle.phase.length - 2);
-    const edge = cycle.edges[Math.round(at)];
-    const phase = cycle.phase[i] + (at - i) * (cycle.phase[i + 1] - cycle.phase[i]);
-    return { phase, edge: edge && { name: edge.edge, point: vector(edge.point) } };
+    const { start, pitch, ends, phase, edges } = cycle;
+    const into = roll - start - Math.floor((roll - start) / pitch) * pitch;
+    const n = Math.max(0, ends.findIndex((end) => into <= end));
+    const low = n ? ends[n - 1] : 0,
+      x = (2 * (into - low)) / (ends[n] - low) - 1;
+    const edge = edges[n];
+    return {
+      phase: series(phase, ends.length, n, x),
+      edge: edge && { name: edge.edge, point: vector([0, 1, 2].map((c) => series(edge.point, 3, c, x))) },
+    };
   }
 
   // Tooth pairs on their path: number, roll of pair 0 there, point, normal, and clearance.

@@ -11,6 +11,7 @@ import base64
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebfit, chebpts1
 from numpy.typing import NDArray
 
 from beveloid_geom.arrays import FloatArray
@@ -18,11 +19,13 @@ from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import flank_point, tip_radius
-from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
+from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
+from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
+from beveloid_geom.operation.pieces import DEGREE
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import FirstStatus, Limit, Status
 
 NAMES = ("pinion", "gear")
 FLANKS = ("right", "left")
@@ -31,8 +34,7 @@ TOLERANCE = 1.0 / 500.0
 view stands closest, ten modules on a thousand pixels."""
 PATH_POINTS = 65
 CYCLE_STEPS = 120
-"""Rolls of a pitch at which first contacts are found. Between them the gear's roll is interpolated: where
-carriers change it is off by some hundredths of the transmission error, tenths of a micrometre."""
+"""Lines of which a cycle consists where the gear is not posed by first contacts."""
 REASONS = {
     Status.NO_COMMON_NORMAL: "share no normal",
     Status.NOT_CONVERGED: "have a path of contact that could not be followed",
@@ -126,7 +128,7 @@ def _flank(design: Design, flank: str) -> dict[str, Any]:
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path)
-    middle = cycle["start"] + 0.5 * cycle["pitch"]
+    middle = cycle["start"] + 0.5 * cycle["pitch"] * (cycle["by"] != "first contact")
     data: dict[str, Any] = {"path": None, "middle": middle, "lever": 0.0, "note": "", "cycle": cycle}
     if solved.sum() > 1:
         data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
@@ -167,32 +169,44 @@ def _lever(path: ContactPath) -> float:
 
 
 def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
-    """Who touches first at rolls from `start` over one `pitch`, both ends included: the `phase` that poses
-    the gear, and where an edge carries, the `point` in S_f and the edge's name.
+    """Who touches first at rolls from `start` over one `pitch`, in pieces that end at `ends` beyond it: the
+    `phase` that poses the gear, and where an edge carries, the `point` in S_f and the edge's name. Phases and
+    coordinates are Chebyshev coefficients, each piece from -1 to 1.
 
     The gear is posed by first contacts, all teeth, edges and fillets included. Where none is known, as for
     undercut members, by the path of the pair that turns it furthest, or as if unmodified: `by` says so."""
-    pitch = 2.0 * np.pi / float(design.pinion.teeth)
-    start, steps = -0.5 * pitch, pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
-    edges: list[dict[str, Any] | None] = [None] * steps.size
+    pitch, start = 2.0 * np.pi / float(design.pinion.teeth), 0.0
     try:
-        start += float(np.nan_to_num(middle_roll(design, flank)))
-        first = first_contact(design, flank, start + steps)
+        start = float(np.nan_to_num(middle_roll(design, flank)))
+        cycle = mesh_cycle(design, flank)
     except ValueError:  # the tool's rounds overlap: there are no fillets
-        phase = np.full(steps.shape, np.nan)
+        start -= 0.5 * pitch
     else:
-        phase = _phase(design, first.pinion_roll, first.gear_roll)
-        for i in np.flatnonzero(np.isfinite(phase) & (first.limit[:, 0] >= 0)):
-            names = " and ".join(str(Limit(int(code))) for code in first.limit[i] if code >= 0)
-            edges[i] = {"point": first.point[i].tolist(), "edge": names}
-    by, roll = "first contact", start + steps
-    if not np.isfinite(phase).all():
-        by, edges = "path", [None] * roll.size
-        phase = carried_phase(path, roll)
+        if cycle.status == FirstStatus.SOLVED:
+            phase = cycle.phase_series()
+            data = {"start": start, "pitch": pitch, "ends": packed(cycle.pieces.high - start)}
+            return data | {"phase": packed(phase), "edges": _edges(cycle), "by": "first contact"}
+        start -= 0.5 * pitch
+    steps = pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
+    by, phase = "path", carried_phase(path, start + steps)
     if not np.isfinite(phase).any():
-        by, phase = "unmodified", np.full(roll.shape, np.nan_to_num(float(conjugate_phase(design, flank))))
-    phase = np.interp(roll, roll[np.isfinite(phase)], phase[np.isfinite(phase)], period=pitch)
-    return {"start": start, "pitch": pitch, "phase": packed(phase), "edges": edges, "by": by}
+        by, phase = "unmodified", np.full(steps.shape, np.nan_to_num(float(conjugate_phase(design, flank))))
+    known = np.isfinite(phase)
+    phase = np.interp(start + steps, start + steps[known], phase[known], period=pitch)
+    lines = 0.5 * np.stack((phase[1:] + phase[:-1], np.diff(phase)), axis=1)
+    data = {"start": start, "pitch": pitch, "ends": packed(steps[1:]), "phase": packed(lines)}
+    return data | {"edges": [None] * CYCLE_STEPS, "by": by}
+
+
+def _edges(cycle: Cycle) -> list[dict[str, Any] | None]:
+    """Of each piece the edges that carry and the coordinates of their contact, None for flanks."""
+    found: list[dict[str, Any] | None] = []
+    nodes = chebpts1(DEGREE + 1)
+    for roll, limit in zip(cycle.pieces.rolls(nodes), cycle.pieces.limit.T, strict=True):
+        names = " and ".join(str(Limit(int(code))) for code in limit if code >= 0)
+        point = chebfit(nodes, cycle.at(roll).point, DEGREE).T
+        found.append({"point": packed(point), "edge": names} if names else None)
+    return found
 
 
 def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:

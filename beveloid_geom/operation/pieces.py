@@ -1,0 +1,387 @@
+"""The smooth pieces of which the curve of first contact over a mesh cycle consists.
+
+A piece is carried in one way: by one tooth pair, in a tangency, on an edge of one member or on the edges
+of two limits, on flank or fillet. With its limits held to, a contact is the root of two equations in
+(s1, z1), smooth in the pinion's roll and beyond the piece's own ends:
+
+    no limit     grad f = 0
+    one limit    c = 0, t.grad f = 0 with t along c = 0
+    two limits   c1 = c2 = 0
+
+(`least_clearance` has f and the limits c). First contacts at even rolls tell the carriers; Newton's method
+gives the contacts of each at Chebyshev points of the roll, and the polynomials through them say where
+one carrier takes over from the next: where f is less, or where a contact comes within the limits.
+First contacts at other rolls check every piece; one that misses them is divided there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import FloatArray
+from ..status import FirstStatus, Limit
+from ..support.chebyshev import basis_of, evaluate
+from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
+from .least_clearance import FEASIBLE, Local, Task, local_at
+
+SAMPLES = 64
+"""Rolls of a pitch at which first contacts tell the carriers."""
+DEGREE, PASSES, LAST_STEP = 20, 12, 1e-9
+"""Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last."""
+FITS, SETTLED = 12, 1e-12
+"""How often the polynomials are fitted while their ends move by more than this share of a pitch."""
+PARTS, DIVISIONS = 16, 10
+"""An end is found by so many divisions of its interval into parts."""
+CHECKS, ROUNDS = np.array((-0.95, -0.3, 0.4, 1.0)), 6
+"""Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
+CHECKED = 3e-11
+"""rad of the gear's roll by which a piece may lie behind a first contact."""
+SHORT = 1e-9
+"""Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
+BEYOND = 1.2
+"""Half lengths from its middle up to which a piece's polynomials are asked."""
+QUANTITIES = 5
+"""Rows of a piece's polynomials: f, s1, z1, s2, z2, mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces (n,) of the cases `case`, in order of case and roll, from `low` to `high`, rad of the pinion's
+    roll; `coefficients` (5, n, DEGREE + 1) of Chebyshev polynomials of f, s1, z1, s2, z2, mm; the tooth
+    `pair`, `limit` (2, n) and `on_fillet` (2, n) as in `FirstContact`."""
+
+    case: Integers
+    low: FloatArray
+    high: FloatArray
+    coefficients: FloatArray
+    pair: Integers
+    limit: NDArray[np.int8]
+    on_fillet: NDArray[np.bool_]
+
+    def pick(self, index: Integers | NDArray[np.bool_]) -> Pieces:
+        """The pieces `index`."""
+        return Pieces(
+            self.case[index],
+            self.low[index],
+            self.high[index],
+            self.coefficients[:, index],
+            self.pair[index],
+            self.limit[:, index],
+            self.on_fillet[:, index],
+        )
+
+    def rolls(self, places: FloatArray) -> FloatArray:
+        """Rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
+        return _rolls(self.low, self.high, places)
+
+    def values(self, index: Integers, roll: FloatArray) -> FloatArray:
+        """All quantities (rows, n, k) of the pieces `index` (n,) at rolls (n, k), rad."""
+        low, high = self.low[index, None], self.high[index, None]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            place = np.nan_to_num((2.0 * roll - (low + high)) / (high - low))
+        return evaluate(self.coefficients[:, index], np.clip(place, -BEYOND, BEYOND))
+
+    def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
+        """The first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,), rad."""
+        order = np.argsort(index, kind="stable")
+        found = np.empty((len(self.coefficients[:rows]), roll.size))
+        for part in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
+            if part.size:
+                one = replace(
+                    self.pick(index[part[:1]]), coefficients=self.coefficients[:rows, index[part[:1]]]
+                )
+                found[:, part] = one.values(np.zeros(1, dtype=np.int64), roll[None, part])[:, 0]
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """First contacts (n,) of the cases at rolls, in their order; `cut`: a piece begins here in any case."""
+
+    case: Integers
+    roll: FloatArray
+    cut: NDArray[np.bool_]
+    found: Found
+
+    def pick(self, index: Integers | NDArray[np.bool_]) -> _Samples:
+        found = Found(*(value[..., index] for value in vars(self.found).values()))
+        return _Samples(self.case[index], self.roll[index], self.cut[index], found)
+
+    def and_also(self, other: _Samples) -> _Samples:
+        """Both, in order of case and roll."""
+        rows = zip(vars(self.found).values(), vars(other.found).values(), strict=True)
+        both = _Samples(
+            np.append(self.case, other.case),
+            np.append(self.roll, other.roll),
+            np.append(self.cut, other.cut),
+            Found(*(np.concatenate(row, axis=-1) for row in rows)),
+        )
+        return both.pick(np.lexsort((both.roll, both.case)))
+
+
+def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> _Samples:
+    return _Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
+
+
+def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
+    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
+    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces."""
+    share, cases = np.linspace(0.0, 1.0, SAMPLES + 1), mesh.roll.size
+    case = np.arange(cases).repeat(share.size)
+    samples = _sampled(mesh, grids, case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases))
+    status, done = np.zeros(cases, dtype=np.int64), []
+    for _ in range(ROUNDS):
+        bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]
+        status[samples.case[bad]] = samples.found.status[bad]
+        samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
+        if not samples.case.size:
+            break
+        pieces = _fitted(mesh, samples)
+        checks, good = _checked(mesh, grids, pieces)
+        failed = np.isin(np.arange(cases), pieces.case[~good.all(axis=1)])
+        jumps, samples = _overtaken(mesh, samples, pieces)
+        failed[jumps] = True
+        done.append(pieces.pick(~failed[pieces.case]))
+        samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
+    status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
+    return _joined(done), status
+
+
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArray[np.bool_]]:
+    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there. A piece may be
+    earlier, within all limits: a search missed its contact, and what it found is left out."""
+    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
+    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
+    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
+    behind = values[0] - checks.found.f.reshape(roll.shape)
+    piece = each.repeat(roll.shape[1])
+    _, f, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
+    earlier = (behind < -bound) & within.reshape(roll.shape)
+    earlier &= np.abs(values[0] - f.reshape(roll.shape)) <= bound
+    good = np.asarray((np.abs(behind) <= bound) | earlier)
+    checks = replace(checks, cut=~good.ravel())
+    return checks.pick(~earlier.ravel()), good
+
+
+def _moved(
+    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), f again,
+    and whether they lie within the limits."""
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
+        place, found = _held(task, place, pieces.limit[:, piece])
+        margin = np.where(_holding(pieces.limit[:, piece]), 0.0, found.margin)
+    values = np.concatenate((found.f[None], place, found.meeting))
+    return values, found.f, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+
+
+def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
+    """Cases of which the curve jumps from piece to piece, as a search missed the earlier contact there; and
+    the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
+    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+    ends = [
+        pieces.values(inner, pieces.high[inner, None])[..., 0],
+        pieces.values(inner + 1, pieces.high[inner, None])[..., 0],
+    ]
+    jump = ends[0][0] - ends[1][0]
+    found = samples.found
+    order = pieces.case + 0.5 * (pieces.low - mesh.roll[pieces.case]) / mesh.pitch[0]
+    own = np.searchsorted(
+        order, samples.case + 0.5 * (samples.roll - mesh.roll[samples.case]) / mesh.pitch[0], side="right"
+    )
+    own = np.maximum(own - 1, 0)
+    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
+        early = int(jump[k] > 0.0)
+        row = np.flatnonzero(own == inner[k] + 1 - early)
+        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
+        piece = np.full(row.size, inner[k] + early)
+        values, f, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+        better = np.flatnonzero(within & (f < found.f[row]))
+        row, values, piece = row[better], values[:, better], piece[better]
+        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
+        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
+    return pieces.case[inner[np.abs(jump) > CHECKED * mesh.lever]], samples
+
+
+def _holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Which of the limits (8, n) hold contacts of limits (2, n)."""
+    return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
+
+
+def _joined(parts: list[Pieces]) -> Pieces:
+    """All of them, in order of case and roll."""
+    none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
+    empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
+    joined = (
+        np.concatenate([np.moveaxis(getattr(part, name), axis, 0) for part in (empty, *parts)])
+        for name, axis in zip(vars(empty), (0, 0, 0, 1, 0, 1, 1), strict=True)
+    )
+    case, low, high, coefficients, pair, limit, on_fillet = joined
+    pieces = Pieces(case, low, high, np.moveaxis(coefficients, 0, 1), pair, limit.T, on_fillet.T)
+    return pieces.pick(np.lexsort((pieces.low, pieces.case)))
+
+
+def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
+    """Pieces with the carriers of the samples, ending where the next one takes over."""
+    found, case = samples.found, samples.case
+    on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
+    label = np.stack((case, found.pair, *found.limit, *on_fillet))
+    begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], case.size) - 1
+    joined = np.flatnonzero(case[first[1:]] == case[last[:-1]])
+    low, high = samples.roll[first], samples.roll[last]
+    same = (label[:, first[joined]] == label[:, first[joined + 1]]).all(axis=0)  # cut
+    limits = samples.roll[np.where(same, first[joined + 1], last[joined])], samples.roll[first[joined + 1]]
+    low[joined + 1], high[joined] = limits
+    pieces = Pieces(
+        case=case[first],
+        low=low,
+        high=high,
+        coefficients=np.empty((0, 0, 0)),
+        pair=found.pair[first],
+        limit=found.limit[:, first],
+        on_fillet=on_fillet[:, first],
+    )
+    ends = limits[0]
+    for _ in range(FITS):
+        pieces = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
+        found_ends = _ends(mesh, pieces, joined, limits)
+        low, high = pieces.low.copy(), pieces.high.copy()
+        low[joined + 1], high[joined] = found_ends, found_ends
+        pieces = replace(pieces, low=low, high=high)
+        if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
+            break
+        ends, length = found_ends, high - low
+        reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[joined], length[joined + 1])
+        limits = np.maximum(limits[0], ends - reach), np.minimum(limits[1], ends + reach)
+    return _without_short(mesh, pieces)
+
+
+def _without_short(mesh: Mesh, pieces: Pieces) -> Pieces:
+    """The pieces longer than SHORT, each from where the one before ends."""
+    long = pieces.high - pieces.low > SHORT * mesh.pitch[0]
+    pieces = replace(pieces.pick(long), coefficients=pieces.coefficients[:QUANTITIES, long])
+    same = pieces.case[1:] == pieces.case[:-1]
+    low, high, start = pieces.low.copy(), pieces.high.copy(), mesh.roll[pieces.case]
+    low[1:] = np.where(same, high[:-1], start[1:])
+    low[:1] = start[:1]
+    ends = np.append(~same, True)
+    high[ends] = start[ends] + mesh.pitch[0]
+    return replace(pieces, low=low, high=high)
+
+
+def _coefficients(
+    mesh: Mesh, samples: _Samples, pieces: Pieces, runs: tuple[Integers, Integers]
+) -> FloatArray:
+    """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
+    those from the first to the last of the `runs`; NaN where a contact is not found."""
+    basis, pitch = basis_of(DEGREE), mesh.pitch[0]
+    roll = pieces.rolls(basis.nodes)
+
+    def order(case: Integers, roll: FloatArray) -> FloatArray:
+        return np.asarray(case + 0.5 * (roll - mesh.roll[case]) / pitch)
+
+    case = pieces.case.repeat(roll.shape[1])
+    after = np.searchsorted(order(samples.case, samples.roll), order(case, roll.ravel()))
+    ends = [run.repeat(roll.shape[1]) for run in runs]
+    before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
+    step = samples.roll[after] - samples.roll[before]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), 0.0, 1.0)
+        place = samples.found.place[:, before]
+        place = place + share * (samples.found.place[:, after] - place)
+        here = mesh.at(case, roll.ravel())
+        task = here.task(np.arange(case.size), pieces.pair.repeat(roll.shape[1]))
+        place, found = _held(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
+        values = np.concatenate((found.f[None], place, found.meeting, found.margin))
+        return basis.coefficients(values.reshape(-1, *roll.shape))
+
+
+def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Rolls (n, k) at places -1 ... 1 of intervals (n,)."""
+    return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
+
+
+def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
+    """The contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
+    Newton's method does not settle."""
+    for _ in range(PASSES):
+        here = local_at(task, *place)
+        step = _newton_step(here, limit)
+        place = place + step
+        settled = (np.abs(step) <= LAST_STEP * task.depth).all(axis=0)
+        if (settled | np.isnan(step).any(axis=0)).all():
+            break
+    place = np.where(settled, place, np.nan)
+    return place, local_at(task, *place)
+
+
+def _newton_step(here: Local, limit: NDArray[np.int8]) -> FloatArray:
+    """Steps (2, n) towards the contact that is held to the limits (2, n)."""
+    each = np.arange(limit.shape[1])
+    rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
+    first, second = (rate.T for rate in rates)
+    curve = np.moveaxis(here.curve[limit[0], ..., each], 0, -1)
+    square = (first * first).sum(axis=0)
+    bend = here.bend - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / square, 0.0) * curve
+    free = -_solved(bend[0], bend[1], here.slope)
+    onto, along = -margins[0] / square * first, np.stack((-first[1], first[0]))
+    pull = here.slope + (bend * onto).sum(axis=1)
+    on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
+    corner = -_solved(first, second, np.stack(margins))
+    return np.asarray(np.where(limit[1] >= 0, corner, np.where(limit[0] >= 0, on_edge, free)))
+
+
+def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (2, n) of two equations whose rows are (2, n) each."""
+    rows = right[0] * second[1] - right[1] * first[1], first[0] * right[1] - second[0] * right[0]
+    return np.asarray(np.stack(rows) / (first[0] * second[1] - first[1] * second[0]))
+
+
+def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """The rolls (k,) between the `limits` at which the pieces `before` (k,) end and the next take over."""
+    low, high = limits
+    share = 2.0 * np.arange(PARTS + 1) / PARTS - 1.0
+    row = np.arange(before.size)
+    for _ in range(DIVISIONS if before.size else 0):
+        roll = _rolls(low, high, share)
+        taken = _taken_over(mesh, pieces, before, roll)
+        taken[:, -1] = True
+        part = np.maximum(taken.argmax(axis=1), 1)
+        low, high = (
+            np.where(taken[:, 0], low, roll[row, part - 1]),
+            np.where(taken[:, 0], low, roll[row, part]),
+        )
+    return high
+
+
+def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) -> NDArray[np.bool_]:
+    """Whether at rolls (k, m) the pieces after those `before` (k,) carry: within the limits and first, of
+    such as touch together a tangency before an edge, then the pair that came into mesh last."""
+    f, outside, edge, pair = [], [], [], []
+    for index in (before, before + 1):
+        values = pieces.values(index, roll)
+        f.append(values[0])
+        outside.append(_outside(mesh, pieces, index, values))
+        edge.append(pieces.limit[0, index] >= 0)
+        pair.append(mesh.own.sigma * pieces.pair[index])
+    together = np.abs(f[1] - f[0]) <= TOGETHER * mesh.lever
+    prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
+    sooner = np.where(together, prior, f[1] < f[0])
+    return np.asarray(np.where(outside[0] == outside[1], sooner, outside[1] < outside[0]))
+
+
+def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) -> FloatArray:
+    """How far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
+    infinite where there are none."""
+    margin = np.where(_holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    for s, fillet, joint in zip(
+        values[[1, 3]], pieces.on_fillet[:, index], (mesh.own.joint, mesh.other.joint), strict=True
+    ):
+        margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * (s - joint))
+    return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))
