@@ -188,16 +188,20 @@ def onto_curve(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Where the curve crosses planes: Newton from `start` (cases, positions, 4) in the planes through
     it that are square to `normal`. Returns points and which of them are solved to rounding."""
-    z, last = start, np.full(start.shape[:-1], np.inf)
+    z, last, names = start.copy(), np.full(start.shape[:-1], np.inf), np.arange(len(start))
     for _ in range(passes):
-        residual, jacobian = linearised(pairing, z, units)
-        system = np.concatenate((jacobian, normal[..., None, :]), axis=-2)
-        out = np.einsum("...i,...i", normal, z - start)
+        residual, jacobian = linearised(pairing, z[names], units)
+        system = np.concatenate((jacobian, normal[names][..., None, :]), axis=-2)
+        out = np.einsum("...i,...i", normal[names], z[names] - start[names])
         right = np.concatenate((residual, out[..., None]), axis=-1)
         step = _solved(system, right)
-        z, last = z - step, np.abs(step).max(axis=-1)
-        if not (last > LAST_STEP).any():
+        z[names] -= step
+        last[names] = np.abs(step).max(axis=-1)
+        left = np.flatnonzero((last[names] > LAST_STEP).any(axis=-1))
+        if left.size == 0:
             break
+        if left.size < names.size:
+            pairing, units, names = pairing.cases(left), units[left], names[left]
     return z, last <= LAST_STEP
 
 
