@@ -24,12 +24,12 @@ from ..support.chebyshev import basis_of, evaluate
 from .cells import Box
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import COMPLEX_STEP, Pairing, axial_and_radius, limit_margins, meet
-from .path_polynomial import WIDTH, Track, fitted, rows_of
+from .path_polynomial import LOOSENED, WIDTH, Track, between, fitted, rows_of
 
 Mask = NDArray[np.bool_]
 PASSES, CLOSE = 4, 1e-3
 """Steps of Newton to points between cells, the last of them below CLOSE of a cell's side."""
-NESTED = tuple(basis_of(degree) for degree in (8, 16, 32, 64))
+NESTED = tuple(basis_of(degree) for degree in (10, 20, 40, 80))
 HOPELESS = 1e-11
 """Coefficients, in units of z, that the highest degree must bring down to: those of a lower one say whether
 it can."""
@@ -210,9 +210,9 @@ def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple
         solved &= np.linalg.norm(found - start, axis=-1) <= side[pending, None]
         solved &= found[..., 2] * part.branch > 0.0
         y = np.moveaxis(found * unit, -1, 0)
-        rows = _between(rows, rows_of(part, y[:2], meet_on_curve(part, y)[1]))
-        z = _between(z.transpose(2, 0, 1), found.transpose(2, 0, 1)).transpose(1, 2, 0)
-        coefficients, good = fitted(part, rows, basis)
+        rows = between(rows, rows_of(part, y[:2], meet_on_curve(part, y)[1]))
+        z = between(z.transpose(2, 0, 1), found.transpose(2, 0, 1)).transpose(1, 2, 0)
+        coefficients, good = fitted(part, rows, basis, LOOSENED if basis is NESTED[-1] else 1.0)
         good &= solved.all(axis=-1)
         if good.any():
             done = pending[good]
@@ -226,12 +226,3 @@ def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple
         pending, z, rows, bends = pending[left], z[left], rows[:, left], bends[:, left]
         if pending.size == 0:
             return
-
-
-def _between(known: FloatArray, new: FloatArray) -> FloatArray:
-    """Values (..., nodes) at the nodes of a degree, out of those at half the degree and those between."""
-    if known.shape[-1] == 0:
-        return new
-    values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))
-    values[..., ::2], values[..., 1::2] = known, new
-    return values

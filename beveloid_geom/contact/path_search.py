@@ -34,6 +34,7 @@ from .ends import Ends, find_ends
 from .equation import Pairing, axial_and_radius, limit_margins
 from .path_polynomial import (
     LARGEST,
+    LOOSENED,
     NORMAL,
     STEEP,
     WIDTH,
@@ -51,9 +52,6 @@ GUIDE = 12
 TURN_ROOM = 0.1
 """rad of turn that take as much room along a guide as the longest step."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
-LOOSENED = 16.0
-"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
-sharply against rounding, or a member has next to no base circle."""
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
