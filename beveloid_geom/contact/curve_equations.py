@@ -16,20 +16,24 @@ line of action has the axial coordinate that w_2 says, which gives w_2 without a
 Three equations in four unknowns are a curve, smooth wherever their Jacobian has full rank: in
 approximate line contact too, and whether or not n_x, l1 or the roll angles are monotone along it.
 
+Derivatives by l1 and l2 are written out: a complex step gives the same to rounding, at four times the cost.
+
 Points of it are z = y / unit, arrays (cases, positions, 4), y = (l1, l2, n_x, w1), so that lengths in z
 mean the same in all directions: flank depths, NORMAL_UNIT, and the lesser face width.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..gear.rack import Numbers
-from ..pair.frames import common_normal
+from ..gear.rack import Numbers, Rack, rack_tangent
+from ..pair.frames import Layout, common_normal
 from ..pair.mounting import across_action, across_of_gear
-from .equation import COMPLEX_STEP, Meeting, Pairing, terms_of
+from .equation import Meeting, Pairing, Terms, terms_of
 
 NORMAL_UNIT = 0.1
 """n_x changes by some hundredths along a path."""
@@ -75,28 +79,93 @@ def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
     return residual, met
 
 
+def term_rates(rack: Rack, position: FloatArray, l: FloatArray, terms: Terms) -> Terms:
+    """Derivatives of the `terms` of members by their own l, mm, of the same shapes."""
+    bend, tangent = 2.0 * rack.parabola * l, rack_tangent(rack, l)
+    own = tangent * (-2.0 * rack.parabola / (1.0 + bend * bend) ** 1.5)
+    turn = 2.0 * rack.parabola * rack.normal
+    (nx, ny, v), (nx_by, ny_by, v_by) = terms.own, own
+    square_by = -v * v_by / terms.square
+    ratio = terms.square / nx
+    ratio_by = (square_by - ratio * nx_by) / nx
+    xi = rack.pitch_radius / ratio + terms.start[0] * ratio
+    xi_by = (terms.start[0] - rack.pitch_radius / (ratio * ratio)) * ratio_by + tangent[0] * ratio
+    flat_by = square_by * tangent[1] + terms.square * turn[1]
+    slope_by = ny_by * tangent[2] + ny * turn[2] - terms.slope * flat_by
+    slope_by = slope_by / (terms.square * tangent[1])
+    z, z_by = terms.start[2] + position, tangent[2]
+    level_by = square_by * xi + terms.square * xi_by + v_by * z + v * z_by
+    level_by += slope_by * (v * xi - terms.square * z)
+    level_by += terms.slope * (v_by * xi + v * xi_by - square_by * z - terms.square * z_by)
+    return Terms(own, tangent, square_by, rack.pitch_radius * ny_by, level_by, slope_by)
+
+
+@dataclass(frozen=True, eq=False)
+class ActionRates:
+    """Derivatives, by the flank parameter of one member, of n_x^2, of n_x w_1 and of what makes w_2 of it,
+
+    S_2 w_2 = `shared` w_1 - n_x `side`,   shared = K / S_1,   side = E v_2 + g_1 sin d / S_1^2
+
+    (`pair.mounting.across_action`), and these two themselves."""
+
+    x_squared_by: FloatArray
+    first_by: FloatArray
+    shared: FloatArray
+    shared_by: FloatArray
+    side: FloatArray
+    side_by: FloatArray
+
+
+def action_rates(
+    layout: Layout, pinion: Terms, gear: Terms, normal_y: FloatArray, rate: Terms, member: int
+) -> ActionRates:
+    """Derivatives by the l of `member`, whose terms have the derivatives `rate`."""
+    (v_1, v_2), v_by = (pinion.own[2], gear.own[2]), rate.own[2]
+    square, moment, sin = pinion.square, pinion.moment, layout.sin_angle
+    y_by = [-v_by / sin * (layout.cos_angle if k == member else 1.0) for k in range(2)]
+    shared, shared_by = layout.cos_angle + v_1 * v_2, (v_1 if member else v_2) * v_by
+    x_squared_by = -2.0 * normal_y[0] * y_by[0]
+    first_by = -layout.offset * square * y_by[1] + moment / square * shared_by
+    ratio, ratio_by = shared / square, shared_by / square
+    if member:
+        first_by = first_by + square * rate.moment
+        side_by = layout.offset * v_by
+    else:
+        seen = gear.moment - layout.offset * normal_y[1]
+        arm_by = (rate.moment - moment * rate.square / square) / square
+        x_squared_by = x_squared_by - 2.0 * v_1 * v_by
+        first_by = first_by + rate.square * seen + arm_by * shared
+        ratio_by = ratio_by - ratio * rate.square / square
+        side_by = (arm_by - moment * rate.square / (square * square)) * sin / square
+    side = layout.offset * v_2 + moment / (square * square) * sin
+    return ActionRates(x_squared_by, -first_by / sin, ratio, ratio_by, side, side_by)
+
+
 def linearised(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z: those by l1 and
-    l2 from a complex step, those by n_x and w1 as the equations read."""
-    cases, positions, _ = z.shape
-    moved = z[:, :, None] + COMPLEX_STEP * 1j * np.eye(2, 4)
-    y = np.moveaxis(moved * units[:, :, None], -1, 0).reshape(4, cases, 2 * positions)
+    """Residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z."""
+    y = np.moveaxis(z * units, -1, 0)
+    (nx, w), layout, size = y[2:], pairing.layout, pairing.scale
     residual, met = meet_on_curve(pairing, y)
-    residual = residual.reshape(3, cases, positions, 2)
-    jacobian = np.zeros((3, cases, positions, 4))
-    jacobian[..., :2] = residual.imag / COMPLEX_STEP
-    v, square, moment, slope = (x[..., ::2].real for x in (met.own[2], met.square, met.moment, met.slope))
-    nx, w = y[2:, :, ::2].real
-    by_nx, by_w = (
-        across_of_gear(pairing.layout, v, square, moment, *one) for one in ((0.0, 1.0), (1.0, 0.0))
-    )
-    size = pairing.scale
-    jacobian[0, ..., 2] = 2.0 * nx
-    jacobian[1, ..., 2], jacobian[1, ..., 3] = w / size, nx / size
-    jacobian[2, ..., 2] = (slope[1] * by_nx - pairing.layout.offset) / size
-    jacobian[2, ..., 3] = (slope[0] + slope[1] * by_w) / size
-    jacobian[..., 2:] *= units[..., 2:]
-    return np.moveaxis(residual[..., 0].real, 0, -1), np.moveaxis(jacobian, 0, -2)
+    terms = Terms(met.own, met.start, met.square, met.moment, met.along, met.slope)
+    rates, both = term_rates(pairing.rack, pairing.position, y[:2], terms), (terms.of(0), terms.of(1))
+    jacobian = np.zeros((*z.shape[:-1], 3, 4))
+    for member in range(2):
+        rate = rates.of(member)
+        by = action_rates(layout, *both, met.normal_y, rate, member)
+        gear_by = by.shared_by * w - nx * by.side_by
+        if member:
+            gear_by = gear_by - met.across[1] * rate.square
+        gear_by = met.slope[1] * gear_by / met.square[1]
+        jacobian[..., 0, member] = -by.x_squared_by
+        jacobian[..., 1, member] = -by.first_by / size
+        jacobian[..., 2, member] = (rate.level + rate.slope * met.across[member] + gear_by) / size
+    lever = met.slope[1] / met.square[1]
+    jacobian[..., 0, 2] = 2.0 * nx
+    jacobian[..., 1, 2], jacobian[..., 1, 3] = w / size, nx / size
+    jacobian[..., 2, 2] = -(lever * by.side + layout.offset) / size
+    jacobian[..., 2, 3] = (met.slope[0] + lever * by.shared) / size
+    jacobian *= units[:, :, None]
+    return np.moveaxis(residual, 0, -1), jacobian
 
 
 def direction_of(jacobian: FloatArray) -> FloatArray:
@@ -119,16 +188,20 @@ def onto_curve(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Where the curve crosses planes: Newton from `start` (cases, positions, 4) in the planes through
     it that are square to `normal`. Returns points and which of them are solved to rounding."""
-    z, last = start, np.full(start.shape[:-1], np.inf)
+    z, last, names = start.copy(), np.full(start.shape[:-1], np.inf), np.arange(len(start))
     for _ in range(passes):
-        residual, jacobian = linearised(pairing, z, units)
-        system = np.concatenate((jacobian, normal[..., None, :]), axis=-2)
-        out = np.einsum("...i,...i", normal, z - start)
+        residual, jacobian = linearised(pairing, z[names], units)
+        system = np.concatenate((jacobian, normal[names][..., None, :]), axis=-2)
+        out = np.einsum("...i,...i", normal[names], z[names] - start[names])
         right = np.concatenate((residual, out[..., None]), axis=-1)
         step = _solved(system, right)
-        z, last = z - step, np.abs(step).max(axis=-1)
-        if not (last > LAST_STEP).any():
+        z[names] -= step
+        last[names] = np.abs(step).max(axis=-1)
+        left = np.flatnonzero((last[names] > LAST_STEP).any(axis=-1))
+        if left.size == 0:
             break
+        if left.size < names.size:
+            pairing, units, names = pairing.cases(left), units[left], names[left]
     return z, last <= LAST_STEP
 
 

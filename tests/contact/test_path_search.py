@@ -23,7 +23,7 @@ from beveloid_geom.contact.curve_equations import (
     units_of,
 )
 from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
-from beveloid_geom.contact.equation import Pairing, meet, pairing_of
+from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_of
 from beveloid_geom.contact.path import ContactPath, contact_ratio, path_blocks, path_ends, path_of_contact
 from beveloid_geom.contact.path_polynomial import HEIGHT, Track
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
@@ -262,6 +262,21 @@ def test_derivatives_and_tangents() -> None:
     assert solved.all()
     assert np.abs(linearised(pairing, back, units)[0]).max() < 1e-14
     np.testing.assert_allclose(np.einsum("...i,...i", back - start, tangent), 0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("design", [table1((0.001, -0.001)), *CROSSING.values()])
+def test_derivatives_are_those_of_a_complex_step(design: Design) -> None:
+    pairing, rng = pairing_of(design, "right"), np.random.default_rng(0)
+    units = units_of(pairing)
+    depth = pairing.highest - pairing.lowest
+    l = pairing.lowest + depth * rng.uniform(0.0, 1.0, (2, 1, 20))
+    y = np.array((*l, rng.uniform(-0.2, 0.2, (1, 20)), rng.uniform(-10.0, 10.0, (1, 20))))
+    z = np.moveaxis(y, 0, -1) / units
+    _, jacobian = linearised(pairing, z, units)
+    for k in range(4):
+        moved = np.moveaxis((z + COMPLEX_STEP * 1j * np.eye(4)[k]) * units, -1, 0)
+        exact = np.moveaxis(meet_on_curve(pairing, moved)[0].imag, 0, -1) / COMPLEX_STEP
+        np.testing.assert_allclose(jacobian[..., k], exact, rtol=1e-12, atol=1e-15)
 
 
 def test_a_singular_system_leaves_the_others_alone() -> None:
