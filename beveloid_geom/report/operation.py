@@ -153,6 +153,7 @@ def operation_report(
         found = operating_ratios(design, flank, (0.0, film))
         ratios = found.ratio.tolist()
         doubts = [DOUBTS.get(RatioStatus(int(code))) for code in found.status]
+    why = UNKNOWN[FirstStatus(int(cycle.status))] if cycle.lost else ""
     return OperationReport(
         name=name,
         design=design,

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.report.operation import ARCSEC
+from beveloid_geom.report.columns import ARCSEC
 
 from ..parts import annotate, charts, panels
 from ..parts.panels import Panel, Trace

@@ -17,8 +17,9 @@ from matplotlib.lines import Line2D
 from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
-from beveloid_geom.report.sensitivity import ARCSEC, STEPS
+from beveloid_geom.report.sensitivity import STEPS
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport
 
 from ..stage import theme

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.design.model import Design
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.report.operation import ARCSEC, OperationReport, operation_report
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Table
