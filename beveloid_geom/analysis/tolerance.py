@@ -31,6 +31,7 @@ from ..design.model import Design, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..status import Limit, Status
 from ..support.few_lines import few_lines
+from .sliding import least_along
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
 ERROR_NAMES = ("offset", "shaft_angle", "pinion_axial", "gear_axial")
@@ -290,17 +291,6 @@ def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
 
 def swing_of(values: FloatArray) -> FloatArray:
     """Greatest less least value (...) of smooth curves through values (..., points) at equal steps."""
-    rows = values.reshape(-1, values.shape[-1])
-    return (_greatest(rows) + _greatest(-rows)).reshape(values.shape[:-1])
-
-
-def _greatest(values: FloatArray) -> FloatArray:
-    """Greatest value (n,) of curves through values (n, points) at equal steps, by the parabola through
-    the three values about the greatest of them."""
-    best = values.argmax(axis=1)
-    case, middle = np.arange(len(values)), np.clip(best, 1, values.shape[1] - 2)
-    before, here, after = (values[case, middle + k] for k in (-1, 0, 1))
-    slope, bend = 0.5 * (after - before), after - 2.0 * here + before
-    place = np.divide(-slope, bend, out=np.zeros_like(slope), where=bend < 0.0)
-    place = np.clip(place, -1.0, 1.0)
-    return np.asarray(np.maximum(values[case, best], here + place * (slope + 0.5 * bend * place)))
+    place = np.broadcast_to(np.arange(values.shape[-1], dtype=float), values.shape)
+    (_, least), (_, most) = (least_along(place, sign * values) for sign in (1.0, -1.0))
+    return np.asarray(-least - most)

@@ -111,7 +111,7 @@ def test_members_exchanged_give_the_same_path() -> None:
         ((0.0, 0.0), 1.2335, 0.0, 4.65),
     ],
 )
-def test_doubtful_paths(parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float) -> None:
+def test_paths_from_afar(parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float) -> None:
     """Each has a contact on the flanks at this l1, and starts far off where the one equation has no path."""
     design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
     path = path_of_contact_five_equations(design, points=5)

@@ -87,6 +87,14 @@ def test_the_rim_is_the_border_of_the_grid() -> None:
     assert mesh.rim.sum() == 2 * (rows - 1 + columns - 1)
 
 
+def test_normals_of_triangles_edges_and_corners_point_out_of_the_tooth() -> None:
+    """Else a point outside is taken for one inside where it is closest to an edge or a corner."""
+    mesh = flank_mesh(table1().gear, "right", 0.01)
+    exact = mesh.grid.normals.reshape(-1, 3)[mesh.faces]
+    assert dots(mesh.normals[:, 4:], exact).min() > 0.999
+    assert dots(mesh.normals, exact.mean(axis=1)[:, None]).min() > 0.99
+
+
 class Pose(TypedDict):
     pinion_roll: float
     gear_roll: float

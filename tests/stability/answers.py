@@ -13,7 +13,10 @@ from beveloid_geom.design.model import Design, Member, Pair
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import Status
+from tests.shapes.test_mesh_contact import pose_at
 
 from .five_residuals import residuals
 
@@ -91,3 +94,22 @@ def solved_path(design: Design, flank: str = "right", points: int = 21) -> Conta
     assert len(path.l1) == points
     assert path.ends.contact_ratio > 0.0
     return path
+
+
+def assert_five_equations_agree(path: ContactPath, bound: float | None = None) -> None:
+    """The paper's five equations have the same points, within the bound (mm), and contact ratio."""
+    other = path_of_contact_five_equations(path.design, path.flank, len(path.l1))
+    bound = bound or 1e-9 * max(1.0, size_of(path.design) / SIZE)
+    np.testing.assert_allclose(path.point, other.point, rtol=0.0, atol=bound)
+    assert abs(float(other.ends.contact_ratio - path.ends.contact_ratio)) < 1e-9
+
+
+def assert_every_method_agrees(
+    path: ContactPath, of_five: float | None = None, of_meshes: float | None = None
+) -> None:
+    """Nor is the contact of the meshes, polished, in the middle of the path another one; bounds in mm."""
+    assert_five_equations_agree(path, of_five)
+    middle, tolerance = len(path.l1) // 2, 1e-3 * float(path.design.pinion.tool.normal_module)
+    met = mesh_contact(path.design, path.flank, tolerance, **pose_at(path, middle))
+    assert met.status == Status.SOLVED
+    assert np.abs(met.point - path.point[middle]).max() < (of_meshes or 1e-9 * size_of(path.design))

@@ -15,15 +15,22 @@ from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.operation.certificate import certify
 from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
-from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.shapes.sampling import sample_flank
 from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.validation.test_crossed_helical import closed_form
 
-from .answers import FLANKS, changed, check, checked_path, closed, held, solved_path
+from .answers import (
+    FLANKS,
+    assert_every_method_agrees,
+    changed,
+    check,
+    checked_path,
+    closed,
+    held,
+    solved_path,
+)
 
 PINION, GEAR = table1().members
 PLAIN = held(closed(changed(PINION, cone_angle=0.0), changed(GEAR, cone_angle=0.0)))
@@ -85,15 +92,9 @@ def test_mounting_distances_vanish_with_the_cone_angles() -> None:
 @pytest.mark.parametrize("angle", [0.0, 1e-13])
 def test_every_method_holds_without_cones(angle: float) -> None:
     design = with_cones(PLAIN, angle, -angle)
-    ours, reference = (
-        method(design, "right", 5) for method in (path_of_contact, path_of_contact_five_equations)
-    )
-    np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-9)
-    assert certify(ours).holds
-    rolls = float(ours.pinion_roll[2]), float(ours.gear_roll[2])
-    met = mesh_contact(design, "right", 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
-    assert met.status == Status.SOLVED
-    np.testing.assert_allclose(met.point, ours.point[2], rtol=0.0, atol=1e-8)
+    path = path_of_contact(design, "right", 5)
+    assert_every_method_agrees(path, 1e-9, 1e-8)
+    assert certify(path).holds
 
 
 def test_samples_and_solids_do_not_jump_at_zero() -> None:

@@ -22,13 +22,22 @@ from beveloid_geom.pair.closing import closing_of, closing_offset, zero_backlash
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.reference.five_equations_mp import solve_mp
-from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
 from tests.validation.test_crossed_helical import closed_form
 
-from .answers import FLANKS, at_shaft_angle, changed, check, checked_path, closed, held, solved_path
+from .answers import (
+    FLANKS,
+    assert_every_method_agrees,
+    at_shaft_angle,
+    changed,
+    check,
+    checked_path,
+    closed,
+    held,
+    solved_path,
+)
 
 PINION, GEAR = table1().members
 PLAIN = changed(PINION, cone_angle=0.0), changed(GEAR, cone_angle=0.0)
@@ -234,16 +243,7 @@ def test_axes_at_a_right_angle(angles: tuple[float, float, float, float]) -> Non
     for flank in FLANKS:
         path = solved_path(design, flank, 5)
         assert certify(path).holds
-        reference = path_of_contact_five_equations(design, flank, 5)
-        np.testing.assert_allclose(path.point, reference.point, rtol=0.0, atol=1e-10)
-        met = mesh_contact(
-            design,
-            flank,
-            0.01,
-            pinion_roll=float(path.pinion_roll[2]),
-            gear_roll=float(path.gear_roll[2]),
-        )
-        np.testing.assert_allclose(met.point, path.point[2], rtol=0.0, atol=1e-8)
+        assert_every_method_agrees(path, 1e-10, 1e-8)
 
 
 @pytest.mark.parametrize("helix1", [45.0, 30.0, 80.0, 10.0])
