@@ -42,18 +42,18 @@ class PageSize(click.ParamType[tuple[int, int]]):
 
 
 def command(name: str) -> Callable[[Command], click.Command]:
-    """A command with `-h` and `--version`, called `name`."""
+    """Make a command with `-h` and `--version`, called `name`."""
     made = click.command(context_settings={"help_option_names": ["-h", "--help"]})
     return lambda function: made(version_option(name)(function))
 
 
 def option(name: str, kind: Any, default: object, words: str, **more: Any) -> Callable[[Command], Command]:
-    """An option of a type with a default that its help shows."""
+    """Add an option of a type with a default that its help shows."""
     return click.option(name, type=kind, default=default, show_default=True, help=words, **more)
 
 
 def size_option(default: str) -> Callable[[Command], Command]:
-    """Option `--size`."""
+    """Add option `--size`."""
     return option("--size", PageSize(), default, "Size in pixels.")
 
 

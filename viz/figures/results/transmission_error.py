@@ -48,7 +48,7 @@ class Case:
 
 
 def compute(design: Design) -> tuple[Case, ...]:
-    """The mesh cycle of every case."""
+    """Find the mesh cycle of every case."""
     cases = []
     for name, parabola in CASES:
         changed = design if parabola is None else design.with_parabola(*parabola)
@@ -109,7 +109,7 @@ def _say_ratios(axes: Axes, report: OperationReport) -> None:
 
 
 def rows(data: tuple[Case, ...]) -> Table:
-    """The curve over one cycle, then the amplitudes."""
+    """List the curve over one cycle, then the amplitudes."""
     header = ("case", "kind", "pitches_or_multiple", "error_or_amplitude_rad", "carried_by", "tooth_pair")
 
     def body() -> Iterator[list[object]]:
