@@ -84,7 +84,7 @@ def draw(data: tuple[Case, ...], size: Size) -> Drawing:
             charts.error_over_rolls(curve, case.report, PITCHES)
             _say_ratios(curve, case.report)
             charts.amplitudes(bars, case.report)
-        if row == 0:
+        if row == 0 and case.report is not None:
             curve.legend(loc="upper right", ncols=3)
         if row < len(data) - 1:
             curve.set_xlabel("")
