@@ -16,7 +16,7 @@ LIBRARY = (
     *("shapes", "export", "reference", "studies", "findings", "report", "cli"),
 )
 """Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
-PICTURES = ("options", "stage", "parts", "figures", "film", "report")
+PICTURES = ("stage", "options", "parts", "figures", "film", "report")
 """Rooms of `viz`, likewise, and what its commands share."""
 REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")
 """Modules of `reference` that check the numbers of the library and share nothing but its inputs."""

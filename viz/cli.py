@@ -26,7 +26,7 @@ DEFAULT_OUT = Path("outputs/figures")
 
 
 def chosen_figures(names: Sequence[str]) -> list[Figure]:
-    """The figures named, in the paper's order; all of them without names."""
+    """Give the figures named, in the paper's order; all of them without names."""
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from beveloid_geom.cli.options import Option, Refusal, version_option
+from beveloid_geom.cli.options import Option, Refusal, option as option, version_option
 
 SMALLEST, LARGEST = 200, 8000
 """Pixels of a side of a page."""
@@ -42,18 +42,13 @@ class PageSize(click.ParamType[tuple[int, int]]):
 
 
 def command(name: str) -> Callable[[Callable[..., Any]], click.Command]:
-    """A command with `-h` and `--version`, called `name`."""
+    """Make a command with `-h` and `--version`, called `name`."""
     made = click.command(context_settings={"help_option_names": ["-h", "--help"]})
     return lambda function: made(version_option(name)(function))
 
 
-def option(name: str, kind: Any, default: object, words: str, **more: Any) -> Option:
-    """An option of a type with a default that its help shows."""
-    return click.option(name, type=kind, default=default, show_default=True, help=words, **more)
-
-
 def size_option(default: str) -> Option:
-    """Option `--size`."""
+    """Add option `--size`."""
     return option("--size", PageSize(), default, "Size in pixels.")
 
 

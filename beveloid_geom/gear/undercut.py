@@ -104,6 +104,26 @@ def undercut_of(member: Member, flank: str, stations: int = STATIONS) -> Undercu
     return Undercut(z, joint, start, neck, limits)
 
 
+def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
+    """Flank parameter l (n,), mm, from which the surface of a single member's flank is regular up to its tip
+    in the planes `z` (n,), mm: its root, or where the tool stops folding it, found by bisection.
+
+    The tool's round need not fit; with one, the fillet may cross the flank above (`undercut_of`)."""
+    root, tip = root_parameter(member), tip_parameter(member, flank, z)
+
+    def regular(share: FloatArray) -> Flags:
+        return _regularity(member, flank, root + share * (tip - root), z) > 0.0
+
+    samples = np.linspace(0.0, 0.8, 81)[:, None] + np.zeros(z.shape)
+    folded = np.where(regular(samples), 0, np.arange(1, 82)[:, None]).max(axis=0)
+    low, high = np.maximum(folded - 1, 0) * 0.01, folded * 0.01
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        good = regular(middle)
+        low, high = np.where(good, low, middle), np.where(good, middle, high)
+    return np.asarray(root + high * (tip - root))
+
+
 def require_sound(member: Member) -> None:
     """Raises ValueError for a single member whose flanks are undercut or cannot be cut."""
     for flank in ("right", "left"):

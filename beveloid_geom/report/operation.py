@@ -164,8 +164,6 @@ def operation_report(
         operating=ratios[0],
         film=film,
         within_film=ratios[1],
-        reason=f"no first contact of the {flank} teeth: {UNKNOWN[FirstStatus(int(cycle.status))]}"
-        if cycle.lost
-        else None,
+        reason=f"no first contact of the {flank} teeth: {why}" if why else None,
         doubts=(doubts[0], doubts[1]),
     )

@@ -11,9 +11,15 @@ from scipy.optimize import brentq
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Member, Tool, unchecked
-from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.gear.flank import flank_point, root_parameter, trace_parameter
 from beveloid_geom.gear.rack import rack_of
-from beveloid_geom.gear.undercut import pointed_part, require_sound, undercut_of, words_of
+from beveloid_geom.gear.undercut import (
+    pointed_part,
+    regular_start,
+    require_sound,
+    undercut_of,
+    words_of,
+)
 from tests.oracle.table1 import table1
 from tests.oracle.tool_sweep import clearance_of_round
 
@@ -63,6 +69,18 @@ def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
     u = (below - start[0]) / rack.trace[0]
     assert found.limits == pytest.approx((-20.0, start[2] + u * rack.trace[2]), abs=1e-5)
     assert found.worst == 0
+
+
+@both_flanks
+def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
+    """Where the tool folds it; with enough teeth from its root on."""
+    z = np.array([-10.0, 0.0, 10.0])
+    l = regular_start(SPUR, flank, z)
+    points = flank_point(SPUR, flank, l, trace_parameter(SPUR, flank, l, z))
+    base = 0.5 * 6.0 * 10.0 * cos(radians(20.0))
+    np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), base, atol=1e-6)
+    many = unchecked(SPUR, teeth=30)
+    np.testing.assert_allclose(regular_start(many, flank, z), root_parameter(many), rtol=0.0, atol=1e-12)
 
 
 def on_flank(member: Member, flank: str, l: float, z: float) -> FloatArray:

@@ -23,7 +23,7 @@ class Figure:
     module: str
 
     def recipe(self) -> Recipe[Any]:
-        """How it is computed and drawn."""
+        """Say how it is computed and drawn."""
         recipes: dict[str, Recipe[Any]] = import_module(f".{self.module}", __name__).RECIPES
         return recipes[self.name]
 

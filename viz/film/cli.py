@@ -32,7 +32,7 @@ FEWEST = 2
 
 
 def check_format(out: Path, size: tuple[int, int], fps: float, seconds: float) -> str | None:
-    """The encoder of an MP4, None for a GIF. Raises Refusal for what the format does not allow."""
+    """Give the encoder of an MP4, None for a GIF. Raises Refusal for what the format does not allow."""
     from .writer import HUNDREDTHS, INSTALL, encoder, gif_rates
 
     suffix = out.suffix.lower()

@@ -75,7 +75,7 @@ class Sheet:
 
 
 def frames(film: Film, size: Size, pitches: int = 1) -> Iterator[Image]:
-    """The frames (height, width, 3) of a film over some pitches; one more would be the first again.
+    """Draw the frames (height, width, 3) of a film over some pitches; one more would be the first again.
     Raises NoFilmError for teeth that cannot be made."""
     with theme.style():
         sheet = sheet_of(film, size, pitches)
@@ -97,7 +97,7 @@ def frames(film: Film, size: Size, pitches: int = 1) -> Iterator[Image]:
 
 
 def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
-    """Everything that stands still, and the artists of what moves, none of them placed yet."""
+    """Make everything that stands still, and the artists of what moves, none of them placed yet."""
     flank = film.motion.flank
     page = theme.new_page(
         size,
@@ -135,7 +135,7 @@ def _line(axes: Axes, width: float, alpha: float) -> Line2D:
 
 
 def _balls(axes: Axes, clipped: bool = False) -> tuple[Line2D, Line2D]:
-    """Full and hollow balls, none yet."""
+    """Make full and hollow balls, none yet."""
     full, hollow = (
         axes.plot([], [], "o", ms=BALL_POINTS, mfc=face, mec=edge, mew=1.6, animated=True, clip_on=clipped)[0]
         for face, edge in ((BALL, "white"), ("white", BALL))
@@ -144,7 +144,7 @@ def _balls(axes: Axes, clipped: bool = False) -> tuple[Line2D, Line2D]:
 
 
 def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
-    """The names of the members over their picture."""
+    """Write the names of the members over their picture."""
     for name, y in (("gear", 0.05), ("pinion", 0.95)):
         annotate.text(axes, (0.5 * box.width, y * box.height), name, fontsize=theme.HEADING)
     for text in axes.texts:
@@ -155,7 +155,7 @@ def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
 def _flanks(
     page: Page, film: Film, high: float
 ) -> tuple[tuple[Panel | None, ...], list[tuple[Line2D, Line2D]]]:
-    """Both flanks with their path, and the balls on them."""
+    """Draw both flanks with their path, and the balls on them."""
     design, flank = film.motion.design, film.motion.flank
     views = panels.flank_views(design, flank, panels.STRETCH)
     span = panels.greatest_span(views)
@@ -182,7 +182,7 @@ def _flanks(
 
 
 def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
-    """The transmission error over all pitches, and a marker for it."""
+    """Draw the transmission error over all pitches, and a marker for it."""
     bottom = low + theme.inches(page, 0.6)
     top = FLANKS - theme.inches(page, 1.3)
     axes = page.add_axes((SIDE + 0.065, bottom, 0.985 - SIDE - 0.065, top - bottom))
@@ -194,7 +194,7 @@ def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
 
 
 def _numbers(page: Page, low: float) -> tuple[Text, ...]:
-    """The names of the numbers, and where they are written."""
+    """Write the names of the numbers, and where they are written."""
     texts = []
     for row, name in enumerate(ROWS):
         y = FLANKS - theme.inches(page, 0.12 + 0.25 * row)

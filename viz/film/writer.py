@@ -31,12 +31,12 @@ BT709 = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt7
 
 
 def gif_rates() -> list[float]:
-    """Frames per second that a GIF can have."""
+    """Give frames per second that a GIF can have."""
     return [HUNDREDTHS / delay for delay in range(2, HUNDREDTHS + 1)]
 
 
 def write_gif(frames: Iterable[Image], path: Path, fps: float) -> None:
-    """An endless GIF of frames (height, width, 3), of the colours of the first. Raises OSError."""
+    """Write an endless GIF of frames (height, width, 3), of the colours of the first. Raises OSError."""
     images = iter(frames)
     first = next(images)
     palette = palette_of(first)
@@ -57,7 +57,7 @@ def write_gif(frames: Iterable[Image], path: Path, fps: float) -> None:
 
 
 def palette_of(image: Image) -> Pillow.Image:
-    """An image in the colours that suit `image`, white as white among them."""
+    """Give an image in the colours that suit `image`, white as white among them."""
     reduced = Pillow.fromarray(image).quantize(COLOURS, Pillow.Quantize.MEDIANCUT, kmeans=1)
     colours = np.array(reduced.getpalette(), dtype=int).reshape(-1, 3)
     colours[(colours >= NEARLY_WHITE).all(axis=1)] = 255
@@ -66,7 +66,7 @@ def palette_of(image: Image) -> Pillow.Image:
 
 
 def encoder() -> str | None:
-    """The ffmpeg that comes with imageio-ffmpeg, or else that of the system; None without any."""
+    """Find the ffmpeg that comes with imageio-ffmpeg, or else that of the system; None without any."""
     try:
         import imageio_ffmpeg
 
@@ -76,8 +76,8 @@ def encoder() -> str | None:
 
 
 def write_mp4(frames: Iterable[Image], path: Path, fps: float, program: str) -> None:
-    """H.264 that browsers play, by ffmpeg, of frames (height, width, 3) with even sides. Raises OSError,
-    with ffmpeg's last words where it fails."""
+    """Write H.264 that browsers play, by ffmpeg, of frames (height, width, 3) with even sides. Raises
+    OSError, with ffmpeg's last words where it fails."""
     images: Iterator[Image] = iter(frames)
     first = next(images)
     height, width = first.shape[:2]

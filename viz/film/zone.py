@@ -30,19 +30,19 @@ WHOLE = 1e-5
 
 
 def looks_from(film: Film) -> FloatArray:
-    """Unit vector (3,) in S_f along the teeth to the end, heel or toe, from which the pinion's flanks in
-    contact face left, where the light comes from."""
+    """Give the unit vector (3,) in S_f along the teeth to the end, heel or toe, from which the pinion's
+    flanks in contact face left, where the light comes from."""
     along = np.cross(GEARWARDS, _normal(film))
     return np.asarray(along / np.linalg.norm(along))
 
 
 def _normal(film: Film) -> FloatArray:
-    """The normal (3,) out of the pinion's tooth, in S_f, over the path of contact."""
+    """Give the normal (3,) out of the pinion's tooth, in S_f, over the path of contact."""
     return np.asarray(np.nanmean(film.path.path.normal, axis=0))
 
 
 def camera_of(film: Film, size: Size) -> Camera:
-    """The camera that shows all contacts of the film, with the gear on top."""
+    """Make the camera that shows all contacts of the film, with the gear on top."""
     motion = film.motion
     towards = looks_from(film) + ASIDE * _normal(film) + ABOVE * GEARWARDS
     camera = fit_camera(motion.point[motion.near], -towards, GEARWARDS, size, MARGIN)
@@ -51,7 +51,7 @@ def camera_of(film: Film, size: Size) -> Camera:
 
 
 def pictures(film: Film, size: Size) -> Iterator[Picture]:
-    """The teeth at every position of the film. Raises NoFilmError for teeth that cannot be made."""
+    """Draw the teeth at every position of the film. Raises NoFilmError for teeth that cannot be made."""
     motion, camera = film.motion, camera_of(film, size)
     tolerance = MESH_PX * 2.0 * camera.half_height / size[1]
     items, far = [], "toe" if looks_from(film)[2] > 0.0 else "heel"
@@ -73,7 +73,7 @@ def pictures(film: Film, size: Size) -> Iterator[Picture]:
 
 
 def teeth_near(motion: Motion, number: int, camera: Camera) -> range | None:
-    """Numbers of a member's teeth of which the last never come into the picture; None for all."""
+    """Give numbers of a member's teeth of which the last never come into the picture; None for all."""
     member, (rotation, origin) = motion.design.members[number], motion.frames[number]
     teeth, middle = int(member.teeth), len(motion.share) // 2
     aside = 2 + int(np.ceil(2.0 * camera.half_height / (np.pi * float(member.tool.normal_module))))
@@ -85,7 +85,7 @@ def teeth_near(motion: Motion, number: int, camera: Camera) -> range | None:
 
 
 def outline(mesh: Mesh) -> Surface:
-    """Only the sharp edges of a mesh: a surface that is not seen itself."""
+    """Make only the sharp edges of a mesh: a surface that is not seen itself."""
     _, index, joined = np.unique(
         np.round(mesh.points / WHOLE), axis=0, return_index=True, return_inverse=True
     )
@@ -94,7 +94,7 @@ def outline(mesh: Mesh) -> Surface:
 
 
 def paths_on_teeth(film: Film, step: int) -> list[FloatArray]:
-    """The path of contact (n, 3) in S_f on the pinion tooth of every pair, at one position."""
+    """Give the path of contact (n, 3) in S_f on the pinion tooth of every pair, at one position."""
     motion = film.motion
     rotation, origin = (part[step] for part in motion.frames[0])
     points, member = film.path.points[0], motion.design.pinion

@@ -56,7 +56,7 @@ def arrow(
 
 
 def arc(centre: ArrayLike, first: ArrayLike, second: ArrayLike, radius: float, count: int = 33) -> FloatArray:
-    """Points (count, 3) of the circle about `centre` from the unit vector `first` to `second`, mm."""
+    """Give points (count, 3) of the circle about `centre` from the unit vector `first` to `second`, mm."""
     u, v = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     angle = np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v)
     across = v - (u @ v) * u

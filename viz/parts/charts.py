@@ -132,7 +132,8 @@ def specific_sliding(axes: Axes, report: SlidingReport, style: str = "-", named:
 
 
 def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:
-    """The axis of rolls in the sense in which the pinion drives, and a dotted line at the pitch point."""
+    """Lay out the axis of rolls in the sense in which the pinion drives, and a dotted line at the pitch
+    point."""
     if marked and np.isfinite(report.pitch_roll):
         axes.axvline(float(np.degrees(report.pitch_roll)), color=theme.GREY, linewidth=1.0, ls=":")
     axes.grid(True)
@@ -167,7 +168,8 @@ def cloud(
 
 
 def changes_of(found: Iterable[Sensitivity], quantity: Quantity) -> Changes:
-    """Changes of a quantity, in its own unit, under errors of STEP_SIZES; NaN where they are not known."""
+    """Give changes of a quantity, in its own unit, under errors of STEP_SIZES; NaN where they are not
+    known."""
     changes: dict[tuple[str, str], FloatArray] = {}
     for rates in found:
         by = quantity.scale * getattr(rates, f"{quantity.name}_by") * STEP_SIZES
@@ -179,7 +181,7 @@ def changes_of(found: Iterable[Sensitivity], quantity: Quantity) -> Changes:
 
 
 def greatest_of(panels: Iterable[Changes]) -> float:
-    """The greatest change of all panels; 0 if there is none."""
+    """Give the greatest change of all panels; 0 if there is none."""
     values = np.abs([row for changes in panels for row in changes.values()])
     return float(values[np.isfinite(values)].max(initial=0.0))
 
@@ -221,7 +223,7 @@ def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, great
 
 
 def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, Any]) -> None:
-    """A stem from zero on each line, with the value at its end."""
+    """Draw a stem from zero on each line, with the value at its end."""
     colour = look["color"]
     for value, y in zip(values.tolist(), lines.tolist(), strict=True):
         if np.isnan(value):
@@ -236,7 +238,7 @@ def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, An
 
 
 def _three_digits(value: float) -> str:
-    """Three digits, the sign and no exponent."""
+    """Give three digits, the sign and no exponent."""
     if value == 0.0:
         return "0"
     digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
@@ -244,7 +246,7 @@ def _three_digits(value: float) -> str:
 
 
 def marks_of_changes(flanks: Sequence[str]) -> list[Line2D]:
-    """Entries of a legend for `changes_under_errors`: the flanks, if there are several, and members."""
+    """Make entries of a legend for `changes_under_errors`: the flanks, if there are several, and members."""
     entries = [Line2D([], [], color=COLOURS[flank], label=f"{flank} flank") for flank in flanks]
     entries = entries if len(flanks) > 1 else []
     for member, (marker, _) in MARKERS.items():

@@ -32,7 +32,7 @@ class Look:
     size: float = 6.0
 
     def line(self, x: Sequence[float] = (), y: Sequence[float] = ()) -> Line2D:
-        """The curve through points, or without points its line for a legend."""
+        """Make the curve through points, or without points its line for a legend."""
         return Line2D(
             x,
             y,
@@ -55,7 +55,7 @@ def curve(axes: Axes, look: Look, x: Sequence[float], y: Sequence[float], order:
 
 
 def log_axes(axes: Axes) -> None:
-    """Logarithmic axes with a grid below the curves."""
+    """Set logarithmic axes with a grid below the curves."""
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.grid(True)
@@ -117,12 +117,12 @@ class Labels:
 
 
 def say(axes: Axes, reason: str) -> None:
-    """A reason in place of a chart."""
+    """Write a reason in place of a chart."""
     axes.text(0.5, 0.5, textwrap.fill(reason, 36), transform=axes.transAxes, ha="center", va="center")
 
 
 def duration(seconds: float) -> str:
-    """A time in s, ms or microseconds, to three digits, or two of what is under a microsecond."""
+    """Give a time in s, ms or microseconds, to three digits, or two of what is under a microsecond."""
     for unit, factor in (("s", 1.0), ("ms", 1e3), ("\u00b5s", 1e6)):
         if seconds * factor >= 0.9995:
             return f"{seconds * factor:.3g} {unit}"

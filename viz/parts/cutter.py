@@ -27,7 +27,7 @@ class SectionFrame:
 
 
 def fitting(tool: Tool) -> Tool:
-    """The tool with a tip round, and if need be a tip, that fits between its flanks."""
+    """Make the tool with a tip round, and if need be a tip, that fits between its flanks."""
     for depth in (1.0, 0.8, 0.6, 0.4):
         for share in np.linspace(1.0, 0.0, 21):
             fitted = replace(tool, tip_radius=share * tool.tip_radius, dedendum=depth * tool.dedendum)
@@ -40,8 +40,8 @@ def fitting(tool: Tool) -> Tool:
 
 
 def half_profile(tool: Tool, rounding: ToolRound) -> FloatArray:
-    """(x_n, y_n) (n, 2) from the middle of the tool's tip over round and right flank to the middle
-    of its space, mm."""
+    """Give (x_n, y_n) (n, 2) from the middle of the tool's tip over round and right flank to the middle of
+    its space, mm."""
     module = float(tool.normal_module)
     height = module * float(tool.addendum) * TOP
     crossing = 0.25 * np.pi * module / np.sin(float(tool.normal_pressure_angle))
@@ -54,7 +54,7 @@ def half_profile(tool: Tool, rounding: ToolRound) -> FloatArray:
 
 
 def profile(half: FloatArray, module: float, spaces: int) -> FloatArray:
-    """(y_n, x_n) (n, 2) over an odd number of spaces, the middle one around y_n = 0, from +y_n on."""
+    """Give (y_n, x_n) (n, 2) over an odd number of spaces, the middle one around y_n = 0, from +y_n on."""
     x, y = half.T
     right = np.stack((y, x), axis=-1)
     one = np.concatenate((right, (right * (-1.0, 1.0))[::-1][1:]))
@@ -63,7 +63,7 @@ def profile(half: FloatArray, module: float, spaces: int) -> FloatArray:
 
 
 def section_frame(member: Member) -> SectionFrame:
-    """Where the rack's normal section at mid-face stands, at roll 0."""
+    """Say where the rack's normal section at mid-face stands, at roll 0."""
     rack, alpha = rack_of(member, "right"), float(member.tool.normal_pressure_angle)
     along = np.cos(alpha) * rack.direction + np.sin(alpha) * rack.normal
     across = np.cos(alpha) * rack.normal - np.sin(alpha) * rack.direction
@@ -74,7 +74,7 @@ def section_frame(member: Member) -> SectionFrame:
 def block(
     outline: FloatArray, back: float, frame: SectionFrame, ends: tuple[FloatArray, FloatArray], colour: str
 ) -> list[Surface]:
-    """A block of the rack below the height `back` (mm). `outline` (n, 2) is its profile (y_n, x_n);
+    """Make a block of the rack below the height `back` (mm). `outline` (n, 2) is its profile (y_n, x_n);
     `ends` are two planes (nx, ny, nz, distance) in S_c between which it reaches along z_n."""
     top = np.stack((outline[:, 0], np.full(len(outline), back)), axis=-1)
     rows = np.stack((outline, top))

@@ -44,12 +44,12 @@ class FlatFlank:
     outline: FloatArray
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the member's own frame in the chart (..., 2)."""
+        """Give points (..., 3) of the member's own frame in the chart (..., 2)."""
         flat = self.view.place(points)[..., 1::-1]
         return np.asarray(flat - self.view.frame[0, 1, 1::-1] * (0.0, 1.0))
 
     def at(self, l: FloatArray, z: FloatArray) -> FloatArray:
-        """Places (..., 2) of flank parameters l in the planes z, mm."""
+        """Give places (..., 2) of flank parameters l in the planes z, mm."""
         return self.place(
             flank_point(self.member, self.flank, l, trace_parameter(self.member, self.flank, l, z))
         )
@@ -61,7 +61,7 @@ class FlatFlank:
 
 
 def flat_flank(member: Member, flank: str) -> FlatFlank | None:
-    """The flank laid flat; None if it does not reach its tip."""
+    """Give the flank laid flat; None if it does not reach its tip."""
     view = flank_view(member, flank)
     if view is None:
         return None

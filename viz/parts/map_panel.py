@@ -95,7 +95,7 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
 
 
 def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, FloatArray, str]:
-    """Colour map, norm, levels of lines and ticks, and which ends of the bar are open."""
+    """Give the colour map , norm, levels of lines and ticks, and which ends of the bar are open."""
     colours = mpl.colormaps[look.colours]
     low, high = (float(value) for value in np.percentile(values, [1.0, 99.0]))
     if look.way == "share":
@@ -124,7 +124,7 @@ def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, Float
 def _contours(
     axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, levels: FloatArray, look: Look
 ) -> None:
-    """Labelled lines; none where an angle jumps by half a turn."""
+    """Draw labelled lines; none where an angle jumps by half a turn."""
     if min(values.shape) < 2 or np.nanmax(values) - np.nanmin(values) < 1e-9:
         _say(axes, f"{_plain(float(f'{round(np.nanmean(values), 9):.4g}'))} in all cells")
         return
@@ -151,7 +151,7 @@ def _contours(
 
 
 def _jumps(angle: FloatArray) -> Mask:
-    """Cells beside which an angle (deg) turns over from 90 to -90, where it is the same."""
+    """Give cells beside which an angle (deg) turns over from 90 to -90, where it is the same."""
     cells = np.zeros(angle.shape, dtype=bool)
     for one, other in (
         ((slice(1, None), slice(None)), (slice(-1), slice(None))),
@@ -180,17 +180,17 @@ def _hatch(axes: Axes, found: DesignMap, field: FloatArray | Mask, pattern: str,
 
 
 def _say(axes: Axes, words: str) -> None:
-    """Words on top of all marks."""
+    """Write words on top of all marks."""
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0}
     axes.text(0.5, 0.68, words, transform=axes.transAxes, ha="center", bbox=box, zorder=8.0)
 
 
 def _plain(value: float, _: object = None) -> str:
-    """A number with a true minus."""
+    """Give a number with a true minus."""
     return f"{value:.6g}".replace("-", "\u2212")
 
 
 def statuses(found: DesignMap) -> str:
-    """Why cells have no path."""
+    """Say why cells have no path."""
     codes = np.unique(found.status[~found.solved]).tolist()
     return ", ".join(status_name(code).replace("_", " ") for code in codes)

@@ -61,11 +61,11 @@ class FlankView:
         return np.asarray(self.bounds[1] - self.bounds[0])
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the own frame in the frame of the picture, mm."""
+        """Give points (..., 3) of the own frame in the frame of the picture, mm."""
         return np.asarray((points - self.middle) @ self.axes.T * (self.stretch, 1.0, 1.0))
 
     def turn(self, normals: FloatArray) -> FloatArray:
-        """Outward normals (..., 3) as seen from the viewer's side."""
+        """Give outward normals (..., 3) as seen from the viewer's side."""
         return np.asarray(normals @ self.axes.T * (1.0 if self.outside else -1.0))
 
 
@@ -81,7 +81,7 @@ class Trace:
 
 
 def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | None:
-    """Square on to the middle of the active flank; None if that does not reach its tip."""
+    """Look square on to the middle of the active flank; None if that does not reach its tip."""
     half = 0.5 * float(member.face_width)
     z = np.array([-half, 0.0, half])
     tip = tip_parameter(member, flank, z)
@@ -104,20 +104,20 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | 
 
 
 def flank_views(design: Design, flank: str, stretch: float) -> list[FlankView | None]:
-    """The views of pinion and gear."""
+    """Give the views of pinion and gear."""
     return [flank_view(member, flank, stretch) for member in design.members]
 
 
 def surface(grid: FlankGrid, view: FlankView, colour: str) -> Surface:
-    """The flank as a lit surface in the frame of the picture."""
+    """Make the flank as a lit surface in the frame of the picture."""
     faces = grid_faces(grid.points, grid.normals)[:, :: 1 if view.outside else -1]
     points, normals = view.place(grid.points), view.turn(grid.normals)
     return Surface(points.reshape(-1, 3), faces, normals.reshape(-1, 3), colour, edges=True)
 
 
 def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]:
-    """Pieces of a polyline (n, 3): dash, gap, dash, ... of the lengths in `pattern`, mm; the
-    whole line if that is empty."""
+    """Give pieces of a polyline (n, 3): dash, gap, dash, ... of the lengths in `pattern`, mm; the whole line
+    if that is empty."""
     along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
     if not pattern or along[-1] <= pattern[0]:
         yield points
@@ -130,8 +130,8 @@ def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]
 
 
 def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
-    """Tube, a ball where the path enters, and an arrow head where it leaves; they stand
-    towards the viewer, so that none of them is buried in the flank."""
+    """Make a tube, a ball where the path enters, and an arrow head where it leaves; they stand towards the
+    viewer, so that none of them is buried in the flank."""
     if len(trace.points) < 2:
         return []
     radius *= trace.width
@@ -161,7 +161,7 @@ class Panel:
     view: FlankView
 
     def place(self, points: FloatArray) -> FloatArray:
-        """Pixels (..., 2) in the axes of points (..., 3) of the member's own frame, mm."""
+        """Give pixels (..., 2) in the axes of points (..., 3) of the member's own frame, mm."""
         return self.picture.project(self.view.place(points))
 
 
@@ -192,13 +192,13 @@ def draw_flank(
 
 
 def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
-    """The paths on a flank, as wide on the page as everywhere."""
+    """Make the paths on a flank, as wide on the page as everywhere."""
     radius = LINE_POINTS * page.dpi / 72.0 / px_per_mm
     return [item for trace in traces for item in trace_items(trace, view, radius)]
 
 
 def camera_of(view: FlankView, half_height: float) -> Camera:
-    """Square on to a flank, the flank in the middle of the picture; half of its height in mm."""
+    """Look square on to a flank, the flank in the middle of the picture; half of its height in mm."""
     return Camera(INTO_PAGE, UP, np.append(view.bounds.mean(axis=0), 0.0), half_height)
 
 
@@ -288,7 +288,7 @@ def how_drawn(flank: str, stretch: float) -> str:
 
 
 def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
-    """Scale along and across the flanks, at the lower right of the page."""
+    """Draw the scale along and across the flanks, at the lower right of the page."""
     width, height = page.canvas.get_width_height()
     high, inch = theme.inches(page, 1.0), theme.inches(page, 1.0) * height / width
     length = theme.round_length(1.3 * inch * width / (px_per_mm * stretch))
@@ -305,18 +305,18 @@ def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
 
 
 def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:
-    """Greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
+    """Give the greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
     spans = [view.span for view in views if view is not None]
     return np.max(spans, axis=0) if spans else np.ones(2)
 
 
 def chord_angle(points: FloatArray, view: FlankView) -> float:
-    """Angle (deg) between the chord of a path and the axial direction, in the flank's plane;
+    """Give the angle (deg) between the chord of a path and the axial direction, in the flank's plane;
     positive if the path runs to the heel on its way to the tip, else negative."""
     across, along, _ = (points[-1] - points[0]) @ view.axes.T
     return float(np.degrees(np.arctan2(np.abs(across), np.abs(along))) * np.copysign(1.0, across * along))
 
 
 def path_length(points: FloatArray) -> float:
-    """Length of a polyline (n, 3), mm."""
+    """Give the length of a polyline (n, 3), mm."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

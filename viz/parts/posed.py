@@ -48,8 +48,8 @@ class PosedPair:
 
 
 def pose(design: Design, flank: str = "right") -> PosedPair:
-    """The pair with its flanks touching in the middle of the path of contact. Where they share
-    none, the rolls are those of the unmodified pair without errors, or zero."""
+    """Pose the pair with its flanks touching in the middle of the path of contact. Where they share none, the
+    rolls are those of the unmodified pair without errors, or zero."""
     try:
         pair = meshing_pair(design, flank)
     except ValueError:
@@ -65,7 +65,7 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
 
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
-    """The pair under other assembly errors at the same rolls; its flanks need not touch."""
+    """Pose the pair under other assembly errors at the same rolls; its flanks need not touch."""
     return _placed(pair.design.with_errors(errors), pair.mounting, pair.roll, np.full(3, np.nan))
 
 
@@ -77,19 +77,19 @@ def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: Float
 
 
 def rings(member: Member, count: int = 49) -> FloatArray:
-    """Points (2, count, 3) of the tip circles at toe and heel, own frame, mm."""
+    """Give points (2, count, 3) of the tip circles at toe and heel, own frame, mm."""
     half = 0.5 * float(member.face_width)
     return np.stack([circle(float(tip_radius(member, z)), z, count) for z in (-half, half)])
 
 
 def circle(radius: float, z: float, count: int = 97) -> FloatArray:
-    """Points (count, 3) of a circle about z, closed."""
+    """Give points (count, 3) of a circle about z, closed."""
     turn = np.linspace(0.0, 2.0 * np.pi, count)
     return np.stack((radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, z)), axis=-1)
 
 
 def shaft_radius(member: Member) -> float:
-    """Radius (mm) of the shaft drawn for a member."""
+    """Give the radius (mm) of the shaft drawn for a member."""
     half = 0.5 * float(member.face_width)
     return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
 
@@ -97,7 +97,7 @@ def shaft_radius(member: Member) -> float:
 def teeth_of(
     member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
 ) -> tuple[Mesh | None, str]:
-    """The gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
+    """Make the gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
     try:
         return gear_mesh(member, tolerance, teeth, bore_radius), ""
     except ValueError as error:
@@ -105,7 +105,7 @@ def teeth_of(
 
 
 def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
-    """Points (n, 3) in S_f that a picture of whole pairs must show, mm: tip circles and `feet`."""
+    """Give points (n, 3) in S_f that a picture of whole pairs must show, mm: tip circles and `feet`."""
     found = [pair.foot for pair in pairs if feet]
     for pair in pairs:
         members = zip(pair.frames, pair.design.members, strict=True)
@@ -114,7 +114,7 @@ def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
 
 
 def surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surface:
-    """A mesh of the own frame as a surface in S_f."""
+    """Make a mesh of the own frame as a surface in S_f."""
     points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
     return Surface(points, mesh.faces, normals, colour, opacity)
 
@@ -127,8 +127,8 @@ def gear_items(
     bore_radius: float,
     teeth: Sequence[int] | None = None,
 ) -> tuple[list[Surface], str]:
-    """A gear, or some of its teeth, to a tolerance (mm) in the colours of teeth and of toe and heel. Where
-    its teeth cannot be drawn, the blank before they are cut, and the reason."""
+    """Make a gear, or some of its teeth, to a tolerance (mm) in the colours of teeth and of toe and heel.
+    Where its teeth cannot be drawn, the blank before they are cut, and the reason."""
     try:
         mesh = gear_mesh(member, tolerance, teeth, bore_radius)
     except ValueError as error:
@@ -139,15 +139,15 @@ def gear_items(
 
 
 def with_lines(drawn: Surface) -> Surface:
-    """The same surface with the edges of its faces."""
+    """Make the same surface with the edges of its faces."""
     return replace(drawn, mesh_lines=True)
 
 
 def lathe(
     profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
 ) -> list[Surface]:
-    """Surfaces of revolution about the own z axis, one for each piece of a profile (n, 2) of
-    radius and z, mm; the metal is on the left of it."""
+    """Make surfaces of revolution about the own z axis, one for each piece of a profile (n, 2) of radius and
+    z, mm; the metal is on the left of it."""
     turn = np.linspace(0.0, 2.0 * np.pi, count)
     index = np.arange(2 * count).reshape(2, count)
     faces = np.stack((index[0, :-1], index[0, 1:], index[1, 1:], index[1, :-1]), axis=-1)
@@ -166,7 +166,7 @@ def lathe(
 def blank(
     member: Member, frame: Frame, colour: str, bore_radius: float, opacity: float = 1.0
 ) -> list[Surface]:
-    """A member as it is before its teeth are cut."""
+    """Make a member as it is before its teeth are cut."""
     half = 0.5 * float(member.face_width)
     toe, heel = (float(tip_radius(member, z)) for z in (-half, half))
     profile = np.array([[bore_radius, -half], [toe, -half], [heel, half], [bore_radius, half]])
@@ -174,12 +174,12 @@ def blank(
 
 
 def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
-    """A round shaft along the own axis from `low` to `high`, mm."""
+    """Make a round shaft along the own axis from `low` to `high`, mm."""
     return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)
 
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
-    """Points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
+    """Give points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
     turn = 2.0 * np.pi * tooth / float(member.teeth)
     cos, sin = np.cos(turn), np.sin(turn)
     about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -17,12 +17,13 @@ Data = TypeVar("Data")
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:
-    """A table of single numbers: name, unit and value of each."""
+    """Give a table of single numbers: name, unit and value of each."""
     return ("quantity", "unit", "value"), [(name, unit, float(value)) for name, unit, value in lines]
 
 
 def vector(name: str, unit: str, values: Iterable[float]) -> Iterator[tuple[str, str, float]]:
-    """Lines of `quantities` for the components of a vector (3,), the place of its letter in the name {}."""
+    """Give lines of `quantities` for the components of a vector (3,), the place of its letter in the name
+    {}."""
     return ((name.format(letter), unit, value) for letter, value in zip("xyz", values, strict=True))
 
 

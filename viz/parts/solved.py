@@ -54,7 +54,7 @@ class SolvedPath:
         return len(self.points[0]) > 1
 
     def middle(self, member: int) -> FloatArray:
-        """The point (3,) at mid-roll on the pinion (0) or the gear (1), own frame."""
+        """Give the point (3,) at mid-roll on the pinion (0) or the gear (1), own frame."""
         points = self.points[member]
         return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
 
@@ -76,31 +76,31 @@ class SolvedPath:
 
 
 def limit_name(limit: Limit | None) -> str:
-    """'gear tip' and the like; '' for no limit."""
+    """Give 'gear tip' and the like; '' for no limit."""
     return "" if limit is None else str(limit)
 
 
 def points_on(path: ContactPath, member: int) -> FloatArray:
-    """Points (..., 3) of a path on the flank of pinion (0) or gear (1), own frame, mm."""
+    """Give points (..., 3) of a path on the flank of pinion (0) or gear (1), own frame, mm."""
     l, u = ((path.l1, path.u1), (path.l2, path.u2))[member]
     return flank_point(path.design.members[member], path.flank, l, u)
 
 
 def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
-    """The path of contact of a single design, its unsolved positions left out of `points`."""
+    """Solve the path of contact of a single design, its unsolved positions left out of `points`."""
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
     return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]))
 
 
 def solve_all(designs: Iterable[Design], flank: str) -> tuple[SolvedPath, ...]:
-    """The paths of several designs."""
+    """Solve the paths of several designs."""
     return tuple(solve(design, flank) for design in designs)
 
 
 def path_rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
-    """Rows of `COLUMNS` for both members, each led by the values of the case. A path that was
-    not found gives one row that says so."""
+    """List rows of `COLUMNS` for both members, each led by the values of the case. A path that was not found
+    gives one row that says so."""
     path, ends = solved.path, [solved.ratio, *solved.ends]
     for member in MEMBERS:
         if not solved.found:

@@ -63,7 +63,7 @@ def flank_chart(results: FlankResults, cloud: bool = False) -> Figure | None:
 
 
 def _scales(flats: list[FlatFlank]) -> dict[FlatFlank, float]:
-    """Pixels a mm of each flank: the same, unless one would be small."""
+    """Give pixels a mm of each flank: the same, unless one would be small."""
     room = np.array([WIDTH - 2.0 * SIDE, GREATEST])
     own = np.array([(room / one.span).min() for one in flats])
     return dict(zip(flats, np.where(own > SMALL_BY * own.min(), own, own.min()).tolist(), strict=True))

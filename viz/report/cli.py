@@ -100,7 +100,7 @@ def prepare(out: Path) -> None:
 
 
 def settings_of(design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int) -> Settings:
-    """Settings of the tolerance study: `sizes` in mm, deg, mm, mm, or the usual ones if all are 0.
+    """Give settings of the tolerance study: `sizes` in mm, deg, mm, mm, or the usual ones if all are 0.
     Raises Refusal for those that do not suit the design."""
     from beveloid_geom.analysis.tolerance import USUAL, Tolerances, tolerance_study
 
@@ -117,7 +117,8 @@ def settings_of(design: Design, sizes: tuple[float, float, float, float], cases:
 
 
 def _now() -> datetime:
-    """The time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every run."""
+    """Give the time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every
+    run."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     return datetime.now(UTC).astimezone() if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
@@ -125,7 +126,7 @@ def _now() -> datetime:
 def _made(
     name: str, design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int
 ) -> tuple[PageData, str]:
-    """The page's data and its text, with a bar of the progress on standard error."""
+    """Make the page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
     from .data import compute

@@ -94,7 +94,7 @@ class PageData:
 
 
 def is_papers(design: Design) -> bool:
-    """Whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
+    """Say whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
     them aside."""
 
     def bare(one: Design) -> Design:
@@ -104,8 +104,8 @@ def is_papers(design: Design) -> bool:
 
 
 def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:
-    """Everything for a single design. `progress` is called with the name of every stage before it, and
-    with that of the tolerance study after each of its UNITs of mountings.
+    """Compute everything for a single design. `progress` is called with the name of every stage before it,
+    and with that of the tolerance study after each of its UNITs of mountings.
 
     Raises ValueError for tolerances that do not suit the design, if they were given."""
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
@@ -128,7 +128,7 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
 def _flank_results(
     name: str, design: Design, flank: str, settings: Settings, progress: Progress
 ) -> FlankResults:
-    """The sections of one flank pair, each by itself: one that fails leaves the others."""
+    """Compute the sections of one flank pair, each by itself: one that fails leaves the others."""
     found: dict[str, Any] = {}
     numbers: dict[str, Any] = {}
     reasons: dict[str, str] = {}
@@ -226,5 +226,5 @@ SECTIONS: dict[str, Callable[[str, Design, str, Settings, Callable[[], object]],
 
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
-    """Paths of the first mountings of a study."""
+    """Give paths of the first mountings of a study."""
     return path_of_contact(mounted(design, study.mountings.errors[:CLOUD]), study.flank, CLOUD_POINTS)

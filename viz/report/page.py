@@ -34,7 +34,7 @@ Charts = dict[str, dict[str, Markup]]
 
 
 def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
-    """What stands in nested JSON under names and places joined by dots; None where there is nothing."""
+    """Say what stands in nested JSON under names and places joined by dots; None where there is nothing."""
     found: Any = numbers
     for part in key.split("."):
         if isinstance(found, list):
@@ -45,14 +45,14 @@ def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
 
 
 def number_text(value: float, digits: int, general: bool = False) -> str:
-    """A number with so many digits after the point, or so many in all; a true minus, no minus zero."""
+    """Give a number with so many digits after the point, or so many in all; a true minus, no minus zero."""
     return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
 
 
 def number_of(
     numbers: Mapping[str, Any], key: str, digits: int, scale: float = 1.0, general: bool = False
 ) -> Markup:
-    """The number under a key, times a scale, with key, scale and digits for those who check it."""
+    """Make the number under a key, times a scale, with key, scale and digits for those who check it."""
     value = looked_up(numbers, key)
     known = isinstance(value, (int, float)) and math.isfinite(value)
     text = number_text(value * scale, digits, general) if known else NOT_KNOWN
@@ -62,7 +62,7 @@ def number_of(
 
 
 def script_json(data: Any) -> Markup:
-    """Strict JSON that may stand in a script element, whatever strings it holds."""
+    """Make strict JSON that may stand in a script element, whatever strings it holds."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
@@ -70,7 +70,7 @@ def script_json(data: Any) -> Markup:
 
 
 def asset(name: str) -> Markup:
-    """A script or style sheet of ours, as it may stand in its element."""
+    """Make a script or style sheet of ours, as it may stand in its element."""
     text = files(__package__).joinpath(name).read_text(encoding="utf-8")
     return Markup(text.replace("</script", "<\\/script"))
 
@@ -102,7 +102,7 @@ def _drawings(results: FlankResults) -> list[tuple[str, str, Callable[[], Any]]]
 
 
 def draw_charts(data: PageData) -> Charts:
-    """The charts by flank and name; what cannot be drawn is left out."""
+    """Draw the charts by flank and name; what cannot be drawn is left out."""
     drawn: Charts = {}
     with style():
         for flank, results in data.flanks.items():
@@ -116,7 +116,7 @@ def draw_charts(data: PageData) -> Charts:
 
 
 def with_code(text: str) -> Markup:
-    """Text with what stands in backticks as code."""
+    """Make text with what stands in backticks as code."""
     parts = [
         f"<code>{escape(part)}</code>" if k % 2 else escape(part) for k, part in enumerate(text.split("`"))
     ]
@@ -124,7 +124,7 @@ def with_code(text: str) -> Markup:
 
 
 def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The paper's statements, each with what is found on either flank."""
+    """Give the paper's statements, each with what is found on either flank."""
     found: dict[str, dict[str, Any]] = {}
     for one in statements:
         entry = found.setdefault(one["id"], {"id": one["id"], "statement": one["statement"]})
@@ -133,7 +133,7 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
-    """The whole page, `made` when; `view` is the data of the view in 3D."""
+    """Write the whole page, `made` when; `view` is the data of the view in 3D."""
     environment = Environment(
         loader=PackageLoader(__package__, ""),
         autoescape=True,

@@ -53,20 +53,20 @@ STYLE: Any = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Matplotlib's settings for charts, whatever the user's own are."""
+    """Hold matplotlib's settings for charts, whatever the user's own are."""
     with theme.style(), mpl.rc_context(STYLE):
         yield
 
 
 def new_chart(height: float) -> Figure:
-    """An empty chart of so many pixels, laid out by matplotlib."""
+    """Make an empty chart of so many pixels, laid out by matplotlib."""
     return Figure(
         figsize=(WIDTH / 72.0, height / 72.0), dpi=72.0, layout=ConstrainedLayoutEngine(h_pad=PAD, w_pad=PAD)
     )
 
 
 def svg_of(chart: Figure, name: str, title: str) -> str:
-    """The chart as an element of a page. `name` makes its ids its own, `title` is what it is called to
+    """Give the chart as an element of a page. `name` makes its ids its own, `title` is what it is called to
     those who do not see it."""
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -93,6 +93,6 @@ def _short(found: re.Match[str]) -> str:
 
 
 def _font(found: re.Match[str]) -> str:
-    """Size, and weight if there is one, in the page's own font."""
+    """Give the size , and weight if there is one, in the page's own font."""
     weight = "; font-weight: bold" if "bold" in found[1] or "700" in found[1] else ""
     return f"font-size: {found[2]}{weight}"

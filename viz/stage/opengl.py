@@ -53,7 +53,7 @@ def _loads(names: tuple[str, ...]) -> bool:
 
 
 def window_classes(environment: Mapping[str, str], platform: str = sys.platform) -> Iterator[str]:
-    """Window classes worth trying, best first; the empty name is VTK's own choice.
+    """Give window classes worth trying, best first; the empty name is VTK's own choice.
 
     What the user has set is the only one. Mesa's software renderers come first on a machine
     without a screen."""
@@ -67,7 +67,7 @@ def window_classes(environment: Mapping[str, str], platform: str = sys.platform)
 
 
 def draws(window_class: str) -> bool:
-    """Whether a child process draws a picture with this window class."""
+    """Say whether a child process draws a picture with this window class."""
     environment = dict(os.environ)
     if window_class:
         environment[VARIABLE] = window_class

@@ -126,7 +126,7 @@ class Picture:
         return float(self.image.shape[0] / (2.0 * self.camera.half_height))
 
     def project(self, points: ArrayLike) -> FloatArray:
-        """Pixels (..., 2) of points (..., 3): x to the right and y down from the top left."""
+        """Give pixels (..., 2) of points (..., 3): x to the right and y down from the top left."""
         height, width = self.image.shape[:2]
         offset = (np.asarray(points, dtype=float) - self.camera.focal_point) @ self.camera.axes.T
         centre = np.array([width, height]) / 2.0
@@ -136,8 +136,8 @@ class Picture:
 def fit_camera(
     points: ArrayLike, direction: ArrayLike, up: ArrayLike, size_px: Size, margin: float = 0.05
 ) -> Camera:
-    """The camera that shows all points in a picture of this size, with a margin on each side
-    as a share of it."""
+    """Find the camera that shows all points in a picture of this size, with a margin on each side as a share
+    of it."""
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     direction, up = np.asarray(direction, dtype=float), np.asarray(up, dtype=float)
     axes = Camera(direction, up, np.zeros(3), 1.0).axes
@@ -172,7 +172,7 @@ def render_moving(scene: Scene, size_px: Size, poses: Iterable[Sequence[Pose]]) 
 
 @contextmanager
 def _window(scene: Scene, size_px: Size) -> Iterator[tuple[Any, list[list[Any]], int]]:
-    """An offscreen window with a scene, the actors of each item, and the number of triangles."""
+    """Open an offscreen window with a scene, the actors of each item, and the number of triangles."""
     import pyvista as pv  # half a second, and only wanted here
 
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
@@ -255,7 +255,7 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
 
 
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
-    """What pyvista takes to show values as bands with sharp edges."""
+    """Say what pyvista takes to show values as bands with sharp edges."""
     return {
         "scalars": np.asarray(paint.values, dtype=float),
         "cmap": list(paint.colours),
@@ -296,8 +296,8 @@ def _arrow(arrow: Arrow) -> Any:
 def grid_surface(
     points: FloatArray, normals: FloatArray | None, colour: str, opacity: float = 1.0, edges: bool = False
 ) -> Surface:
-    """A surface from a grid of points (rows, columns, 3), with its normals if there are any:
-    its faces then look the same way."""
+    """Make a surface from a grid of points (rows, columns, 3), with its normals if there are any: its faces
+    then look the same way."""
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])

@@ -82,7 +82,7 @@ STYLE = {
 
 
 def style() -> AbstractContextManager[None]:
-    """Matplotlib's settings for our figures, whatever the user's own are; use it in a `with`."""
+    """Hold matplotlib's settings for our figures, whatever the user's own are; use it in a `with`."""
     settings: dict[str, Any] = {str(name): value for name, value in mpl.rcParamsDefault.items()}
     del settings["backend"]
     return mpl.rc_context(cast("Any", {**settings, **STYLE}))
@@ -106,8 +106,8 @@ class Box:
 def new_page(
     size_px: Size, title: str, subtitle: str = "", page_inches: tuple[float, float] = PAGE_INCHES
 ) -> Page:
-    """A white page with a title, and below it a subtitle, at the top left; on a smaller page all text
-    is larger in pixels.
+    """Make a white page with a title, and below it a subtitle, at the top left; on a smaller page all text is
+    larger in pixels.
 
     Content belongs below `top(page)`."""
     width, height = size_px
@@ -124,18 +124,18 @@ def new_page(
 
 
 def top(page: Page, subtitle_lines: int = 1) -> float:
-    """Height, as a share of the page, below title and subtitle."""
+    """Give the height , as a share of the page, below title and subtitle."""
     return float(1.0 - (MARGIN + 0.45 + 0.3 * subtitle_lines + 0.1) / page.get_figheight())
 
 
 def inches(page: Page, length: float) -> float:
-    """A length in inches of a page 12 inches high as a share of this page's height."""
+    """Give a length in inches of a page 12 inches high as a share of this page's height."""
     return float(length / page.get_figheight())
 
 
 def caption(page: Page, text: str, columns: int = 158) -> float:
-    """Small text at the foot of the page, broken into lines of so many characters; the height,
-    as a share of the page, above it."""
+    """Write small text at the foot of the page, broken into lines of so many characters; the height, as a
+    share of the page, above it."""
     lines = textwrap.wrap(text, columns)
     x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
     page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
@@ -160,13 +160,13 @@ def legend(
 
 
 def signed(value: float, digits: int) -> str:
-    """A number with its sign, a true minus, and none if it rounds to zero."""
+    """Give a number with its sign, a true minus, and none if it rounds to zero."""
     sign = "+" if round(value, digits) else ""
     return f"{round(value, digits) + 0.0:{sign}.{digits}f}".replace("-", "\u2212")
 
 
 def place(page: Page, left: float, bottom: float, width: float, height: float) -> Box:
-    """The box of whole pixels nearest to these shares of the page."""
+    """Find the box of whole pixels nearest to these shares of the page."""
     page_width, page_height = page.canvas.get_width_height()
     x0, x1 = (round(edge * page_width) for edge in (left, left + width))
     y0, y1 = (round(edge * page_height) for edge in (bottom, bottom + height))
@@ -185,7 +185,7 @@ def show(page: Page, box: Box, picture: Picture) -> Axes:
 
 
 def overlay(page: Page, box: Box) -> Axes:
-    """Bare axes over a box, in its pixels from the top left: for text, arrows and scale bars."""
+    """Make bare axes over a box, in its pixels from the top left: for text, arrows and scale bars."""
     page_width, page_height = page.canvas.get_width_height()
     axes = page.add_axes(
         (box.left / page_width, box.bottom / page_height, box.width / page_width, box.height / page_height)
@@ -198,7 +198,7 @@ def overlay(page: Page, box: Box) -> Axes:
 
 
 def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float, colour: str = INK) -> None:
-    """A bar `length_mm` long, starting at pixel (x, y), with its length written below."""
+    """Draw a bar `length_mm` long, starting at pixel (x, y), with its length written below."""
     end = x + length_mm * px_per_mm
     axes.plot([x, end], [y, y], color=colour, linewidth=3.0, solid_capstyle="butt", clip_on=False)
     axes.annotate(
@@ -215,7 +215,7 @@ def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float
 
 
 def round_length(length: float) -> float:
-    """The largest of 1, 2, 5, 10, 20, ... that is not longer: for scale bars."""
+    """Give the largest of 1, 2, 5, 10, 20, ... that is not longer: for scale bars."""
     decade: float = 10.0 ** int(f"{length:e}".split("e")[1])
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
 

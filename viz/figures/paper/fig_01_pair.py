@@ -44,7 +44,7 @@ class PairFigure:
 
 
 def compute(design: Design) -> PairFigure:
-    """The pair with its right flanks touching in the middle of their path."""
+    """Find the pair with its right flanks touching in the middle of their path."""
     pair = posed.pose(design)
     sections = []
     for member, (rotation, origin) in zip(design.members, pair.frames, strict=True):
@@ -59,19 +59,19 @@ def compute(design: Design) -> PairFigure:
 
 
 def _ends(pair: PosedPair) -> FloatArray:
-    """Where each shaft starts and ends along its axis, (2, 2) mm from the common perpendicular."""
+    """Say where each shaft starts and ends along its axis, (2, 2) mm from the common perpendicular."""
     half = 0.5 * np.array([float(member.face_width) for member in pair.design.members])
     over = 0.2 * float(pair.foot[1, 0])
     return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
 
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
-    """The camera that shows the whole pair in a picture of this size."""
+    """Make the camera that shows the whole pair in a picture of this size."""
     return fit_camera(posed.reach(pair), VIEW, UP, size, 0.06)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
-    """Gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
+    """Make gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
     items: list[Item] = []
     remarks = []
     lengths = _ends(pair) - pair.position[:, None]
@@ -85,7 +85,7 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
 
 
 def draw(data: PairFigure, size: Size) -> Drawing:
-    """Both gears on their shafts, and the section through the contact point."""
+    """Draw both gears on their shafts, and the section through the contact point."""
     pair = data.pair
     page = theme.new_page(
         size,
@@ -111,7 +111,7 @@ def draw(data: PairFigure, size: Size) -> Drawing:
 
 
 def _annotate(over: Overlay, pair: PosedPair) -> None:
-    """Axes, offset, shaft angle, toe and heel."""
+    """Draw axes, offset, shaft angle, toe and heel."""
     ends = _ends(pair)
     low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
     for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
@@ -140,7 +140,7 @@ def _kind(pair: PosedPair, member: int) -> str:
 
 
 def _shaft_angle(over: Overlay, pair: PosedPair) -> None:
-    """The gear axis against a parallel to the pinion axis through its foot."""
+    """Draw the gear axis against a parallel to the pinion axis through its foot."""
     reach = 0.65 * abs(float(_ends(pair)[1, 0]))
     foot, (first, second) = pair.foot[1], pair.axis
     over.line(foot, foot + 1.2 * reach * first, color=theme.RED, linestyle="--")
@@ -151,8 +151,8 @@ def _shaft_angle(over: Overlay, pair: PosedPair) -> None:
 
 
 def _free_corner(page: Page, shown: FloatArray) -> Box:
-    """The box for the section: in the corner of the page that covers least of what is shown, pixels
-    (n, 2) from the lower left."""
+    """Find the box for the section: in the corner of the page that covers least of what is shown, pixels (n,
+    2) from the lower left."""
     corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
 
     def covered(box: Box) -> int:
@@ -163,7 +163,7 @@ def _free_corner(page: Page, shown: FloatArray) -> Box:
 
 
 def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
-    """Both transverse sections, seen along the middle of the two axes."""
+    """Draw both transverse sections, seen along the middle of the two axes."""
     pair = data.pair
     axes = theme.overlay(page, box)
     along = pair.axis.sum(axis=0)

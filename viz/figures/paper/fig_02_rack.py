@@ -50,7 +50,7 @@ class RackFigure:
 
 
 def compute(design: Design) -> RackFigure:
-    """Profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
+    """Find profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
     tool = design.pinion.tool
     tools = [
         cutter.fitting(replace(tool, parabola=a)) for a in (0.0, EXAGGERATED / float(tool.normal_module))
@@ -61,7 +61,7 @@ def compute(design: Design) -> RackFigure:
 
 
 def draw(data: RackFigure, size: theme.Size) -> Drawing:
-    """The section with its frames and dimensions; lengths in true proportion."""
+    """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
     page = theme.new_page(
         size,
@@ -91,7 +91,7 @@ def draw(data: RackFigure, size: theme.Size) -> Drawing:
 
 
 def _draw_tool(axes: Axes, data: RackFigure) -> None:
-    """The tool as metal, and the straight profile over it."""
+    """Draw the tool as metal, and the straight profile over it."""
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
     back = parabolic[:, 1].max() + BACK * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
@@ -111,13 +111,13 @@ def _draw_tool(axes: Axes, data: RackFigure) -> None:
 def _span(
     axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: tuple[float, float], **style: Any
 ) -> None:
-    """A dimension line between two points of the section."""
+    """Draw a dimension line between two points of the section."""
     annotate.arrow(axes, start, end, style.get("color", theme.INK), 1.2, "<|-|>")
     annotate.text(axes, 0.5 * (np.asarray(start) + np.asarray(end)), words, offset, **style)
 
 
 def _draw_lines(axes: Axes, data: RackFigure) -> None:
-    """Pitch line, addendum and dedendum lines, space width, tip round."""
+    """Draw pitch line, addendum and dedendum lines, space width, tip round."""
     module, tool, straight = data.module, data.tools[0], data.rounds[0]
     heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
     edge = 2.45 * module
@@ -162,7 +162,7 @@ def _frame(
 
 
 def _draw_frames(axes: Axes, data: RackFigure) -> None:
-    """S_n, S_ar and S_al; the page shows y_n to the right and x_n upwards."""
+    """Draw S_n, S_ar and S_al; the page shows y_n to the right and x_n upwards."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     _frame(axes, (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5 * module)
@@ -176,7 +176,7 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
 
 
 def _draw_parameters(axes: Axes, data: RackFigure) -> None:
-    """Pressure angle on the left flank; l_j and the parabola's deviation on the right one."""
+    """Draw the pressure angle on the left flank; l_j and the parabola's deviation on the right one."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     axes.plot([-half, -half], [0.0, 0.8 * module], color=theme.BLUE, linewidth=1.0)

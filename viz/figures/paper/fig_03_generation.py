@@ -62,7 +62,7 @@ class GenerationFigure:
 
 
 def compute(design: Design) -> GenerationFigure:
-    """Frames of the pinion's generation."""
+    """Find frames of the pinion's generation."""
     member = design.pinion
     tool = cutter.fitting(member.tool)
     half = cutter.half_profile(tool, tool_round(tool, "right"))
@@ -84,7 +84,7 @@ def compute(design: Design) -> GenerationFigure:
 
 
 def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
-    """Panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
+    """Draw panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
     page = theme.new_page(
         size,
         "Fig. 3   Frames of the generation by a rack cutter",
@@ -116,7 +116,7 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
 
 
 def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
-    """The rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
+    """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
     length = LENGTH * module
     start = frame.axes[2]
@@ -134,7 +134,7 @@ def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
 
 
 def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
-    """The rack's pitch plane around the frames, corners (4, 3)."""
+    """Give the rack's pitch plane around the frames, corners (4, 3)."""
     slope = np.array([np.sin(float(data.drawn.cone_angle)), 0.0, np.cos(float(data.drawn.cone_angle))])
     wide, deep = 1.25 * np.pi * data.module, 0.95 * length
     across = np.array([0.0, wide, 0.0])
@@ -175,7 +175,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
 
 
 def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
-    """The gear turned by -phi and the rack slid by -r_P phi, in S_b."""
+    """Draw the gear turned by -phi and the rack slid by -r_P phi, in S_b."""
     member, half = data.member, 0.5 * float(data.member.face_width)
     origin = np.array([data.pitch_radius, -data.slide, 0.0])
     frame = SectionFrame(origin + data.frames[1].origin, data.frames[1].axes)
@@ -200,7 +200,7 @@ def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
 
 
 def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[Item]:
-    """Some teeth around the rack, or a blank where teeth cannot be drawn."""
+    """Make some teeth around the rack, or a blank where teeth cannot be drawn."""
     cos, sin = np.cos(data.roll), np.sin(data.roll)
     frame = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2

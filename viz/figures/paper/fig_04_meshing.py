@@ -50,7 +50,7 @@ class MeshingFigure:
 
 
 def compute(design: Design) -> MeshingFigure:
-    """The layout of the pair, from its mounting."""
+    """Find the layout of the pair, from its mounting."""
     nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
     mounting, layout = mounting_of(nominal), layout_of(nominal)
     distance = np.nan_to_num(mounting.distance)
@@ -71,14 +71,14 @@ def compute(design: Design) -> MeshingFigure:
 
 
 def _radius(data: MeshingFigure, number: int, z: float) -> float:
-    """Radius of the reference cone in the plane `z` from mid-face, mm."""
+    """Give the radius of the reference cone in the plane `z` from mid-face, mm."""
     member = data.design.members[number]
     height = float(member.profile_shift * np.asarray(member.tool.normal_module))
     return float(data.reference_radius[number] + height + z * np.tan(float(member.cone_angle)))
 
 
 def _drawn_shift(data: MeshingFigure, number: int) -> float:
-    """b_c where it can be drawn, else 0."""
+    """Give b_c where it can be drawn, else 0."""
     shift = float(data.shift_distance[number])
     return shift if abs(shift) < FARTHEST * float(data.design.members[number].face_width) else 0.0
 
@@ -94,7 +94,7 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 
 def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
-    """Reference cones, axes and circles in space, with their dimensions."""
+    """Draw reference cones, axes and circles in space, with their dimensions."""
     angle = f"{np.degrees(abs(data.shaft_angle)):g}\u00b0"
     page = theme.new_page(
         size,
@@ -141,7 +141,7 @@ def _items(data: MeshingFigure) -> list[Item]:
 
 
 def _lines(data: MeshingFigure, radius: float) -> list[Item]:
-    """Circles and the pitch point."""
+    """Make circles and the pitch point."""
     items: list[Item] = []
     for number in (0, 1):
         for z in _cone_ends(data, number):
@@ -158,13 +158,13 @@ def _lines(data: MeshingFigure, radius: float) -> list[Item]:
 
 
 def _axis(data: MeshingFigure, number: int) -> tuple[FloatArray, FloatArray]:
-    """Foot on the common perpendicular and direction of an axis."""
+    """Give the foot on the common perpendicular and direction of an axis."""
     rotation, _ = data.frames[number]
     return np.array([data.offset * number, 0.0, 0.0]), rotation[:, 2]
 
 
 def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
-    """Both axes, offset, shaft angle, and the fixed frames."""
+    """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max())
     length = 0.19 * data.offset
     feet, ways = zip(*(_axis(data, number) for number in (0, 1)), strict=True)
@@ -186,7 +186,7 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
 
 
 def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
-    """Mounting distance, b_c, radii and own frame of one member."""
+    """Draw mounting distance, b_c, radii and own frame of one member."""
     foot, way = _axis(data, number)
     colour, index = INKS[number], number + 1
     mounting = data.mounting
@@ -224,7 +224,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
 
 
 def _table(page: Page, data: MeshingFigure) -> None:
-    """The numbers, in the corner that the view leaves free."""
+    """Draw the numbers, in the corner that the view leaves free."""
     rows_of = (
         ("$d_w$", data.mounting.pitch_distance),
         ("$b_c$", data.shift_distance),

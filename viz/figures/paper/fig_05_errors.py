@@ -62,7 +62,7 @@ class ErrorFigure:
 
 
 def compute(design: Design) -> ErrorFigure:
-    """Poses without and with each error; rolls are those of the pair without errors."""
+    """Find poses without and with each error; rolls are those of the pair without errors."""
     plain = replace(design, errors=Errors())
     nominal = posed.pose(plain)
     length = DRAWN_SHARE * float(plain.pair.offset)
@@ -74,7 +74,7 @@ def compute(design: Design) -> ErrorFigure:
 
 
 def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
-    """A panel for each error: the nominal pose grey and translucent, the displaced one orange."""
+    """Draw a panel for each error: the nominal pose grey and translucent, the displaced one orange."""
     page = theme.new_page(
         size,
         "Fig. 5   The four assembly errors, in their positive directions",
@@ -114,7 +114,7 @@ def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> N
 
 
 def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[Item]:
-    """A member on its shaft with its teeth, or as a blank where they cannot be drawn."""
+    """Make a member on its shaft with its teeth, or as a blank where they cannot be drawn."""
     member, frame = pair.design.members[number], pair.frames[number]
     bore = posed.shaft_radius(member)
     over = 0.5 * float(member.face_width) + 0.3 * bore
@@ -143,7 +143,7 @@ def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture
 
 
 def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
-    """Axes before and after, and the error between them."""
+    """Draw axes before and after, and the error between them."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     still, number = 1 - panel.member, panel.member
     _axis(over, nominal, still, theme.INK)
@@ -177,14 +177,14 @@ def _tip(pair: PosedPair, number: int) -> float:
 
 
 def _axis(over: Overlay, pair: PosedPair, number: int, colour: str) -> None:
-    """The axis of a member from the common perpendicular to beyond its heel."""
+    """Draw the axis of a member from the common perpendicular to beyond its heel."""
     foot, way = pair.foot[number], pair.axis[number]
     far = float(pair.position[number]) + 1.1 * float(pair.design.members[number].face_width)
     over.axis(foot, foot + far * way, colour)
 
 
 def rows(data: ErrorFigure) -> Table:
-    """The errors drawn, and the frames of the displaced members in S_f."""
+    """List the errors drawn, and the frames of the displaced members in S_f."""
     vectors = [f"{letter}_{component}" for letter in "xyz" for component in "xyz"]
     header = ("error", "drawn_mm_or_rad", "member", "origin_x_mm", "origin_y_mm", "origin_z_mm", *vectors)
 

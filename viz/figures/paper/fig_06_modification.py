@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.gear.undercut import regular_start
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
@@ -60,7 +61,7 @@ class ModificationFigure:
 
 
 def compute(design: Design) -> ModificationFigure:
-    """Sections at mid-face; a coefficient so strong that the flank ends short of its tip is left out."""
+    """Find sections at mid-face; a coefficient so strong that the flank ends short of its tip is left out."""
     members = {a: design.with_parabola(a).pinion for a in COEFFICIENTS}
     members = {a: member for a, member in members.items() if _reaches_tip(member)}
     if 0.0 not in members:
@@ -75,28 +76,9 @@ def _reaches_tip(member: Member) -> bool:
     return bool(np.isfinite(tip_parameter(member, FLANK, np.array([-half, 0.0, half]))).all())
 
 
-def sound_start(member: Member, z: FloatArray) -> FloatArray:
-    """Flank parameter (n,) at which the flank starts in the planes z (n,): at the root, or where
-    the tool stops undercutting it, found by bisection."""
-    root, tip = root_parameter(member), tip_parameter(member, FLANK, z)
-
-    def sound(share: FloatArray) -> Any:
-        l = root + share * (tip - root)
-        return flank_patch(member, FLANK, l, trace_parameter(member, FLANK, l, z)).regularity > 0.0
-
-    samples = np.linspace(0.0, 0.8, 81)[:, None] + np.zeros(z.shape)
-    folded = np.where(sound(samples), 0, np.arange(1, 82)[:, None]).max(axis=0)
-    low, high = np.maximum(folded - 1, 0) * 0.01, folded * 0.01
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        good = sound(middle)
-        low, high = np.where(good, low, middle), np.where(good, middle, high)
-    return np.asarray(root + high * (tip - root))
-
-
 def _patch(member: Member, share: FloatArray, z: FloatArray) -> tuple[FloatArray, FlankPatch]:
-    """l and flank points (shares, z) between the start of the flank and its tip."""
-    start = sound_start(member, z)
+    """Give l and flank points (shares, z) between the start of the flank and its tip."""
+    start = regular_start(member, FLANK, z)
     l = start + share[:, None] * (tip_parameter(member, FLANK, z) - start)
     return l, flank_patch(member, FLANK, l, trace_parameter(member, FLANK, l, z + 0.0 * l))
 
@@ -118,7 +100,7 @@ def _section(member: Member, involute: Member) -> Section:
 
 
 def draw(data: ModificationFigure, size: Size) -> Drawing:
-    """Three flanks in one scene; the section and its deviations beside it."""
+    """Draw three flanks in one scene; the section and its deviations beside it."""
     page = theme.new_page(
         size,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
@@ -158,7 +140,7 @@ def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> P
 
 
 def _stations(member: Member, tolerance: float) -> tuple[int, int]:
-    """Cells across the flank and along a third of its face that keep to a tolerance (mm)."""
+    """Give cells across the flank and along a third of its face that keep to a tolerance (mm)."""
     half = 0.5 * float(member.face_width)
     _, patch = _patch(member, np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
 
@@ -174,7 +156,7 @@ def _stations(member: Member, tolerance: float) -> tuple[int, int]:
 def _terraces(
     data: ModificationFigure, tolerance: float, radius: float
 ) -> tuple[list[Item], dict[float, FloatArray]]:
-    """Each flank on its third of the face, steps between them, and where labels point."""
+    """Make each flank on its third of the face, steps between them, and where labels point."""
     half = 0.5 * float(data.members[0.0].face_width)
     cells = np.array([_stations(member, tolerance) for member in data.members.values()]).max(axis=0)
     share = np.linspace(0.0, 1.0, 1 + int(cells[0]))
@@ -201,7 +183,7 @@ def _terraces(
 
 
 def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -> list[Item]:
-    """The profiles of all flanks in the plane of the heel, and what lies between them."""
+    """Make the profiles of all flanks in the plane of the heel, and what lies between them."""
     z = np.array([0.5 * float(data.members[0.0].face_width)])
     profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
     items: list[Item] = [Tube(points, LINES[COEFFICIENTS.index(a)], radius) for a, points in profiles.items()]
@@ -213,7 +195,7 @@ def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -
 
 
 def coefficient_name(a: float) -> str:
-    """Coefficient and shape."""
+    """Give the coefficient and shape."""
     value = theme.signed(a, 2) if a else "0"
     return f"$a$ = {value} mm$^{{\u22121}}$: {NAMES[COEFFICIENTS.index(a)]}"
 
@@ -253,7 +235,7 @@ def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dic
 
 
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
-    """The profiles in true proportions."""
+    """Draw the profiles in true proportions."""
     for a, section in reversed(data.sections.items()):
         colour = LINES[COEFFICIENTS.index(a)]
         axes.plot(section.across, section.up, color=colour, linewidth=2.2)
@@ -270,7 +252,7 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
 
 
 def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
-    """Distance from the involute flank against the radius."""
+    """Draw the distance from the involute flank against the radius."""
     for a, section in data.sections.items():
         colour = LINES[COEFFICIENTS.index(a)]
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)

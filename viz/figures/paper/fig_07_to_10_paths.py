@@ -29,7 +29,7 @@ NOT_OPERATING = (
 
 
 def coefficient_text(value: float) -> str:
-    """A coefficient without exponent, as in the paper."""
+    """Give a coefficient without exponent, as in the paper."""
     return theme.signed(value, 6).rstrip("0").rstrip(".") if value else "0"
 
 
@@ -50,7 +50,7 @@ class SignCase:
         return [(self.pinion * size + 0.0, self.gear * size + 0.0) for size in sizes]
 
     def heading(self, column: int) -> str:
-        """The coefficients of a column."""
+        """Give the coefficients of a column."""
         a1, a2 = self.coefficients[column]
         other = "$a_2$" if a1 == a2 else "\u2212$a_2$"
         return f"$a_1$ = {other} = {coefficient_text(a1)} mm$^{{\u22121}}$"
@@ -114,7 +114,7 @@ def _under(path: SolvedPath, row: int, view: FlankView) -> str:
 
 
 def rows(data: PathFigure) -> Table:
-    """Every position of every path on both members."""
+    """List every position of every path on both members."""
     header = ("a1_per_mm", "a2_per_mm", "member", *solved.COLUMNS)
 
     def body() -> Iterator[list[object]]:

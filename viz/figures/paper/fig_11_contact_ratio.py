@@ -39,7 +39,7 @@ class RatioFigure:
 
 
 def compute(design: Design) -> RatioFigure:
-    """Ends of all paths, one call for each flank and sign case."""
+    """Find ends of all paths, one call for each flank and sign case."""
     size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
     ends = {
         flank: tuple(
@@ -52,7 +52,7 @@ def compute(design: Design) -> RatioFigure:
 
 
 def draw(data: RatioFigure, size: Size) -> Drawing:
-    """Four panels, as in the paper."""
+    """Draw four panels, as in the paper."""
     page = theme.new_page(
         size,
         "Fig. 11   Contact ratio against the parabola coefficient",
@@ -103,8 +103,8 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
 
 
 def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
-    """Where other limits begin to end the path on the right flank, and which; of changes close
-    to each other the last."""
+    """Mark where other limits begin to end the path on the right flank, and which; of changes close to each
+    other the last."""
     changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
     kinks = np.nonzero(changed)[0] + 1
     for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
@@ -126,7 +126,7 @@ def _name(case: SignCase) -> str:
 
 
 def rows(data: RatioFigure) -> Table:
-    """Contact ratio and limits of the path at every coefficient."""
+    """List contact ratio and limits of the path at every coefficient."""
     header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
 
     def body() -> Iterator[list[object]]:

@@ -67,7 +67,7 @@ class ErrorCase:
     note: str = ""
 
     def label(self, sign: float) -> str:
-        """The error with its sign and unit."""
+        """Give the error with its sign and unit."""
         digits = f"{self.shown:g}".partition(".")[2]
         return f"{theme.signed(sign * self.shown, len(digits)) if sign else '0'}\u00a0{self.unit}"
 
@@ -101,7 +101,7 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
 
 
 def draw(data: MisalignmentFigure, size: Size) -> Drawing:
-    """Pinion flanks left, gear flanks right; without modification above, with it below."""
+    """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
     case = data.case
     page = theme.new_page(
         size,
@@ -185,7 +185,7 @@ def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], c
 
 
 def spread(wanted: FloatArray, gap: float, low: float, high: float) -> FloatArray:
-    """Heights nearest to those wanted (ascending) that keep `gap` between them, within limits."""
+    """Find heights nearest to those wanted (ascending) that keep `gap` between them, within limits."""
     heights = np.array(wanted, dtype=float)
     for _ in range(50):
         close = np.diff(heights) < gap - 1e-9
@@ -213,7 +213,7 @@ def _detail(path: SolvedPath, zero: SolvedPath, column: int) -> str:
 
 
 def rows(data: MisalignmentFigure) -> Table:
-    """Every position of every path on both members."""
+    """List every position of every path on both members."""
     header = ("modified", f"{data.case.field}_error_{data.case.unit}", "member", *solved.COLUMNS)
 
     def body() -> Iterator[list[object]]:

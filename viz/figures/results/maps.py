@@ -91,7 +91,7 @@ class MapFigure:
     modified: bool
 
     def panels(self) -> list[tuple[str, DesignMap]]:
-        """What is mapped in each panel."""
+        """Say what is mapped in each panel."""
         names = [
             name for name in FIGURES if name not in ("normal_backlash", "mounted_backlash", "flank_share")
         ]
@@ -100,7 +100,7 @@ class MapFigure:
 
 
 def compute(over: Over, design: Design) -> MapFigure:
-    """The map; of mounting and shift with the paper's modification where the design has no parabolas, as
+    """Find the map; of mounting and shift with the paper's modification where the design has no parabolas, as
     without them neither transmission error nor shift would depend on anything."""
     if over == "parabola":
         first = map_of(design, over, FLANK, steps=FIRST_STEPS, first_contacts=True)
@@ -113,7 +113,7 @@ def compute(over: Over, design: Design) -> MapFigure:
 
 
 def draw(data: MapFigure, size: Size) -> Drawing:
-    """Six maps of one design."""
+    """Draw six maps of one design."""
     found = data.found
     page = theme.new_page(size, TITLES[found.over], _subtitle(data))
     errors = error_words(found.errors).replace("+", "\u00b1")
@@ -146,7 +146,7 @@ def _subtitle(data: MapFigure) -> str:
 
 
 def finding(found: DesignMap) -> str:
-    """What the map says of the paper's cases."""
+    """Say what the map says of the paper's cases."""
     if found.over != "parabola" or not found.sound.any():
         return ""
     ratio = ratio_as_given(found.design, found.flank)
@@ -162,14 +162,14 @@ def finding(found: DesignMap) -> str:
 
 
 def _marks(axes: Axes, found: DesignMap, first: bool) -> None:
-    """The design, and on a map of coefficients the paper's cases."""
+    """Draw the design, and on a map of coefficients the paper's cases."""
     if found.over == "parabola":
         _cases(axes, found, first)
     axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
 
 
 def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
-    """Quadrants, the recommended one in a frame, and the lines of the paper's figures."""
+    """Draw quadrants, the recommended one in a frame, and the lines of the paper's figures."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for case, (name, (pinion, gear)) in zip(CASES, sorted(QUADRANTS.items()), strict=True):
         reach = min(right if pinion > 0 else -left, high if gear > 0 else -low)
@@ -198,7 +198,7 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
 
 
 def _unknown(data: MapFigure) -> Mask:
-    """Cells of the last panel with a path of which first contacts are not known."""
+    """Give cells of the last panel with a path of which first contacts are not known."""
     first = data.first
     return np.zeros(0, dtype=bool) if first is None else first.solved & np.isnan(first.flank_share)
 
@@ -238,7 +238,7 @@ def _legend(page: Page, data: MapFigure, height: float) -> None:
 
 
 def rows(data: MapFigure) -> Table:
-    """Every cell of the maps; those with first contacts after the others."""
+    """List every cell of the maps; those with first contacts after the others."""
     maps = [table_of(map_rows(found)) for found in (data.found, data.first) if found is not None]
     return maps[0][0], [row for _, columns in maps for row in zip(*columns, strict=True)]
 

@@ -52,7 +52,7 @@ class MeshedFigure:
 
 
 def compute(design: Design) -> MeshedFigure:
-    """The pinion's tooth, as `beveloid-geom mesh` exports it."""
+    """Mesh the pinion's tooth, as `beveloid-geom mesh` exports it."""
     try:
         mesh = tooth_hexahedra(design.pinion)
     except ValueError as error:
@@ -61,13 +61,13 @@ def compute(design: Design) -> MeshedFigure:
 
 
 def surface_of(mesh: VolumeMesh, name: str) -> Surface:
-    """One named surface, flat faces with their edges."""
+    """Make one named surface, flat faces with their edges."""
     faces = face_nodes(mesh, mesh.surfaces[name])[:, 3::-1]
     return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
 
 
 def draw(data: MeshedFigure, size: Size) -> Drawing:
-    """The tooth from either side."""
+    """Draw the tooth from either side."""
     page = theme.new_page(
         size,
         "A tooth of the pinion meshed for finite elements",

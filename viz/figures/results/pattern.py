@@ -86,7 +86,7 @@ class BandFigure:
 
 
 def compute_pattern(design: Design) -> BandFigure:
-    """The pattern of both flanks as designed, and of the right one with the usual modification."""
+    """Find the pattern of both flanks as designed, and of the right one with the usual modification."""
     columns = []
     for flank, changed, heading in (
         ("right", design, "right flanks, as designed"),
@@ -134,7 +134,7 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
 
 
 def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
-    """Contact ellipses (n, 3) on a member's flank, in its own frame."""
+    """Give contact ellipses (n, 3) on a member's flank, in its own frame."""
     if not path.found:
         return ()
     l1 = np.interp(ELLIPSES, np.linspace(0.0, 1.0, len(path.path.l1)), path.path.l1)
@@ -149,7 +149,7 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
 
 
 def compute_separation(design: Design) -> BandFigure:
-    """Three neighbouring tooth pairs at one position of the right flanks."""
+    """Find three neighbouring tooth pairs at one position of the right flanks."""
     flank, columns, under = "right", [], ""
     path = solved.solve(design, flank)
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
@@ -180,7 +180,7 @@ def compute_separation(design: Design) -> BandFigure:
 
 
 def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float, float], pair: int) -> Layer:
-    """How far one member's flank is from the other one's."""
+    """Say how far one member's flank is from the other one's."""
     member = design.members[number]
     half = 0.5 * float(member.face_width)
     z = np.linspace(-half, half, GRID[1])
@@ -230,13 +230,13 @@ def draw(data: BandFigure, size: Size) -> Drawing:
 
 
 def _rim(grid: FloatArray) -> FloatArray:
-    """The rim (n, 3) of a grid of points."""
+    """Give the rim (n, 3) of a grid of points."""
     return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
 def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:
-    """The flank in bands, and bare metal where values are missing. Values are counted in bands, so
-    that these may be uneven; one more band, of bare metal, takes what lies beyond."""
+    """Make the flank in bands, and bare metal where values are missing. Values are counted in bands, so that
+    these may be uneven; one more band, of bare metal, takes what lies beyond."""
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
     values = np.interp(layer.values, bands, np.arange(bands.size)).ravel()
     faces = grid_faces(layer.points, layer.normals)[:, :: 1 if view.outside else -1]
@@ -261,7 +261,7 @@ def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
 
 
 def rows(data: BandFigure) -> Table:
-    """The value at every point of every flank."""
+    """List the value at every point of every flank."""
     header = ("case", "flank", "member", "l_mm", "z_mm", f"{data.quantity.split(' (')[0]}_um")
 
     def body() -> Iterator[Sequence[object]]:

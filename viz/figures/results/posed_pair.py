@@ -43,18 +43,18 @@ class PosedFigure:
 
 
 def tolerance_of(design: Design) -> float:
-    """By how much (mm) the meshes of a design may miss the exact surfaces."""
+    """Say by how much (mm) the meshes of a design may miss the exact surfaces."""
     return TOLERANCE * float(design.pinion.tool.normal_module)
 
 
 def compute(design: Design) -> PosedFigure:
-    """Both gears to the tolerance, and their path."""
+    """Find both gears to the tolerance, and their path."""
     meshes = tuple(posed.teeth_of(member, tolerance_of(design)) for member in design.members)
     return PosedFigure(posed.pose(design), meshes, solved.solve(design, "right"))
 
 
 def draw(data: PosedFigure, size: Size) -> Drawing:
-    """The pair as a whole, and the teeth in mesh with the triangles' edges."""
+    """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
     page = theme.new_page(
         size,
         "The posed pair as exported",
@@ -93,7 +93,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
 
 
 def _export_note(design: Design) -> str:
-    """How to export what is drawn, where `mesh` by itself would take another tolerance."""
+    """Say how to export what is drawn, where `mesh` by itself would take another tolerance."""
     tolerance = tolerance_of(design)
     usual = abs(tolerance - EXPORTED) < 1e-9 * EXPORTED
     return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
@@ -112,7 +112,7 @@ def _label(over: Overlay, data: PosedFigure) -> None:
 
 
 def _draw_paths(over: Overlay, data: PosedFigure) -> None:
-    """Over everything: the flanks in contact are seen from behind."""
+    """Draw the paths over everything: the flanks in contact are seen from behind."""
     for line in paths_on_teeth(data):
         over.line(line, color=theme.PATH, linewidth=3.0)
     if np.isfinite(data.pair.contact).all():
@@ -128,7 +128,7 @@ def _whole(data: PosedFigure, size: Size) -> Scene:
 
 
 def close(data: PosedFigure) -> Scene:
-    """The teeth in mesh, seen at the toes along the teeth."""
+    """Make the teeth in mesh, seen at the toes along the teeth."""
     pair = data.pair
     module = float(pair.design.pinion.tool.normal_module)
     middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)
@@ -145,20 +145,20 @@ def close(data: PosedFigure) -> Scene:
 
 
 def _near(mesh: Mesh, points: FloatArray, middle: FloatArray, reach: float) -> Mesh:
-    """The faces that come near a point."""
+    """Give the faces that come near a point."""
     close = np.linalg.norm(points - middle, axis=1) < reach
     return mesh.where(close[mesh.faces].any(axis=1))
 
 
 def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
-    """Paths (n, 3) in S_f on the pinion's teeth -1, 0, 1, mm."""
+    """Give paths (n, 3) in S_f on the pinion's teeth -1, 0, 1, mm."""
     points, member = data.path.points[0], data.pair.design.pinion
     teeth = (-1, 0, 1) if data.path.found else ()
     return [to_fixed(data.pair.frames[0], posed.on_tooth(points, member, tooth)) for tooth in teeth]
 
 
 def rows(data: PosedFigure) -> Table:
-    """Frames of the members, and sizes of their meshes."""
+    """List frames of the members, and sizes of their meshes."""
     header = (
         "member",
         "points",

@@ -54,7 +54,7 @@ class Curve:
 
 
 def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
-    """Sliding of every case on either flank."""
+    """Find sliding of every case on either flank."""
     changed = [design if case[1] is None else design.with_parabola(*case[1]) for case in CASES]
     return {
         flank: tuple(
@@ -113,7 +113,7 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
 
 
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
-    """Every position of every case; a case without contact in one row that says so."""
+    """List every position of every case; a case without contact in one row that says so."""
     names = tuple(next(iter(data.values()))[0].report.columns)
     header = ("case", "flank", *(header_of(name) for name in names), "reason")
 

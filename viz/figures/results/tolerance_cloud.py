@@ -98,7 +98,7 @@ class Side:
 
 
 def compute(design: Design) -> tuple[Side, ...]:
-    """Drawn paths and studies of both flanks."""
+    """Find drawn paths and studies of both flanks."""
     return tuple(
         Side(
             flank,
@@ -140,7 +140,7 @@ def _times(tolerances: Tolerances, factor: float) -> Tolerances:
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
-    """Points of the drawn paths on pinion and gear; NaN without a path. Not under errors as large as the
+    """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors as large as the
     layout's own values."""
     if factor * USUAL.offset >= design.pair.offset or factor * USUAL.shaft_angle >= design.pair.shaft_angle:
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
@@ -151,7 +151,7 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
 
 
 def draw(data: tuple[Side, ...], size: Size) -> Drawing:
-    """A row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
+    """Draw a row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
     page = theme.new_page(
         size,
         "Paths of contact under drawn assembly errors",
@@ -233,7 +233,7 @@ def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
 
 
 def _counts(case: CaseStudy) -> str:
-    """How many mountings have a path, and how many another one."""
+    """Say how many mountings have a path, and how many another one."""
     if case.study is None:
         return f"{case.name}: not studied"
     count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
@@ -245,7 +245,8 @@ def _counts(case: CaseStudy) -> str:
 
 
 def _shares(axes: Axes, side: Side) -> None:
-    """Mountings that end at other limits, and those without a path, against the size of the tolerances."""
+    """Draw mountings that end at other limits, and those without a path, against the size of the
+    tolerances."""
     axes.set_xlabel("times the tolerances", fontsize=theme.SMALL)
     axes.set_xscale("log")
     axes.set_xlim(FACTORS[0] / 1.1, 1.1 * FACTORS[-1])

@@ -49,7 +49,7 @@ class Case:
 
 
 def compute(design: Design) -> tuple[Case, ...]:
-    """The mesh cycle of every case."""
+    """Find the mesh cycle of every case."""
     cases = []
     for name, parabola in CASES:
         changed = design if parabola is None else design.with_parabola(*parabola)
@@ -85,7 +85,7 @@ def draw(data: tuple[Case, ...], size: Size) -> Drawing:
             charts.error_over_rolls(curve, case.report, PITCHES)
             _say_ratios(curve, case.report)
             charts.amplitudes(bars, case.report)
-        if row == 0:
+        if row == 0 and case.report is not None:
             curve.legend(loc="upper right", ncols=3)
         if row < len(data) - 1:
             curve.set_xlabel("")
@@ -110,7 +110,7 @@ def _say_ratios(axes: Axes, report: OperationReport) -> None:
 
 
 def rows(data: tuple[Case, ...]) -> Table:
-    """The curve over one cycle, then the amplitudes."""
+    """List the curve over one cycle, then the amplitudes."""
     header = ("case", "kind", "pitches_or_multiple", "error_or_amplitude_rad", "carried_by", "tooth_pair")
 
     def body() -> Iterator[list[object]]:
