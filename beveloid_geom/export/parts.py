@@ -19,7 +19,7 @@ from ..design.model import Design, Member
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
 from ..operation.operating_rolls import first_contact_operation
-from ..operation.pattern import approach_of, least_separation, sampled_rolls
+from ..operation.pattern import least_separation, sampled_rolls, separation_of
 from ..operation.separation import separation
 from ..shapes.elements import VolumeMesh
 from ..shapes.outline import require_tolerance
@@ -105,8 +105,8 @@ def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGri
     `contact_pattern` finds it: below its thickness marking compound is left. NaN without a mate."""
     operation = first_contact_operation(design, pose.flank)
     rolls = sampled_rolls(design, operation)
-    approach = approach_of(design, pose.flank, member, operation)
-    least, _, _ = least_separation(approach, grid.points.reshape(-1, 3), rolls)
+    apart = separation_of(design, pose.flank, member, operation)
+    least, _, _ = least_separation(apart, grid.points.reshape(-1, 3), rolls)
     return np.where(np.isfinite(least), least, np.nan).reshape(grid.l.shape)
 
 

@@ -6,7 +6,7 @@ roll of the pinion (`first_contact`), over flanks, fillets and edges of all neig
 
 With both parabola coefficients positive the right flanks of Table 1 are tangent and yet not in
 contact: from about 0.0002 1/mm edges touch earlier nearly everywhere, and from 0.0006 on the
-tangency is a saddle of the approach, at which the flanks pass through each other.
+tangency is a saddle of the clearance, at which the flanks pass through each other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .least_clearance import local_at
 TOLERANCE = 2e-7
 """Modules of overlap that a contact is allowed: 1.2e-6 mm on Table 1."""
 SADDLE = 6e-10
-"""Over the module: curvature of the approach that counts as negative."""
+"""Over the module: curvature of the clearance that counts as negative."""
 
 JOINT = 2e-10
 """Modules above the joint with the fillet, from where on a point is taken to be on the flank."""
@@ -41,7 +41,7 @@ class Certificate:
     `separation` (mm along the normal): least clearance of the gear's teeth from the pinion's at the
     pose of the position, negative for overlap, to first order in it; `first`: the first contact
     at this roll of the pinion, where the least clearance is; `curvature` (1/mm): the lesser
-    curvature of the approach at the tangency, negative where the flanks pass through each other;
+    curvature of the clearance at the tangency, negative where the flanks pass through each other;
     `verdict`: codes of `Verdict`. NaN where not solved."""
 
     __repr__ = few_lines
@@ -107,7 +107,7 @@ def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -
 
 
 def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Lesser curvature (1/mm) of the approach by the pinion's (l1, z1) at the positions."""
+    """Lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
     mesh, _ = mesh_of(path.design, path.flank, roll)
     position = np.arange(roll.size)
     with np.errstate(invalid="ignore"):

@@ -1,6 +1,6 @@
 """First contact of the flanks as the gear turns towards the pinion, edges and fillets included.
 
-At a given roll of the pinion the least approach f(s1, z1) (`least_clearance`) over all points within the
+At a given roll of the pinion the least clearance f(s1, z1) (`least_clearance`) over all points within the
 limits of both members, on any of the neighbouring teeth, is the first contact. It lies
 
     on no limit      at a tangency of flanks or fillets
@@ -34,7 +34,7 @@ from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import mounting_of
 from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
-from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_approach
+from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
 from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
 from .separation import Pose, pose_of
 
@@ -308,13 +308,13 @@ def _solved(mesh: Mesh, positions: Integers, pairs: ArrayLike | None, coarse: Gr
     starts = starts_of(task, scan, fine, known, mesh.module)
     task, position = task.pick(starts.row).later(starts.periods), position[starts.row]
     pair = pair[starts.row] - mesh.again * starts.periods
-    least = least_approach(task, starts.place, starts.box)
+    least = least_clearances(task, starts.place, starts.box)
     close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
     places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
     more = beside_fillets(task.pick(close), least.place[:, close], fine)
     again = close[more.row]
-    least = least.and_also(least_approach(task.pick(again), more.place, more.box))
+    least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
     position, pair = np.append(position, position[again]), np.append(pair, pair[again])
     return _chosen(mesh, positions, least, position, pair, best, bottom)
 

@@ -1,7 +1,7 @@
 """How near a tooth of the gear is to the pinion's, point by point, and where it is nearest.
 
 At a given roll of the pinion every point (s1, z1) of its flank and fillet is met by the gear's at
-a roll T(s1, z1) of the gear (`separation`). The approach is f = sigma (T - T0) g, in mm along the normal,
+a roll T(s1, z1) of the gear (`separation`). The clearance is f = sigma (T - T0) g, in mm along the normal,
 with a roll T0 to count from and the gear's lever g = m_n N2 cos(alpha) / 2. Its gradient is
 explicit: if the pinion's point moves by dP and n is the gear's unit normal where they meet,
 
@@ -11,7 +11,7 @@ so that f is stationary where the normals are opposed. The limits of both member
 functions c(s1, z1) >= 0 in the order of `status.Limit`, those of the gear through the meeting
 point; a root limit is the end of the fillet here. Second derivatives are complex steps.
 
-`least_approach` goes from a start to a local least f within the limits by quadratic programs. In
+`least_clearances` goes from a start to a local least f within the limits by quadratic programs. In
 two unknowns such a program inside a trust box is solved outright, by trying its interior, edges
 and corners, whatever the sign of the curvatures; its corner or edge names the limits.
 """
@@ -181,7 +181,7 @@ def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers)
 
 
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
-    """The approach and its derivatives at places (s1, z1), each (n,), mm."""
+    """The clearance and its derivatives at places (s1, z1), each (n,), mm."""
     cut = cut_at(task.own, s, z)
     cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
     x, y, z2 = seen_by_other(task.pose, 0, cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z)
@@ -268,8 +268,8 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -
     return values
 
 
-def least_approach(task: Task, place: FloatArray, box: FloatArray) -> Least:
-    """The local least approach that each start `place` (2, n) leads to; `box` (2, n): how far
+def least_clearances(task: Task, place: FloatArray, box: FloatArray) -> Least:
+    """The local least clearance that each start `place` (2, n) leads to; `box` (2, n): how far
     the first step may go, and all steps along the profile of a fillet; mm."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):

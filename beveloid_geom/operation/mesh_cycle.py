@@ -120,12 +120,9 @@ class Cycle:
         self, case: Integers, roll: FloatArray, rows: int | None = None
     ) -> tuple[Integers, Integers, FloatArray]:
         """Pieces (n,) at rolls (n,) of the cases, pitches beyond the cycle, `Pieces.values_at` (rows, n)."""
-        pieces, start = self.pieces, self.mesh.roll
-        turns = np.floor((roll - start[case]) / self.pitch).astype(np.int64)
-        order = case + 0.5 * ((roll - start[case]) / self.pitch - turns)
-        begins = pieces.case + 0.5 * (pieces.low - start[pieces.case]) / self.pitch
-        piece = np.maximum(np.searchsorted(begins, order, side="right") - 1, 0)
-        return piece, turns, pieces.values_at(piece, roll - turns * self.pitch, rows)
+        turns = np.floor((roll - self.mesh.roll[case]) / self.pitch).astype(np.int64)
+        piece = self.pieces.number(self.mesh, case, roll - turns * self.pitch)
+        return piece, turns, self.pieces.values_at(piece, roll - turns * self.pitch, rows)
 
 
 def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:

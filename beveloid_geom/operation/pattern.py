@@ -94,7 +94,7 @@ class ContactPattern:
     gear: MemberPattern
 
 
-Approach: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+Apart: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 """Separation (mm) of points (..., 3), own frame, at pinion rolls that broadcast with them; infinite
 while the foot is not on the mating flank."""
 
@@ -127,7 +127,7 @@ def contact_pattern(
     patterns = []
     rolls = sampled_rolls(design, operation)
     for number, member in enumerate(design.members):
-        side = _Side(member, flank, approach_of(design, flank, number, operation), rolls)
+        side = _Side(member, flank, separation_of(design, flank, number, operation), rolls)
         if resolution is not None:
             grid = _found_on(side, _cells_of_size(member, resolution))
             coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
@@ -155,18 +155,18 @@ def _check(
         raise ValueError(f"area_error must be from {LEAST_AREA_ERROR:g} to under 1, got {area_error:g}")
 
 
-def approach_of(design: Design, flank: str, member: int, operation: Operation) -> Approach:
+def separation_of(design: Design, flank: str, member: int, operation: Operation) -> Apart:
     """Separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
     other = 1 - member
 
-    def approach(points: FloatArray, roll: FloatArray) -> FloatArray:
+    def apart(points: FloatArray, roll: FloatArray) -> FloatArray:
         frames = frames_at(design, roll, operation.gear_roll(np.asarray(roll)))
         frame, (rotation, origin) = frames[member], frames[other]
         seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
         found = feet(design.members[other], flank, seen)
         return np.where(found.status == Status.SOLVED, found.distance, np.inf)
 
-    return approach
+    return apart
 
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
@@ -181,7 +181,7 @@ class _Side:
 
     member: Member
     flank: str
-    approach: Approach
+    apart: Apart
     rolls: FloatArray
 
     def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -214,7 +214,7 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
     """Least separations on a grid evenly spaced in depth and face."""
     depth, face = (np.linspace(0.0, 1.0, count + 1) for count in cells)
     l, z, points = side.at(depth[:, None], face)
-    least, roll, status = least_separation(side.approach, points.reshape(-1, 3), side.rolls)
+    least, roll, status = least_separation(side.apart, points.reshape(-1, 3), side.rolls)
     shape = l.shape
     return _Grid(l, z, points, least.reshape(shape), roll.reshape(shape), status.reshape(shape))
 
@@ -260,7 +260,7 @@ def _member_pattern(
 
     def excess_at(share: FloatArray) -> FloatArray:
         *_, points = side.at(*share.T)
-        return excess(least_separation(side.approach, points, side.rolls)[0])
+        return excess(least_separation(side.apart, points, side.rolls)[0])
 
     area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
@@ -273,20 +273,20 @@ def _member_pattern(
 
 
 def least_separation(
-    approach: Approach, points: FloatArray, rolls: FloatArray
+    apart: Apart, points: FloatArray, rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
     """Least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
     points (n, 3) over the range of evenly spaced `rolls`."""
     block = max(1, BLOCK // len(points))
     starts = range(0, len(rolls), block)
-    table = np.concatenate([approach(points, rolls[k : k + block, None]) for k in starts])
+    table = np.concatenate([apart(points, rolls[k : k + block, None]) for k in starts])
     best = table.argmin(axis=0)
     least, at = table.min(axis=0), rolls[best]
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     points, table, best = points[met], table[:, met], best[met]
-    low, high = _brackets(approach, points, table, best, rolls)
-    least[met], at[met] = _refined(approach, points, (low, at[met], high), least[met])
+    low, high = _brackets(apart, points, table, best, rolls)
+    least[met], at[met] = _refined(apart, points, (low, at[met], high), least[met])
     small = 1e-3 * (rolls[1] - rolls[0])
     for limit, end, way in ((low, 0, -1), (high, len(rolls) - 1, 1)):
         close = np.abs(at[met] - limit) <= small
@@ -299,7 +299,7 @@ def least_separation(
 
 
 def _brackets(
-    approach: Approach, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
+    apart: Apart, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rolls (n,) next to the best sample on either side, or where the foot leaves the mating flank before."""
     beside = np.clip(best + np.array([[-1], [1]]), 0, len(rolls) - 1)
@@ -308,14 +308,14 @@ def _brackets(
     valid, step = rolls[best[lost]], outer[way, lost] - rolls[best[lost]]
     for _ in range(QUARTERINGS if lost.size else 0):
         step = 0.25 * step
-        held = np.isfinite(approach(points[lost], valid + step * np.arange(1.0, 4.0)[:, None]))
+        held = np.isfinite(apart(points[lost], valid + step * np.arange(1.0, 4.0)[:, None]))
         valid = valid + step * np.logical_and.accumulate(held).sum(axis=0)
     outer[way, lost] = valid
     return outer[0], outer[1]
 
 
 def _refined(
-    approach: Approach,
+    apart: Apart,
     points: FloatArray,
     bracket: tuple[FloatArray, FloatArray, FloatArray],
     value: FloatArray,
@@ -324,26 +324,26 @@ def _refined(
     the operation may have kinks, then by golden section."""
     low, centre, high = bracket
     x = np.concatenate((centre[None], low + (high - low) * np.linspace(0.0, 1.0, 2 * FINER + 1)[:, None]))
-    y = np.concatenate((value[None], approach(points, x[1:])))
+    y = np.concatenate((value[None], apart(points, x[1:])))
     value, centre = _least_of(y, x)
     step = (high - low) / (2 * FINER)
     left, right = np.maximum(centre - step, low), np.minimum(centre + step, high)
     inner = np.stack((right - GOLDEN * (right - left), left + GOLDEN * (right - left)))
-    gaps = approach(points, inner)
+    gaps = apart(points, inner)
     for _ in range(GOLDEN_STEPS):
         falls = gaps[0] > gaps[1]
         left, right = np.where(falls, inner[0], left), np.where(falls, right, inner[1])
         added = np.where(falls, left + GOLDEN * (right - left), right - GOLDEN * (right - left))
-        gap = approach(points, added)
+        gap = apart(points, added)
         inner = np.where(falls, (inner[1], added), (added, inner[0]))
         gaps = np.where(falls, (gaps[1], gap), (gap, gaps[0]))
     value, centre = _least_of(np.vstack((value, gaps)), np.vstack((centre, inner)))
     step = right - left
-    before, after = (approach(points, np.clip(centre + way * step, low, high)) for way in (-1.0, 1.0))
+    before, after = (apart(points, np.clip(centre + way * step, low, high)) for way in (-1.0, 1.0))
     with np.errstate(invalid="ignore", divide="ignore"):  # flat, or beyond an edge of the mating flank
         away = 0.5 * step * (before - after) / (before - 2.0 * value + after)
     vertex = np.clip(centre + np.where(np.abs(away) <= step, away, 0.0), low, high)
-    return _least_of(np.stack((value, approach(points, vertex))), np.stack((centre, vertex)))
+    return _least_of(np.stack((value, apart(points, vertex))), np.stack((centre, vertex)))
 
 
 def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -63,15 +63,13 @@ class Pieces:
 
     def pick(self, index: Integers | NDArray[np.bool_]) -> Pieces:
         """The pieces `index`."""
-        return Pieces(
-            self.case[index],
-            self.low[index],
-            self.high[index],
-            self.coefficients[:, index],
-            self.pair[index],
-            self.limit[:, index],
-            self.on_fillet[:, index],
-        )
+        rows = (x[:, index] if x.ndim > 1 else x[index] for x in vars(self).values())
+        return Pieces(*rows)
+
+    def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
+        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh."""
+        begins = _order(mesh, self.case, self.low)
+        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
 
     def rolls(self, places: FloatArray) -> FloatArray:
         """Rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
@@ -158,9 +156,9 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArra
     values, bound = pieces.values(each, roll), CHECKED * mesh.lever
     behind = values[0] - checks.found.f.reshape(roll.shape)
     piece = each.repeat(roll.shape[1])
-    _, f, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
+    there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
     earlier = (behind < -bound) & within.reshape(roll.shape)
-    earlier &= np.abs(values[0] - f.reshape(roll.shape)) <= bound
+    earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
     good = np.asarray((np.abs(behind) <= bound) | earlier)
     checks = replace(checks, cut=~good.ravel())
     return checks.pick(~earlier.ravel()), good
@@ -168,39 +166,31 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArra
 
 def _moved(
     mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), f again,
-    and whether they lie within the limits."""
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
+    whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
         place, found = _held(task, place, pieces.limit[:, piece])
         margin = np.where(_holding(pieces.limit[:, piece]), 0.0, found.margin)
     values = np.concatenate((found.f[None], place, found.meeting))
-    return values, found.f, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+    return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
 
 
 def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
     """Cases of which the curve jumps from piece to piece, as a search missed the earlier contact there; and
     the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = [
-        pieces.values(inner, pieces.high[inner, None])[..., 0],
-        pieces.values(inner + 1, pieces.high[inner, None])[..., 0],
-    ]
-    jump = ends[0][0] - ends[1][0]
-    found = samples.found
-    order = pieces.case + 0.5 * (pieces.low - mesh.roll[pieces.case]) / mesh.pitch[0]
-    own = np.searchsorted(
-        order, samples.case + 0.5 * (samples.roll - mesh.roll[samples.case]) / mesh.pitch[0], side="right"
-    )
-    own = np.maximum(own - 1, 0)
+    ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
+    jump, found = ends[0][0] - ends[1][0], samples.found
+    own = pieces.number(mesh, samples.case, samples.roll)
     for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
         early = int(jump[k] > 0.0)
         row = np.flatnonzero(own == inner[k] + 1 - early)
         place = ends[early][1:3, k, None].repeat(row.size, axis=1)
         piece = np.full(row.size, inner[k] + early)
-        values, f, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        better = np.flatnonzero(within & (f < found.f[row]))
+        values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+        better = np.flatnonzero(within & (values[0] < found.f[row]))
         row, values, piece = row[better], values[:, better], piece[better]
         found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
         found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
@@ -216,12 +206,8 @@ def _joined(parts: list[Pieces]) -> Pieces:
     """All of them, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
-    joined = (
-        np.concatenate([np.moveaxis(getattr(part, name), axis, 0) for part in (empty, *parts)])
-        for name, axis in zip(vars(empty), (0, 0, 0, 1, 0, 1, 1), strict=True)
-    )
-    case, low, high, coefficients, pair, limit, on_fillet = joined
-    pieces = Pieces(case, low, high, np.moveaxis(coefficients, 0, 1), pair, limit.T, on_fillet.T)
+    columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
+    pieces = Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
     return pieces.pick(np.lexsort((pieces.low, pieces.case)))
 
 
@@ -280,14 +266,10 @@ def _coefficients(
 ) -> FloatArray:
     """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
     those from the first to the last of the `runs`; NaN where a contact is not found."""
-    basis, pitch = basis_of(DEGREE), mesh.pitch[0]
+    basis = basis_of(DEGREE)
     roll = pieces.rolls(basis.nodes)
-
-    def order(case: Integers, roll: FloatArray) -> FloatArray:
-        return np.asarray(case + 0.5 * (roll - mesh.roll[case]) / pitch)
-
     case = pieces.case.repeat(roll.shape[1])
-    after = np.searchsorted(order(samples.case, samples.roll), order(case, roll.ravel()))
+    after = np.searchsorted(_order(mesh, samples.case, samples.roll), _order(mesh, case, roll.ravel()))
     ends = [run.repeat(roll.shape[1]) for run in runs]
     before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
     step = samples.roll[after] - samples.roll[before]
@@ -305,6 +287,11 @@ def _coefficients(
 def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
     """Rolls (n, k) at places -1 ... 1 of intervals (n,)."""
     return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
+
+
+def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
+    """Numbers that rise with case and roll."""
+    return np.asarray(case + 0.5 * (roll - mesh.roll[case]) / mesh.pitch[0])
 
 
 def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:

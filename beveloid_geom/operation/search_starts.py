@@ -1,6 +1,6 @@
-"""Scans of the approach over a tooth of the pinion, and where to start a search for its least.
+"""Scans of the clearance over a tooth of the pinion, and where to start a search for its least.
 
-The approach (`least_clearance`) is convex along the profile of ordinary flanks and nearly so along the
+The clearance (`least_clearance`) is convex along the profile of ordinary flanks and nearly so along the
 face, so that the local least values of a scan's lines lead to the true ones. Fillets are concave:
 beside a tangency on the flank there may be another least at the edge of a tip on the other's
 fillet, closer by than any scan tells apart. Where a tip's edge may touch a fillet, searches start
@@ -32,7 +32,7 @@ TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
-"""A tip's edge is no start where the approach falls faster than this from it along the profile."""
+"""A tip's edge is no start where the clearance falls faster than this from it along the profile."""
 TIP_REACH, TIP_STEPS = 0.05, (0.05, 0.25)
 """Shares of a cell: how far from a fillet a tip's edge still counts as on it, and how far a step may
 go along the profile from such an edge and from beside it, lest it leap over what is looked for."""
@@ -92,7 +92,7 @@ def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, in
 
 
 def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
-    """The approach at the points of a grid, for every tooth pair of the task; with `turns` also where
+    """The clearance at the points of a grid, for every tooth pair of the task; with `turns` also where
     the same teeth meet again periods later."""
     other, n, reach = task.other, grid.s.size, TIP_REACH * grid.cell[0]
     turned = grid.angle + task.roll[:, None]

@@ -15,10 +15,10 @@ from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.operation.operating_rolls import Operation, first_contact_operation
 from beveloid_geom.operation.pattern import (
     ContactPattern,
-    approach_of,
     contact_pattern,
     least_separation,
     sampled_rolls,
+    separation_of,
 )
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus
@@ -89,7 +89,7 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     l, z = depth.ravel(), part.face_width * face.ravel()
     points = flank_point(part, flank, l, trace_parameter(part, flank, l, z))
     rolls = np.linspace(*operation.span, 28)
-    least, roll, status = least_separation(approach_of(design, flank, member, operation), points, rolls)
+    least, roll, status = least_separation(separation_of(design, flank, member, operation), points, rolls)
     assert np.array_equal(np.isnan(least), status == PatternStatus.NO_MATE)
     assert np.array_equal(np.isnan(roll), status == PatternStatus.NO_MATE)
     inner, edge = status == PatternStatus.STANDSTILL, status == PatternStatus.MATE_EDGE
@@ -98,8 +98,8 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     assert np.abs(least - wanted)[inner].max() < 1e-8
     assert edge.sum() > 5
     dense = np.linspace(*operation.span, 1001)
-    approach = approach_of(design, flank, member, operation)
-    wanted = np.min([approach(points[edge], np.full(edge.sum(), at)) for at in dense], axis=0)
+    apart = separation_of(design, flank, member, operation)
+    wanted = np.min([apart(points[edge], np.full(edge.sum(), at)) for at in dense], axis=0)
     assert (least[edge] < wanted + 1e-9).all()
     assert (wanted - least[edge] < 2e-2).all()
 
@@ -111,7 +111,7 @@ def test_the_path_of_contact_touches(flank: str) -> None:
     rolls = np.linspace(*operation.span, 50)
     for member, l, u in ((0, path.l1, path.u1), (1, path.l2, path.u2)):
         points = flank_point(design.members[member], flank, l, u)
-        least, roll, _ = least_separation(approach_of(design, flank, member, operation), points, rolls)
+        least, roll, _ = least_separation(separation_of(design, flank, member, operation), points, rolls)
         assert np.abs(least).max() < 1e-9
         assert np.abs(roll - path.pinion_roll).max() < 1e-4
 
@@ -185,9 +185,9 @@ def scanned_share(design: Design, flank: str, member: int, separation: float, li
     patch = flank_patch(part, flank, l, trace_parameter(part, flank, l, z))
     along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
     size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1) * (tip - root)
-    approach, rolls = approach_of(design, flank, member, operation), sampled_rolls(design, operation)
+    apart, rolls = separation_of(design, flank, member, operation), sampled_rolls(design, operation)
     blocks = np.array_split(patch.point.reshape(-1, 3), 4)
-    least = np.concatenate([least_separation(approach, block, rolls)[0] for block in blocks])
+    least = np.concatenate([least_separation(apart, block, rolls)[0] for block in blocks])
     root_of = np.where(np.isnan(least), 1e3, np.sqrt(np.maximum(least, 0.0))).reshape(l.shape)
     first, second = np.sqrt(separation) - root_of[:-1], np.sqrt(separation) - root_of[1:]
     inside = np.maximum(first, 0.0) + np.maximum(second, 0.0)
