@@ -218,7 +218,8 @@ def first_contact(
     roll = np.broadcast_to(roll, (*shape, roll.shape[-1]))
     mesh, phase = mesh_of(design, flank, roll)
     grids = grids_of(mesh, design, flank)
-    mesh = in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids)
+    if np.isnan(phase).any():
+        mesh = in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids)
     return result_of(mesh, phase, found_at(mesh, grids, pairs), roll.shape)
 
 
@@ -276,8 +277,6 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
 def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
     """The mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first position
     of a case whose nearest tooth can touch, that of the touch."""
-    if not unknown.any():
-        return mesh
     position = np.flatnonzero(unknown)
     task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
     f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()

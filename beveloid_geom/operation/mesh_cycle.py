@@ -135,7 +135,8 @@ def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
     mesh, phase = mesh_of(design, flank, start[..., None])
     grids = grids_of(mesh, design, flank)
-    mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
+    if np.isnan(phase).any():
+        mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
     pieces, status = pieces_of(mesh, grids)
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     shape, cases, pitch = start.shape, start.size, mesh.pitch[0]
