@@ -18,6 +18,7 @@ from ..stage import theme
 WIDTH = 440
 """Pixels of a chart; a pixel is a point of matplotlib's."""
 VARIABLES = {
+    "#ffffff": "paper",
     theme.INK: "ink",
     theme.GREY: "muted",
     theme.PALE: "line",
