@@ -29,7 +29,7 @@ NODES = 9
 """Grid lines of each member, unless more are asked for."""
 RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
 """Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
-CASES_PER_BLOCK = 32
+CASES_PER_BLOCK = 64
 """So many stay in the cache."""
 FACES = 1.5
 """Half face widths within which contacts count as near."""

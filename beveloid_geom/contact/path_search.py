@@ -1,7 +1,7 @@
 """Tracks of paths that no single flank parameter describes, followed by their length.
 
-`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
-(`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
+hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are walked
 (`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
 covers most roll is the path.
