@@ -120,15 +120,19 @@ def sliding_speed(
     axes.set_ylim(bottom=0.0)
 
 
-def specific_sliding(axes: Axes, report: SlidingReport, style: str = "-", named: bool = True) -> None:
+def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named: bool = True) -> None:
     """Draw the specific sliding of both members over the pinion's roll (deg), `named` for a legend."""
     roll, specific = np.degrees(report.path.pinion_roll), report.sliding.specific
     shown = np.where((specific < LOWEST) | (specific > HIGHEST), np.nan, specific)
     for values, member, colour in zip(shown.T, MEMBERS, COLOURS.values(), strict=True):
-        axes.plot(roll, values, style, color=colour, label=member if named else None)
+        axes.plot(roll, values, dashes, color=colour, label=member if named else None)
     axes.axhline(0.0, color=theme.GREY, linewidth=0.8, zorder=1.8)
     axes.set_ylabel("specific sliding")
     _over_rolls(axes, report, named)
+    if named and np.isfinite(report.pitch_roll):
+        style: dict[str, Any] = {"color": theme.GREY, "fontsize": "small"}
+        at = float(np.degrees(report.pitch_roll)), 0.0
+        axes.annotate("pitch point", at, (4.0, 4.0), axes.get_xaxis_transform(), "offset points", **style)
 
 
 def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:

@@ -98,7 +98,7 @@ def sliding_chart(report: SlidingReport) -> Figure:
 
 def sensitivity_chart(report: SensitivityReport) -> Figure:
     """Draw what errors of a usual size do to place, contact ratio and transmission error."""
-    chart = new_chart(620.0)
+    chart = new_chart(760.0)
     for axes, quantity in zip(chart.subplots(4, 1), charts.QUANTITIES, strict=True):
         changes = charts.changes_of([report.found], quantity)
         charts.changes_under_errors(axes, quantity, changes, charts.greatest_of([changes]))

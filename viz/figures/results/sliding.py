@@ -109,7 +109,7 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
     speed.set_ylim(0.0, 1.6 * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
     speed.legend(loc="upper left", fontsize=theme.SMALL, **ON_WHITE)
-    specific.legend(loc="lower center", ncols=2, **ON_WHITE)
+    specific.legend(loc="upper center", ncols=2, **ON_WHITE)
 
 
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
