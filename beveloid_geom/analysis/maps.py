@@ -195,7 +195,7 @@ def map_of(
     """Figures of a single design over `steps` times `steps` values of its members, bounds included.
 
     Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL`) unless given. About 0.4 to
-    40 ms a cell, most of it for the errors; `first_contacts` takes about 50 ms a cell more. `progress` is
+    20 ms a cell, most of it for the errors; `first_contacts` takes about 50 ms a cell more. `progress` is
     called with the number of cells done since.
 
     Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors

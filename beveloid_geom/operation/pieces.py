@@ -39,6 +39,8 @@ CHECKS, ROUNDS = np.array((-0.95, -0.3, 0.4, 1.0)), 6
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
 CHECKED = 3e-11
 """rad of the gear's roll by which a piece may lie behind a first contact."""
+BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
+"""Pitches from a jump at which first contacts are looked for that have not been seen."""
 SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
@@ -141,7 +143,10 @@ def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
         checks, good = _checked(mesh, grids, pieces)
         failed = np.isin(np.arange(cases), pieces.case[~good.all(axis=1)])
         jumps, samples = _overtaken(mesh, samples, pieces)
-        failed[jumps] = True
+        failed[pieces.case[jumps]] = True
+        case, start = pieces.case[jumps].repeat(BESIDE.size), mesh.roll[pieces.case[jumps], None]
+        beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
+        checks = checks.and_also(_sampled(mesh, grids, case, beside.ravel()))
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
@@ -178,7 +183,7 @@ def _moved(
 
 
 def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
-    """Cases of which the curve jumps from piece to piece, as a search missed the earlier contact there; and
+    """Pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed; and
     the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
     ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
@@ -194,7 +199,7 @@ def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers,
         row, values, piece = row[better], values[:, better], piece[better]
         found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
         found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return pieces.case[inner[np.abs(jump) > CHECKED * mesh.lever]], samples
+    return inner[np.abs(jump) > CHECKED * mesh.lever], samples
 
 
 def _holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
@@ -291,7 +296,7 @@ def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
 
 def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
     """Numbers that rise with case and roll."""
-    return np.asarray(case + 0.5 * (roll - mesh.roll[case]) / mesh.pitch[0])
+    return np.asarray(case + 0.5 * np.clip((roll - mesh.roll[case]) / mesh.pitch[0], 0.0, 1.0))
 
 
 def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
