@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from beveloid_geom.design.model import Design, Errors, Member, Pair
+from beveloid_geom import Design, Errors, Member, Pair
 
 
 def exchanged(design: Design) -> Design:

@@ -18,7 +18,7 @@ from .figures import FIGURES, Figure
 from .options import command, option, prepare_folder, require_drawing, size_option, writing
 
 if TYPE_CHECKING:
-    from beveloid_geom.design.model import Design
+    from beveloid_geom import Design
 
     from .parts.recipe import Table
 

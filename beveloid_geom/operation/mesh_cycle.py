@@ -41,7 +41,7 @@ EXTREMUM_PASSES = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class MeshCycle:
     """One mesh cycle of a design's `flank`, from `start` (pinion roll, rad) over one pitch; batch axes lead.
 
     `at` gives first contacts at any roll. `changes` (..., k): rolls (rad) at which the carrier changes,
@@ -125,7 +125,7 @@ class Cycle:
         return piece, turns, self.pieces.values_at(piece, roll - turns * self.pitch, rows)
 
 
-def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
+def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> MeshCycle:
     """The transmission error of one mesh cycle, hand-overs and edges included.
 
     Members must be single; pair and errors may be arrays. About 100 first contacts a case.
@@ -154,7 +154,7 @@ def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> Cycle:
     np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
     waves[lost], edges[lost], high[lost], low[lost] = np.nan, np.nan, np.nan, np.nan
     changes, hand_over = _by_case(pieces, cases)
-    return Cycle(
+    return MeshCycle(
         design=design,
         flank=flank,
         start=start,

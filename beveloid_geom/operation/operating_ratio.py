@@ -21,7 +21,7 @@ from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Grids, Integers, found_at, grids_of
 from .least_clearance import OVERLAP
-from .mesh_cycle import Cycle, mesh_cycle
+from .mesh_cycle import MeshCycle, mesh_cycle
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
@@ -94,14 +94,14 @@ class _Curve:
     doubt: NDArray[np.bool_]
 
 
-def _first(cycle: Cycle, case: Integers, roll: FloatArray) -> _Curve:
+def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     """First contacts of the cases (n,) at rolls (n, rolls), of all tooth pairs."""
     piece, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
     edge = cycle.pieces.limit[0, piece] >= 0
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
-def _alone(cycle: Cycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
+def _alone(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
     """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
     found = found_at(cycle.mesh.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
     f = np.where(found.status == FirstStatus.SOLVED, found.f, np.inf)
@@ -110,7 +110,7 @@ def _alone(cycle: Cycle, grids: Grids, case: Integers, roll: FloatArray) -> _Cur
 
 
 def _near(
-    cycle: Cycle, grids: Grids, case: Integers, roll: FloatArray, first: _Curve, thickness: float
+    cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray, first: _Curve, thickness: float
 ) -> _Curve:
     """Pair 0 alone; infinite, as without contact, where it is too far off to matter."""
     n, mesh = roll.shape[1], cycle.mesh
@@ -157,7 +157,7 @@ def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> _Interva
 
 
 def _ratio(
-    cycle: Cycle,
+    cycle: MeshCycle,
     grids: Grids,
     case: Integers,
     roll: FloatArray,

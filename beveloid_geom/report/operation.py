@@ -12,7 +12,7 @@ from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact
-from ..operation.mesh_cycle import Cycle, mesh_cycle
+from ..operation.mesh_cycle import MeshCycle, mesh_cycle
 from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
 from .backlash import backlash_report
@@ -44,7 +44,7 @@ class OperationReport:
     name: str
     design: Design
     flank: str
-    cycle: Cycle
+    cycle: MeshCycle
     first: FirstContact
     eq16: float
     operating: float

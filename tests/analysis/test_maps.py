@@ -10,6 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    Tool,
+    first_contact,
+    map_of,
+    mesh_cycle,
+    path_of_contact,
+)
 from beveloid_geom.analysis.maps import (
     FIGURES,
     OVER,
@@ -17,19 +29,15 @@ from beveloid_geom.analysis.maps import (
     Over,
     _flank_share,
     design_at,
-    map_of,
     own_values,
     usual_bounds,
 )
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.limits import parabola_limit
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.operation.first_contact import FirstContact, first_contact
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests, ratio_as_given
-from beveloid_geom.status import FirstStatus, Status
+from beveloid_geom.status import FirstStatus
 from beveloid_viz.figures import FIGURES as PAGES
 from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import theme

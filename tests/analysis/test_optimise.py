@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from beveloid_geom.analysis.optimise import Aim, Optimum, optimise_parabola, paths_of
+from beveloid_geom import Aim, Errors, optimise_parabola, path_of_contact
+from beveloid_geom.analysis.optimise import Optimum, paths_of
 from beveloid_geom.cli.commands.optimise import optimise
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Errors
 from tests.oracle.table1 import table1
 
 OFFSET = Aim(Errors(offset=0.05))

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from beveloid_geom import Errors, path_of_contact, path_sensitivity
 from beveloid_geom.analysis.path_measures import SHIFTS, _at, concavity, paths_of, shifts, sweep
-from beveloid_geom.analysis.sensitivity import ERRORS, path_sensitivity
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Errors
+from beveloid_geom.analysis.sensitivity import ERRORS
 
 from ..oracle.table1 import table1
 

@@ -12,22 +12,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from beveloid_geom.analysis.sensitivity import (
-    CASES_PER_BLOCK,
-    ERRORS,
-    Sensitivity,
-    _extreme,
-    path_sensitivity,
-)
+from beveloid_geom import Design, Errors, Status, builtin_design, path_of_contact, path_sensitivity
+from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK, ERRORS, Sensitivity, _extreme
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.cli.commands.sensitivity import sensitivity as command
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors, unchecked
+from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 from beveloid_geom.support.chebyshev import basis_of
 
 from ..contact.test_path_search import LOST

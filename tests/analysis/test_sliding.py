@@ -7,17 +7,16 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding, sliding_of
+from beveloid_geom import ContactPath, Design, Errors, Member, Pair, Status, Tool, path_of_contact, sliding_of
+from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.contact.placing import mid_faces
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool, unchecked
+from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import base_cylinder, flank_patch
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.report.sliding import columns_of, sliding_report
-from beveloid_geom.status import Status
 
 from ..contact.test_path_search import CROSSING, TURNING
 from ..oracle.table1 import table1

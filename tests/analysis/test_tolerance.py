@@ -20,26 +20,22 @@ import pytest
 from click.testing import CliRunner, Result
 from distributed import Client, LocalCluster
 
+from beveloid_geom import Errors, Status, Tolerances, mounted_backlash, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import (
     PLACES,
     UNIT,
     Mountings,
-    Tolerances,
     ToleranceStudy,
     drawn_errors,
     mounted,
     swing_of,
-    tolerance_study,
 )
 from beveloid_geom.cli.commands.tolerance import tolerance
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.design.file import builtin_text
-from beveloid_geom.design.model import Errors
 from beveloid_geom.gear.flank import root_parameter
-from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.report.tolerance import ToleranceReport, jam_counts
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1
 
 GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)

@@ -25,11 +25,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from beveloid_geom import tooth_hexahedra
 from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.export import parts
 from beveloid_geom.export.surfaces import write_surface
 from beveloid_geom.export.volumes import write_volume
-from beveloid_geom.shapes.hexahedra import tooth_hexahedra
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

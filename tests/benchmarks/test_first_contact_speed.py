@@ -15,11 +15,11 @@ from functools import partial
 import numpy as np
 import pytest
 
+from beveloid_geom import first_contact, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.first_contact import first_contact, middle_roll
+from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.operation.separation import separation
 from tests.benchmarks.timing import best
 from tests.operation.test_separation import foot_distance

@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from beveloid_geom import tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.hexahedra import Cells, tooth_hexahedra
+from beveloid_geom.shapes.hexahedra import Cells
 from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.section import section_of

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from beveloid_geom import contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.operation.operating_rolls import first_contact_operation
-from beveloid_geom.operation.pattern import contact_pattern
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation

@@ -15,7 +15,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from beveloid_geom.shapes.sampling import flank_sheet, sample_flank
+from beveloid_geom import sample_flank
+from beveloid_geom.shapes.sampling import flank_sheet
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from beveloid_geom import gear_solid
 from beveloid_geom.shapes.outline import cut_sheets, outline_grids
-from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1

@@ -14,14 +14,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from beveloid_geom import Errors, Status, builtin_design, path_of_contact
 from beveloid_geom.cli.main import main
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design, builtin_text, parse_design
-from beveloid_geom.design.model import Errors
+from beveloid_geom.design.file import builtin_text, parse_design
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text, json_text
-from beveloid_geom.status import Status
 from tests.cli.running import call, imported_by, installed, run, strict_json
 
 PATH_FIELDS = {

@@ -21,8 +21,8 @@ import pytest
 import pyvista as pv
 from click.testing import Result
 
+from beveloid_geom import Member
 from beveloid_geom.design.file import builtin_text
-from beveloid_geom.design.model import Member
 from tests.cli import running
 from tests.cli.running import imported_by
 

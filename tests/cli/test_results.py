@@ -14,19 +14,25 @@ import numpy as np
 import pytest
 from click.testing import Result
 
-from beveloid_geom.analysis.maps import FIGURES, map_of
-from beveloid_geom.analysis.optimise import Aim, optimise_parabola
-from beveloid_geom.analysis.sensitivity import path_sensitivity
-from beveloid_geom.analysis.sliding import sliding_of
-from beveloid_geom.analysis.tolerance import Tolerances, tolerance_study
+from beveloid_geom import (
+    Aim,
+    Design,
+    Errors,
+    Tolerances,
+    builtin_design,
+    certify,
+    contact_pattern,
+    map_of,
+    mesh_cycle,
+    optimise_parabola,
+    path_of_contact,
+    path_sensitivity,
+    sliding_of,
+    tolerance_study,
+)
+from beveloid_geom.analysis.maps import FIGURES
 from beveloid_geom.cli.main import main
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.operation.pattern import contact_pattern
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.studies.statements import paper_statements
 from tests.cli.running import call, rows_of, run, strict_json

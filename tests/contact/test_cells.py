@@ -11,6 +11,7 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import Design, Errors, Pair, Status, zero_backlash_layout
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
 from beveloid_geom.contact import path_search as follow
 from beveloid_geom.contact.cells import Box, box_of, window_of
@@ -18,9 +19,6 @@ from beveloid_geom.contact.chains import chains_of
 from beveloid_geom.contact.curve_tracing import Window
 from beveloid_geom.contact.equation import Pairing, pairing_of
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.design.model import Design, Errors, Pair
-from beveloid_geom.pair.closing import zero_backlash_layout
-from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import cases_of
 from tests.stability.random_designs import random_designs

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import (
     RelativeCurvature,
@@ -17,12 +18,10 @@ from beveloid_geom.contact.ellipse import (
     relative_curvature,
 )
 from beveloid_geom.contact.equation import pairing_of
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, trace_parameter
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
-from beveloid_geom.status import EllipseStatus, Status
+from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 

@@ -12,18 +12,26 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
-from beveloid_geom.analysis.sliding import sliding_of
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Pair,
+    Status,
+    certify,
+    contact_ratio,
+    path_of_contact,
+    sliding_of,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
-from beveloid_geom.contact.path import ContactPath, contact_ratio, path_ends, path_of_contact
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_radius
-from beveloid_geom.operation.certificate import certify
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 

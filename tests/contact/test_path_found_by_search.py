@@ -8,11 +8,10 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import contact_ratio, path_ends, path_of_contact
-from beveloid_geom.design.model import Errors
+from beveloid_geom import Errors, Status, contact_ratio, path_of_contact
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from beveloid_geom.status import Status
 from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged

@@ -11,15 +11,25 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    Tool,
+    contact_ratio,
+    path_of_contact,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ends import longest_run
-from beveloid_geom.contact.path import ContactPath, contact_ratio, path_ends, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import root_parameter, tip_parameter, undercut_margin
 from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 from tests.contact.test_path import NUMBERS, five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored

@@ -13,6 +13,7 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import ContactPath, Design, Errors, Pair, Status, contact_ratio, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.curve_equations import (
     _solved,
@@ -24,13 +25,11 @@ from beveloid_geom.contact.curve_equations import (
 )
 from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
 from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_of
-from beveloid_geom.contact.path import ContactPath, contact_ratio, path_blocks, path_ends, path_of_contact
+from beveloid_geom.contact.path import path_blocks, path_ends
 from beveloid_geom.contact.path_polynomial import HEIGHT, Track
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
-from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from beveloid_geom.status import Status
 from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged

@@ -8,9 +8,8 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom import Design, Errors, Pair, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.pair.closing import closing_offset
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp

@@ -8,16 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from beveloid_geom.design.file import (
-    DesignError,
-    builtin_design,
-    builtin_text,
-    override,
-    parse_design,
-    read_design,
-)
+from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, read_design
+from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.limits import parabola_limit
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 
 TABLE_1 = {
     "tool": {"normal_module": 6.0, "normal_pressure_angle_deg": 20.0},

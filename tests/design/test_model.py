@@ -12,11 +12,9 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.field_limits import LIMITS, DesignError
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom import Design, DesignError, Errors, Member, Pair, Tool, first_contact, path_of_contact
+from beveloid_geom.design.field_limits import LIMITS
 from beveloid_geom.gear.tooth_side import _surface, surface_of
-from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.operation.separation import separation
 from tests.oracle.table1 import table1
 

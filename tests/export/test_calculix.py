@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from beveloid_geom import Design, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.design.model import Design
 from beveloid_geom.export.abaqus import FIXED_SETS
 from beveloid_geom.export.parts import contact_case
 from beveloid_geom.export.volumes import write_volume
-from beveloid_geom.shapes.hexahedra import Cells, tooth_hexahedra
+from beveloid_geom.shapes.hexahedra import Cells
 from tests.oracle.table1 import table1
 
 CCX = shutil.which("ccx") or ""

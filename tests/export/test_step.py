@@ -15,8 +15,8 @@ import pytest
 from numpy.polynomial import Chebyshev
 from numpy.polynomial.legendre import leggauss
 
+from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray, flank_sign
-from beveloid_geom.design.model import Member
 from beveloid_geom.export.step import INSTALL, write_step
 from beveloid_geom.gear.fillet import bottom_point, fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter

@@ -15,17 +15,15 @@ import pyvista as pv
 import trimesh
 from numpy.typing import NDArray
 
+from beveloid_geom import Errors, contact_pattern, path_of_contact, sample_flank
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.design.model import Errors
 from beveloid_geom.export import FIELD_FORMATS, SURFACE_FORMATS, parts
 from beveloid_geom.export.surfaces import SurfaceMesh, in_fixed, joined, write_surface
 from beveloid_geom.gear.flank import flank_patch
-from beveloid_geom.operation.pattern import contact_pattern
 from beveloid_geom.pair.frames import normals_to_fixed, to_fixed
-from beveloid_geom.shapes.sampling import FlankGrid, sample_flank
+from beveloid_geom.shapes.sampling import FlankGrid
 from tests.oracle.table1 import table1
 
 TOLERANCE = 0.02

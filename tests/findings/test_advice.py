@@ -10,17 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies
 
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Pair
+from beveloid_geom import Design, Pair, Status, builtin_design, path_of_contact, zero_backlash_layout
 from beveloid_geom.findings.advice import MOST, findings_on
 from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE, closes, reach_of, remarks_on
 from beveloid_geom.findings.remarks import in_order, quiet
-from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
+from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.closing import closing_report
 from beveloid_geom.report.result import strict
-from beveloid_geom.status import Status
 
 TABLE1 = builtin_design()
 FLANKS = ("right", "left")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from beveloid_geom.design.model import Member, Tool
+from beveloid_geom import Member, Tool
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_patch,

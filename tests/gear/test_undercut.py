@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member, Tool, unchecked
+from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point, root_parameter, trace_parameter
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.gear.undercut import (

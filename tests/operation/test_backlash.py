@@ -8,14 +8,21 @@ from math import pi, radians
 import numpy as np
 import pytest
 
-from beveloid_geom.analysis.tolerance import ERROR_NAMES, Tolerances, drawn_errors, mounted
+from beveloid_geom import (
+    Design,
+    Errors,
+    Pair,
+    Tolerances,
+    first_contact,
+    mounted_backlash,
+    path_of_contact,
+    zero_backlash_layout,
+)
+from beveloid_geom.analysis.tolerance import ERROR_NAMES, drawn_errors, mounted
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors, Pair
-from beveloid_geom.operation.backlash import JAMMED, backlash_by_errors, mounted_backlash, play_at
+from beveloid_geom.operation.backlash import JAMMED, backlash_by_errors, play_at
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
-from beveloid_geom.operation.first_contact import first_contact, middle_roll
-from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1

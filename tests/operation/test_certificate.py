@@ -7,12 +7,10 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom import Errors, certify, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.design.model import Errors
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.certificate import certify
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.status import Limit, Verdict
 from tests.oracle.table1 import table1

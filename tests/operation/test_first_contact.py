@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar, root
 
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Tool,
+    first_contact,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.first_contact import FirstContact, first_contact, middle_roll
+from beveloid_geom.operation.first_contact import FirstContact, middle_roll
 from beveloid_geom.operation.separation import separation
-from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit

@@ -9,18 +9,27 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    Tool,
+    certify,
+    first_contact,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.gear.flank import flank_patch, trace_parameter
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.certificate import TOLERANCE, certify
-from beveloid_geom.operation.first_contact import first_contact, mesh_of, middle_roll
+from beveloid_geom.operation.certificate import TOLERANCE
+from beveloid_geom.operation.first_contact import mesh_of, middle_roll
 from beveloid_geom.operation.least_clearance import local_at
-from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.status import FirstStatus, Limit, Status, Verdict
+from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.oracle.table1 import table1
 
 BOTH = ("right", "left")

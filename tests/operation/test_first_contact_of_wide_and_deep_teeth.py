@@ -8,16 +8,24 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Tool,
+    certify,
+    contact_pattern,
+    contact_ratio,
+    first_contact,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact, middle_roll, spread
+from beveloid_geom.operation.first_contact import middle_roll, spread
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.operation.pattern import contact_pattern
 from beveloid_geom.operation.separation import separation
-from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit, PatternStatus, Verdict
 from tests.oracle.table1 import table1

@@ -8,11 +8,8 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import Design, Errors, MeshCycle, contact_ratio, first_contact, mesh_cycle
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import contact_ratio
-from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.first_contact import first_contact
-from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.pieces import SAMPLES
 from beveloid_geom.status import FirstStatus, Limit
@@ -23,7 +20,7 @@ from tests.symmetry import mirrored
 
 
 @cache
-def cycle_of(parabola: tuple[float, float], flank: str = "right") -> Cycle:
+def cycle_of(parabola: tuple[float, float], flank: str = "right") -> MeshCycle:
     return mesh_cycle(table1(parabola), flank, 12)
 
 

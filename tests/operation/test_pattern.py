@@ -7,19 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from beveloid_geom import Design, Errors, Member, contact_pattern, first_contact, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_ends, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.operation.operating_rolls import Operation, first_contact_operation
-from beveloid_geom.operation.pattern import (
-    ContactPattern,
-    contact_pattern,
-    least_separation,
-    sampled_rolls,
-    separation_of,
-)
+from beveloid_geom.operation.pattern import ContactPattern, least_separation, sampled_rolls, separation_of
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1

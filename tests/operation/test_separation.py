@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from beveloid_geom import Design, Errors, Member, Tool, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Tool
 from beveloid_geom.gear.fillet import fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
 from beveloid_geom.gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import radians
 
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom import Design, Errors, Member, Pair, Tool
 
 
 def table1(parabola: tuple[float, float] = (0.0, 0.0), errors: Errors | None = None) -> Design:

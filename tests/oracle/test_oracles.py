@@ -10,7 +10,7 @@ from math import acos, asin, cos, radians, sin
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import Design, Errors, Member
+from beveloid_geom import Design, Errors, Member
 from beveloid_geom.reference.five_equations_math import solve_math
 from beveloid_geom.reference.five_equations_mp import (
     MP,

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member
 from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import reference_radius
 

@@ -9,20 +9,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
+from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, zero_backlash_layout
 from beveloid_geom.arrays import FloatArray, Quantity
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.findings.remarks import tip_clearances
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius
-from beveloid_geom.pair.closing import (
-    ClosedLayout,
-    Closing,
-    closed_layout,
-    closing_of,
-    zero_backlash_layout,
-)
+from beveloid_geom.pair.closing import ClosedLayout, Closing, closed_layout, closing_of
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.table1 import table1

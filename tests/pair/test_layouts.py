@@ -12,9 +12,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Member, Pair, Tool
-from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom import Design, Member, Pair, Tool, path_of_contact, zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
 from tests.contact.test_path import five_equation_residual
 from tests.symmetry import exchanged, mirrored

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from beveloid_geom.design.model import Design, Errors, Pair
+from beveloid_geom import Design, Errors, Pair
 from beveloid_geom.pair.frames import common_normal, layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import mounting_mp

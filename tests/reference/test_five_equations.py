@@ -10,9 +10,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
-from beveloid_geom.pair.closing import zero_backlash_layout
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    Tool,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference import five_equations
 from beveloid_geom.reference.five_equations import Refined, path_of_contact_five_equations, refine
@@ -22,7 +30,6 @@ from beveloid_geom.reference.five_equations_curve import (
     follow_five_equations,
 )
 from beveloid_geom.reference.five_equations_mp import solve_mp
-from beveloid_geom.status import Status
 from tests.contact.test_path import NUMBERS, five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged

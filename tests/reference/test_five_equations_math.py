@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import Contacts, first_start, solve_math
 from beveloid_geom.reference.pitch_region import pitch_guess

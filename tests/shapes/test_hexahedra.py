@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from beveloid_geom import Member, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
@@ -25,7 +25,7 @@ from beveloid_geom.shapes.elements import (
     face_nodes,
     shape_derivatives,
 )
-from beveloid_geom.shapes.hexahedra import Cells, _require_shape, cells_of, tooth_hexahedra
+from beveloid_geom.shapes.hexahedra import Cells, _require_shape, cells_of
 from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.solid import NAMES

@@ -8,10 +8,9 @@ from typing import TypedDict
 import numpy as np
 import pytest
 
+from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.equation import pairing_of
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.pair.frames import layout_of, member_frame
@@ -19,7 +18,6 @@ from beveloid_geom.shapes.closest_points import closest_on_mesh
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_separation
 from beveloid_geom.shapes.sampling import Faces
-from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 
 FLANKS = ("right", "left")

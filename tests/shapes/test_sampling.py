@@ -9,8 +9,8 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import Member, sample_flank
 from beveloid_geom.arrays import FloatArray, Quantity
-from beveloid_geom.design.model import Member
 from beveloid_geom.gear.flank import (
     flank_patch,
     flank_point,
@@ -27,7 +27,6 @@ from beveloid_geom.shapes.sampling import (
     flank_sheet,
     grid_faces,
     grid_of,
-    sample_flank,
     series_of,
 )
 from tests.oracle.table1 import table1

@@ -9,8 +9,8 @@ from math import pi, radians
 import numpy as np
 import pytest
 
+from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member
 from beveloid_geom.shapes.elements import Indices
 from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of

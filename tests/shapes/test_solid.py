@@ -12,9 +12,9 @@ import pytest
 import trimesh
 from scipy.optimize import brentq
 
+from beveloid_geom import Member, gear_solid
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import MeshingPair, meshing_pair
-from beveloid_geom.design.model import Member
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
 from beveloid_geom.gear.rack import reference_radius
@@ -22,7 +22,7 @@ from beveloid_geom.pair.frames import normals_to_fixed, to_fixed
 from beveloid_geom.shapes.outline import cut_sheets, outline_grids
 from beveloid_geom.shapes.sampling import Sheet, SheetGrid, grid_faces
 from beveloid_geom.shapes.section import SIDES
-from beveloid_geom.shapes.solid import NAMES, Solid, gear_solid, least_angle, turned
+from beveloid_geom.shapes.solid import NAMES, Solid, least_angle, turned
 from tests.oracle.table1 import table1
 
 intersections: Any = trimesh.intersections

@@ -8,14 +8,13 @@ from math import pi, radians, tan
 import numpy as np
 import pytest
 
-from beveloid_geom.design.model import Member
+from beveloid_geom import Member, gear_solid
 from beveloid_geom.gear.fillet import root_radius, tool_round
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.shapes.outline import NARROW, bottom_sheet, cut_sheets, fillet_sheet, outline_grids
 from beveloid_geom.shapes.sampling import SheetGrid
 from beveloid_geom.shapes.section import SIDES
-from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh, transverse_section
 from tests.oracle.table1 import table1
 from tests.oracle.tool_sweep import clearance_of_round

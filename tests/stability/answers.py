@@ -8,14 +8,11 @@ from math import radians
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design, Member, Pair
+from beveloid_geom import ContactPath, Design, Member, Pair, Status, path_of_contact, zero_backlash_layout
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.status import Status
 from tests.shapes.test_mesh_contact import pose_at
 
 from .five_residuals import residuals

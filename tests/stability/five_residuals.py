@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from beveloid_geom import ContactPath, Design, Member
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray, Quantity
-from beveloid_geom.contact.path import ContactPath
-from beveloid_geom.design.model import Design, Member
 
 Vector = tuple[FloatArray, FloatArray, FloatArray]
 

@@ -8,7 +8,7 @@ from math import radians
 from pathlib import Path
 from typing import Any
 
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
+from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1
 

@@ -9,16 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design
+from beveloid_geom import ContactPath, Design, Status, certify, first_contact, path_of_contact
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact, middle_roll
+from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.report.path import ContactReport, contact_report
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.status import FirstStatus, Status, Verdict
+from beveloid_geom.status import FirstStatus, Verdict
 
 from .answers import SIZE, size_of
 from .five_residuals import margins, residuals

@@ -16,8 +16,9 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.arrays import Flank, FloatArray
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool, unchecked
+from beveloid_geom.design.model import unchecked
 
 from .five_residuals import Vector, cases_of, flank_at, rack_at
 

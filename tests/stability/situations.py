@@ -10,10 +10,10 @@ from unittest.mock import patch
 
 import numpy as np
 
-from beveloid_geom.contact.path import path_ends, path_of_contact
+from beveloid_geom import Design, Errors, path_of_contact
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.shapes import mesh_contact as proximity
 from tests.contact.test_path_search import CROSSING, TURNING
 from tests.oracle.table1 import table1

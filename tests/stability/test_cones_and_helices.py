@@ -8,16 +8,22 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import ContactPath, contact_ratio, path_of_contact
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Pair,
+    Status,
+    certify,
+    contact_ratio,
+    gear_solid,
+    path_of_contact,
+    sample_flank,
+    zero_backlash_layout,
+)
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
-from beveloid_geom.design.model import Design, Pair
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.pair.closing import closing_of, zero_backlash_layout
+from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.sampling import sample_flank
-from beveloid_geom.shapes.solid import gear_solid
-from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.validation.test_crossed_helical import closed_form
 

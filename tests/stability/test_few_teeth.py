@@ -11,14 +11,24 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    certify,
+    contact_ratio,
+    first_contact,
+    gear_solid,
+    mesh_cycle,
+    path_of_contact,
+    sample_flank,
+)
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
@@ -26,10 +36,9 @@ from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.result import strict
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.shapes.outline import cut_sheets, tip_angle
-from beveloid_geom.shapes.sampling import grid_of, sample_flank
+from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.section import section_of, section_size
-from beveloid_geom.shapes.solid import gear_solid
-from beveloid_geom.status import FirstStatus, RatioStatus, Status
+from beveloid_geom.status import FirstStatus, RatioStatus
 from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
 

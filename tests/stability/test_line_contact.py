@@ -11,16 +11,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from beveloid_geom import ContactPath, Design, Status, certify, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse, relative_curvature
-from beveloid_geom.contact.path import ContactPath, path_ends, path_of_contact
-from beveloid_geom.design.model import Design
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
-from beveloid_geom.status import EllipseStatus, FirstStatus, Status, Verdict
+from beveloid_geom.status import EllipseStatus, FirstStatus, Verdict
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at

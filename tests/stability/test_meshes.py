@@ -8,17 +8,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    first_contact,
+    path_of_contact,
+    sample_flank,
+)
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.contact.placing import Frame, frames_at
-from beveloid_geom.design.model import Design, Errors, Member, Pair
-from beveloid_geom.operation.first_contact import conjugate_phase, first_contact, middle_roll
+from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
 from beveloid_geom.shapes import mesh_contact as proximity
 from beveloid_geom.shapes.closest_points import closest_on_mesh
 from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
 from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact, mesh_separation
-from beveloid_geom.shapes.sampling import sample_flank
-from beveloid_geom.status import FirstStatus, Status
+from beveloid_geom.status import FirstStatus
 from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose, on_triangle, pose_at

@@ -9,16 +9,23 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from beveloid_geom import (
+    Design,
+    Errors,
+    Status,
+    certify,
+    contact_ratio,
+    first_contact,
+    mesh_cycle,
+    path_of_contact,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.cli.main import main
 from beveloid_geom.contact.equation import pairing_of
-from beveloid_geom.contact.path import contact_ratio, path_ends, path_of_contact
-from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact, middle_roll
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.contact.path import path_ends
+from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.status import FirstStatus, Limit, Status
+from beveloid_geom.status import FirstStatus, Limit
 from tests.contact.test_path import five_equation_residual, margins
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import contact_ratio, path_ends, path_of_contact
+from beveloid_geom import Status, contact_ratio, path_of_contact
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import solve_mp
-from beveloid_geom.status import Status
 from tests.symmetry import exchanged
 
 from .answers import solved_path

@@ -9,8 +9,8 @@ from math import radians
 import numpy as np
 import pytest
 
+from beveloid_geom import Status, contact_ratio, first_contact, gear_solid, path_of_contact, sample_flank
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
 from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.limits import parabola_limit
@@ -24,12 +24,8 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
 from beveloid_geom.gear.undercut import undercut_of
-from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.sampling import sample_flank
-from beveloid_geom.shapes.solid import gear_solid
-from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 
 from .answers import FLANKS, changed, check, checked_path, solved_path

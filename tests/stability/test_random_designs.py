@@ -7,13 +7,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import Flank, FloatArray
-from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.design.limits import parabola_limit
-from beveloid_geom.design.model import Design
 from beveloid_geom.gear.flank import highest_parameter, root_parameter
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 
 from .five_residuals import cases_of, column, joined, margins, residuals, search
 from .random_designs import KINDS, Kind, parabola_limits, random_designs

@@ -11,18 +11,24 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
+from beveloid_geom import (
+    Design,
+    Errors,
+    Pair,
+    Status,
+    certify,
+    contact_ratio,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
-from beveloid_geom.design.model import Design, Errors, Pair
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.rack import rack_of
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.pair.closing import closing_of, closing_offset, zero_backlash_layout
+from beveloid_geom.pair.closing import closing_of, closing_offset
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.reference.five_equations_mp import solve_mp
-from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
 from tests.validation.test_crossed_helical import closed_form

@@ -8,20 +8,24 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom import (
+    Design,
+    Errors,
+    Status,
+    certify,
+    first_contact,
+    gear_solid,
+    path_of_contact,
+    sample_flank,
+)
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.flank import tip_radius, tip_thickness, undercut_margin
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.gear.undercut import pointed_part, undercut_of
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.sampling import sample_flank
-from beveloid_geom.shapes.solid import gear_solid
-from beveloid_geom.status import FirstStatus, Limit, Status, Verdict
+from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.oracle.table1 import table1
 
 from .answers import (

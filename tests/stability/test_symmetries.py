@@ -15,17 +15,25 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Status,
+    certify,
+    contact_pattern,
+    first_contact,
+    mesh_cycle,
+    path_of_contact,
+)
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath, path_ends, path_of_contact
-from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.first_contact import first_contact, middle_roll
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
-from beveloid_geom.operation.pattern import MemberPattern, contact_pattern
+from beveloid_geom.contact.path import path_ends
+from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.pattern import MemberPattern
 from beveloid_geom.operation.pieces import SETTLED
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
-from beveloid_geom.status import FirstStatus, PatternStatus, Status
+from beveloid_geom.status import FirstStatus, PatternStatus
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
 from tests.symmetry import exchanged, mirrored, scaled

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
+from beveloid_geom import path_of_contact
 from tests.oracle.table1 import table1
 
 from .outcomes import METHODS, WRONG, Case, attempted, in_a_cell, of_five, of_meshes, of_path

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.studies.comparison_methods import COUNT, solved_positions
 
 

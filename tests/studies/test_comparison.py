@@ -13,10 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import studies
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Errors
+from beveloid_geom import Errors, builtin_design, path_of_contact, studies
 from beveloid_geom.reference import five_equations_math
 from beveloid_geom.reference.five_equations_math import Contacts, solve_math
 from beveloid_geom.studies import comparison

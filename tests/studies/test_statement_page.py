@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import contact_ratio
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design, contact_ratio
 from beveloid_geom.studies.statement_readings import readings_of
 from beveloid_geom.studies.statements import paper_statements
 

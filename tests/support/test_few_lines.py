@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 import beveloid_geom as bg
+from beveloid_geom.contact.path import path_ends
+from beveloid_geom.shapes.mesh_contact import mesh_separation
 from beveloid_geom.support.few_lines import few_lines
 from tests.oracle.table1 import table1
 
 DESIGN = table1((0.001, -0.001))
 RESULTS: dict[str, Callable[[], object]] = {
     "path": lambda: bg.path_of_contact(DESIGN, points=2001),
-    "ends": lambda: bg.path_ends(DESIGN),
+    "ends": lambda: path_ends(DESIGN),
     "cycle": lambda: bg.mesh_cycle(DESIGN, "right"),
     "pattern": lambda: bg.contact_pattern(DESIGN).pinion,
     "map": lambda: bg.map_of(DESIGN, "parabola", steps=2),
@@ -25,7 +27,7 @@ RESULTS: dict[str, Callable[[], object]] = {
     "solid": lambda: bg.gear_solid(DESIGN.pinion, tolerance=0.1),
     "hexahedra": lambda: bg.tooth_hexahedra(DESIGN.pinion, tolerance=0.1),
     "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.01),
-    "meshes": lambda: bg.mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
+    "meshes": lambda: mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
 }
 
 
@@ -64,7 +66,7 @@ def test_notebooks_show_a_small_table(name: str) -> None:
     assert table.findtext("caption") == f"{type(shown).__name__}, mm and rad"
     assert 8 < len(rows) < 40
     wanted = {
-        "path": ("ends contact_ratio", str(bg.path_ends(DESIGN).contact_ratio)),
+        "path": ("ends contact_ratio", str(path_ends(DESIGN).contact_ratio)),
         "cycle": ("edge_share", str(bg.mesh_cycle(DESIGN, "right").edge_share)),
         "design": ("pinion tool parabola", "0.001"),
     }[name]

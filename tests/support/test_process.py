@@ -191,7 +191,7 @@ import beveloid_geom as bg
 names = [getattr(bg, name) for name in bg.__all__]
 design = bg.builtin_design()
 bg.certify(bg.path_of_contact(design, points=5)), bg.mounted_backlash(design)
-bg.mesh_cycle(design, "right"), bg.operating_ratio(design, "right")
+bg.mesh_cycle(design), bg.contact_pattern(design)
 assert state() == before
 print("kept")
 """

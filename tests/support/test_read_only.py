@@ -21,13 +21,10 @@ import pytest
 
 import beveloid_geom
 import beveloid_viz
+from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash, path_of_contact
 from beveloid_geom.contact.equation import _kept_flanks, pairing_of
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.tooth_side import _kept_surface
-from beveloid_geom.operation.backlash import _kept_backlash, mounted_backlash
-from beveloid_geom.operation.certificate import certify
-from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.operation.backlash import _kept_backlash
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_separation

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design
 from beveloid_geom.studies.claims import SMALL
 from beveloid_geom.studies.statement_readings import statements_by_reading
 from beveloid_geom.studies.statement_verdicts import Statement, Verdict

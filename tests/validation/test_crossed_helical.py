@@ -15,11 +15,19 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom.contact.path import contact_ratio, path_of_contact
-from beveloid_geom.design.model import Design, Errors, Member, Pair, Tool
-from beveloid_geom.operation.backlash import mounted_backlash
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Tool,
+    contact_ratio,
+    mounted_backlash,
+    path_of_contact,
+    zero_backlash_layout,
+)
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.pair.closing import closed_layout, closing_of, zero_backlash_layout
+from beveloid_geom.pair.closing import closed_layout, closing_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit
 

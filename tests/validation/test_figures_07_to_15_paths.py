@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Errors
+from beveloid_geom import Errors, path_of_contact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import mounting_mp, solve_mp
 from tests.oracle.table1 import table1

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from beveloid_geom import Design, Member, Pair, Tool, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Member, Pair, Tool
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_patch,

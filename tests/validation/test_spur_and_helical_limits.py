@@ -32,9 +32,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from beveloid_geom import Design, Member, Pair, Tool, zero_backlash_layout
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.design.model import Design, Member, Pair, Tool
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_point,
@@ -43,7 +43,6 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     trace_parameter,
 )
-from beveloid_geom.pair.closing import zero_backlash_layout
 from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 4.0, radians(20.0)

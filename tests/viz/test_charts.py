@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from beveloid_geom.analysis.tolerance import USUAL, tolerance_study
+from beveloid_geom import builtin_design, tolerance_study
+from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.design.file import builtin_design
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.figures.results import transmission_error as fig_operation
 from beveloid_viz.stage import theme

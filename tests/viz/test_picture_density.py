@@ -16,8 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.shapes.sampling import sample_flank
+from beveloid_geom import builtin_design, sample_flank
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
 from beveloid_viz.parts import panels, posed
 from beveloid_viz.stage import theme

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design
 from beveloid_viz.figures.results import posed_pair as fig_posed
 from beveloid_viz.parts import posed, solved
 from beveloid_viz.stage import theme

@@ -16,8 +16,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread, imsave
 from PIL import Image as Pillow, ImageSequence
 
+from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.file import builtin_design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_viz.film import page, writer, zone
 from beveloid_viz.film.cli import main

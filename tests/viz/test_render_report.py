@@ -19,10 +19,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from beveloid_geom.analysis.tolerance import UNIT, USUAL, Tolerances, tolerance_study
+from beveloid_geom import Design, Errors, Pair, Tolerances, builtin_design, tolerance_study
+from beveloid_geom.analysis.tolerance import UNIT, USUAL
 from beveloid_geom.cli.main import main as beveloid_geom
-from beveloid_geom.design.file import builtin_design, builtin_text
-from beveloid_geom.design.model import Design, Errors, Pair
+from beveloid_geom.design.file import builtin_text
 from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg

@@ -11,11 +11,8 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
-from beveloid_geom.analysis.sensitivity import path_sensitivity
-from beveloid_geom.analysis.tolerance import USUAL, tolerance_study
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors
+from beveloid_geom import Design, Errors, builtin_design, path_of_contact, path_sensitivity, tolerance_study
+from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud

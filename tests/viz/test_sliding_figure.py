@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.analysis.sliding import sliding_of
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Errors
+from beveloid_geom import Errors, builtin_design, path_of_contact, sliding_of
 from beveloid_viz.figures.results.sliding import RECIPES
 from beveloid_viz.stage import theme
 

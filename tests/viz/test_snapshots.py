@@ -22,7 +22,7 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.studies.comparison import Settings
 from beveloid_viz.figures import FIGURES, Figure

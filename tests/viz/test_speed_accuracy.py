@@ -12,7 +12,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
-from beveloid_geom.design.file import builtin_design
+from beveloid_geom import builtin_design
 from beveloid_geom.studies import comparison
 from beveloid_geom.studies.comparison import Row
 from beveloid_viz.figures.methods import (

@@ -15,13 +15,9 @@ from numpy.polynomial.chebyshev import chebval
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from beveloid_geom import Design, Errors, MeshCycle, first_contact, gear_solid, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design, Errors
-from beveloid_geom.operation.first_contact import first_contact
-from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.solid import gear_solid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.status import FirstStatus
 from beveloid_viz.report.view_data import carried_phase, unpacked, view_data
@@ -264,7 +260,7 @@ def test_where_the_view_begins() -> None:
 def test_where_a_first_contact_is_not_known_the_path_poses_the_gear(monkeypatch: pytest.MonkeyPatch) -> None:
     """No edge is then named, as none is known elsewhere."""
 
-    def unknown(*arguments: Any) -> Cycle:
+    def unknown(*arguments: Any) -> MeshCycle:
         return replace(mesh_cycle(*arguments), status=np.array(FirstStatus.NOT_CONVERGED))
 
     monkeypatch.setattr("beveloid_viz.report.view_data.mesh_cycle", unknown)

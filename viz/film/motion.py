@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from beveloid_geom import Design, Member, first_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.contact.placing import frames_at
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.gear.tooth_side import cut_at, surface_of
-from beveloid_geom.operation.first_contact import FirstContact, first_contact, mesh_of
+from beveloid_geom.operation.first_contact import FirstContact, mesh_of
 from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ..parts import solved

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Member, Tool
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 from beveloid_geom.gear.rack import parameter_at_height, rack_of, section_point
 

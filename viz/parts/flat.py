@@ -13,13 +13,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from beveloid_geom import ContactPath, Member, Status
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath
-from beveloid_geom.design.model import Member
 from beveloid_geom.gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.operation.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
-from beveloid_geom.status import FirstStatus, Status
+from beveloid_geom.status import FirstStatus
 
 from ..stage import theme
 from .panels import FlankView, flank_view

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from beveloid_geom import Design, Member, sample_flank
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.shapes.sampling import FlankGrid, grid_faces, sample_flank
+from beveloid_geom.shapes.sampling import FlankGrid, grid_faces
 
 from ..stage import theme
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from beveloid_geom import Design, Errors, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame, meshing_pair
-from beveloid_geom.design.model import Design, Errors, Member
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design
 
 from ..stage.scene import Picture, Size
 from ..stage.theme import Page

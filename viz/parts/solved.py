@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.model import Design
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.status import Limit, Status
+from beveloid_geom.status import Limit
 
 MEMBERS = ("pinion", "gear")
 COLUMNS = (

@@ -27,7 +27,7 @@ from beveloid_geom.support.whole_file import require_replaceable, whole_file
 from ..options import command, option, writing
 
 if TYPE_CHECKING:
-    from beveloid_geom.design.model import Design
+    from beveloid_geom import Design
 
     from .data import PageData, Settings
 
@@ -102,7 +102,8 @@ def prepare(out: Path) -> None:
 def settings_of(design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int) -> Settings:
     """Give settings of the tolerance study: `sizes` in mm, deg, mm, mm, or the usual ones if all are 0.
     Raises Refusal for those that do not suit the design."""
-    from beveloid_geom.analysis.tolerance import USUAL, Tolerances, tolerance_study
+    from beveloid_geom import Tolerances, tolerance_study
+    from beveloid_geom.analysis.tolerance import USUAL
 
     from .data import Settings
 

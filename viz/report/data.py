@@ -11,11 +11,17 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from beveloid_geom.analysis.tolerance import UNIT, USUAL, Tolerances, ToleranceStudy, mounted, tolerance_study
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    Tolerances,
+    builtin_design,
+    path_of_contact,
+    tolerance_study,
+)
+from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, mounted
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.contact.path import ContactPath, path_of_contact
-from beveloid_geom.design.file import builtin_design
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.findings.remarks import Remark, in_order
 from beveloid_geom.report.closing import closing_report

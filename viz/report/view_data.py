@@ -14,18 +14,16 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebfit, chebpts1
 from numpy.typing import NDArray
 
+from beveloid_geom import ContactPath, Design, Member, MeshCycle, Status, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import ContactPath, path_of_contact
 from beveloid_geom.contact.placing import Frame, frames_at
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import flank_point, tip_radius
 from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
-from beveloid_geom.operation.mesh_cycle import Cycle, mesh_cycle
 from beveloid_geom.operation.pieces import DEGREE
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
-from beveloid_geom.status import FirstStatus, Limit, Status
+from beveloid_geom.status import FirstStatus, Limit
 
 NAMES = ("pinion", "gear")
 FLANKS = ("right", "left")
@@ -198,7 +196,7 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
     return data | {"edges": [None] * CYCLE_STEPS, "by": by}
 
 
-def _edges(cycle: Cycle) -> list[dict[str, Any] | None]:
+def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
     """Of each piece the edges that carry and the coordinates of their contact, None for flanks."""
     found: list[dict[str, Any] | None] = []
     nodes = chebpts1(DEGREE + 1)

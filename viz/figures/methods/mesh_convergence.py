@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
+from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design
 from beveloid_geom.shapes.mesh_contact import Convergence, convergence
 
 from ...parts.recipe import Drawing, Recipe, Table

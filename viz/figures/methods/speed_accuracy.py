@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design
 from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
 
 from ...parts.curves import Labels, Look, curve, duration, log_axes, say, whole_decades

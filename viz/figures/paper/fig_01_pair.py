@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import transverse_section
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
+from beveloid_geom import Design, Tool
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design, Tool
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...parts import annotate, cutter

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import reference_radius
 

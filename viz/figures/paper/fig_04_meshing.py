@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from beveloid_geom import Design, Errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame
-from beveloid_geom.design.model import Design, Errors
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from beveloid_geom.design.model import Design, Errors, unchecked
+from beveloid_geom import Design, Errors
+from beveloid_geom.design.model import unchecked
 
 from ...parts import annotate, posed
 from ...parts.annotate import Overlay

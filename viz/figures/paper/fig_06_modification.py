@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.gear.undercut import regular_start
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design
 
 from ...parts import panels, solved
 from ...parts.panels import Cell, FlankView, Trace

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.lines import Line2D
 
+from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design
 
 from ...parts import panels, solved
 from ...parts.panels import Panel, Trace

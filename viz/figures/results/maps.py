@@ -12,18 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from beveloid_geom.analysis.maps import (
-    FIGURES,
-    PARABOLA,
-    QUADRANTS,
-    ROLLS,
-    DesignMap,
-    Mask,
-    Over,
-    map_of,
-    own_values,
-)
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design, map_of
+from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, ROLLS, DesignMap, Mask, Over, own_values
 from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.patches import Patch
 
+from beveloid_geom import Design, Member, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.design.model import Design, Member
 from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
-from beveloid_geom.shapes.hexahedra import tooth_hexahedra
 
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme

@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.path import Path as Outline
 
+from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
-from beveloid_geom.contact.path import path_of_contact
 from beveloid_geom.contact.placing import frames_at
-from beveloid_geom.design.model import Design
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.operation.pattern import ContactPattern

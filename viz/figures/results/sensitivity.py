@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom.analysis.sensitivity import Sensitivity, path_sensitivity
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design, Status, path_sensitivity
+from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.report.sensitivity import STEPS
-from beveloid_geom.status import Status
 
 from ...parts.charts import (
     MIDDLE,

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom.design.model import Design
+from beveloid_geom import Design, Status
 from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
-from beveloid_geom.status import Status
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Table

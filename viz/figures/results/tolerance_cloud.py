@@ -10,21 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from beveloid_geom.analysis.tolerance import (
-    ERROR_NAMES,
-    PLACES,
-    USUAL,
-    Tolerances,
-    ToleranceStudy,
-    drawn_errors,
-    mounted,
-    tolerance_study,
-)
+from beveloid_geom import Design, Status, Tolerances, path_of_contact, tolerance_study
+from beveloid_geom.analysis.tolerance import ERROR_NAMES, PLACES, USUAL, ToleranceStudy, drawn_errors, mounted
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.path import path_of_contact
-from beveloid_geom.design.model import Design
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.status import Status
 
 from ...parts import charts, panels, solved
 from ...parts.panels import Panel

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 
+from beveloid_geom import Design
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.design.model import Design
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
