@@ -120,10 +120,25 @@ def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: Flo
 
 
 def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum:
-    """Coefficients within the bounds that meet the aim with the least shift of the path.
+    """Find the parabola coefficients that meet an aim with the least shift of the path.
 
-    Raises ValueError for a batch, an aim without errors or with bounds that leave nothing, where no
-    coefficients were found that meet the conditions, and where none of these can be put together."""
+    Parameters
+    ----------
+    design : Design
+        A single one; its own coefficients are compared with those found.
+    aim : Aim
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    Optimum
+
+    Raises
+    ------
+    ValueError
+        For a batch, an aim without errors or with bounds that leave nothing, where no coefficients were
+        found that meet the conditions, and where none of these can be put together.
+    """
     _check(design, aim, flank)
     limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / UNIT
     starts = _starts(design, flank, aim, limits)

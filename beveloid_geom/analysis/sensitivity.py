@@ -111,10 +111,23 @@ class _Rates:
 
 
 def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
-    """Derivatives by the assembly errors of a design's path of contact, under the errors it has.
+    """Differentiate a design's path of contact by the assembly errors, under the errors it has.
 
-    Array quantities of the design broadcast to its batch shape. Raises ValueError for arrays
-    without elements and for an unknown flank."""
+    Parameters
+    ----------
+    design : Design
+        Array quantities broadcast to its batch shape.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    Sensitivity
+
+    Raises
+    ------
+    ValueError
+        For arrays without elements and for an unknown flank.
+    """
     if 0 in design.batch_shape:
         raise ValueError("the design holds an array without elements: there is nothing to solve")
     pairing = pairing_of(design, flank)

@@ -88,10 +88,19 @@ class Sliding:
 
 
 def sliding_of(path: ContactPath) -> Sliding:
-    """Velocities and specific sliding at the positions of a path.
+    """Find velocities and specific sliding at the positions of a path.
 
-    The contact's velocity grows without bound where the pinion's roll turns back along the path; all but
-    `contact_velocity`, `rolling` and `specific_total` are regular there."""
+    Parameters
+    ----------
+    path : ContactPath
+
+    Returns
+    -------
+    Sliding
+        Per radian of the pinion's roll, mm. The contact's velocity grows without bound where the pinion's
+        roll turns back along the path; all but `contact_velocity`, `rolling` and `specific_total` are
+        regular there.
+    """
     shape = path.l1.shape
     by_case = (max(1, int(np.prod(shape[:-1]))), shape[-1], 3)
     point, normal = path.point.reshape(by_case), path.normal.reshape(by_case)

@@ -181,15 +181,38 @@ def tolerance_study(
     units_per_task: int = 4,
     progress: Callable[[int], object] | None = None,
 ) -> ToleranceStudy:
-    """Paths of contact of a single design in `cases` mountings with drawn errors.
+    """Solve a design in many mountings with drawn assembly errors.
 
-    `executor` spreads the work, `units_per_task` units of UNIT mountings at a time; neither changes
-    the result by a bit. A study with more cases begins with the same mountings. `progress` is
-    called with the number of mountings done since. About 50 to 300 microseconds a mounting, of which the
-    backlash takes a half; the few whose paths are followed by their length take some 10 ms.
+    Parameters
+    ----------
+    design : Design
+        A single one; drawn errors add to its own.
+    tolerances : Tolerances
+    flank : {'right', 'left'}
+    cases : int
+        Mountings. A study with more begins with the same ones.
+    seed : int
+    executor : concurrent.futures.Executor, optional
+        Spreads the work, `units_per_task` units of UNIT mountings at a time; neither changes the result by
+        a bit.
+    progress : callable, optional
+        Called with the number of mountings done since.
 
-    Raises ValueError for a batch, tolerances that are negative, not finite or as large as the layout's
-    own value, and counts below 1."""
+    Returns
+    -------
+    ToleranceStudy
+
+    Raises
+    ------
+    ValueError
+        For a batch, tolerances that are negative, not finite or as large as the layout's own value, and
+        counts below 1.
+
+    Notes
+    -----
+    About 50 to 300 microseconds a mounting, of which the backlash takes a half; the few whose paths are
+    followed by their length take some 10 ms.
+    """
     _check(design, tolerances, flank, seed)
     if min(cases, units_per_task) < 1:
         raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")

@@ -113,18 +113,37 @@ class ContactPath:
 def path_of_contact(
     design: Design, flank: str = "right", points: int = 101, *, l1: ArrayLike | None = None
 ) -> ContactPath:
-    """Path of contact of a design.
+    """Find the path of contact of a flank pair: Eqs. 15 and 16 of Ni et al. 2017.
 
-    Without `l1`: `points` positions from the exact point where the path enters both flanks to
-    the exact point where it leaves them, evenly spaced in pinion roll (where the roll turns back
-    along the path, evenly in l1, or along the curve if it is followed by its length), both ends
-    included. If there is no contact on the flanks a single design gives empty arrays, a batch gives
-    NaN rows.
+    Parameters
+    ----------
+    design : Design
+        Array quantities broadcast to its batch shape: one call solves all cases.
+    flank : {'right', 'left'}
+        Of both members; the paper's figures are of right flanks.
+    points : int
+        Positions from the exact point where the path enters both flanks to that where it leaves them, both
+        included, evenly spaced in pinion roll (where the roll turns back along the path, evenly in l1, or
+        along the curve if it is followed by its length).
+    l1 : array_like, shape (positions) or batch shape and positions, optional
+        In place of `points`: the contacts at these pinion flank parameters, mm, unclipped; those outside
+        the limits have the status OFF_FLANK.
 
-    With `l1` (positions) or (*batch, positions), mm: the contacts at these pinion flank
-    parameters, unclipped; those outside the limits have the status OFF_FLANK.
+    Returns
+    -------
+    ContactPath
+        Without contact on the flanks a single design gives empty arrays, a batch rows of NaN.
 
-    Array quantities of the design broadcast to its batch shape. Source: Eqs. 15 and 16.
+    Raises
+    ------
+    ValueError
+        For an unknown flank, fewer than two points, `l1` of another shape, arrays without elements.
+
+    Notes
+    -----
+    The paper solves five equations at every position; here they are reduced to one in l1 and l2, the
+    same to rounding (`beveloid_geom.contact`). It clips paths at no limits that it names; here they end at
+    tip, root, toe and heel of both members.
     """
     if l1 is None:
         require_points(points)
@@ -204,9 +223,23 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
-    """Contact ratio (Eq. 16: greatest less least pinion roll of the path, over a pitch) of the batch shape:
-    0 where there is no contact on the flanks, NaN
-    where the path could not be followed. It is not the operating ratio where edges touch first."""
+    """Find the contact ratio of one tooth pair's flanks, Eq. 16.
+
+    It is the greatest less the least pinion roll of the path, over a pitch, and not the ratio at which the
+    pair runs where edges touch first: `operating_ratio` has that.
+
+    Parameters
+    ----------
+    design : Design
+        Array quantities broadcast to its batch shape.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray
+        Of the batch shape; 0 where there is no contact on the flanks, NaN where the path could not be
+        followed.
+    """
     return path_ends(design, flank).contact_ratio
 
 

@@ -204,9 +204,23 @@ def parse_design(text: str, source: str = "design") -> Design:
 
 
 def read_design(path: str | os.PathLike[str]) -> Design:
-    """The design in the file at `path`, or the built-in one by its name, 'ni-2017'.
+    """Read a design file (TOML, mm and degrees).
 
-    Raises DesignError with every fault found, or with the reason why there is no text."""
+    Parameters
+    ----------
+    path : path-like
+        The file, or 'ni-2017' for the built-in design.
+
+    Returns
+    -------
+    Design
+        In mm and rad.
+
+    Raises
+    ------
+    DesignError
+        With every fault found, or with the reason why there is no text.
+    """
     source = os.fspath(path)
     if source == BUILTIN:
         return builtin_design()
@@ -237,7 +251,22 @@ def builtin_text(name: str = BUILTIN) -> str:
 
 
 def builtin_design(name: str = BUILTIN) -> Design:
-    """The built-in design, the pair of Table 1. Raises DesignError for another name."""
+    """Give a design that comes with the library.
+
+    Parameters
+    ----------
+    name : str
+        'ni-2017', the pair of Table 1, is the only one.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    DesignError
+        For another name.
+    """
     return parse_design(builtin_text(name), name)
 
 

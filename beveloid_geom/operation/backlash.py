@@ -88,11 +88,28 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArra
 
 
 def mounted_backlash(design: Design) -> Backlash:
-    """Least normal backlash over a mesh cycle of a design with its errors and parabolas.
+    """Find the least normal backlash over a mesh cycle, with the design's errors and parabolas.
 
-    Members must be single; pair and errors may be arrays. SAMPLES first contacts a flank and case, and
-    54 more where the play changes over the cycle; its least value is right to 1e-6 modules. The
-    answer for a design of plain numbers is kept. Raises ValueError for members of arrays."""
+    Parameters
+    ----------
+    design : Design
+        Members must be single; pair and errors may be arrays.
+
+    Returns
+    -------
+    Backlash
+        mm; negative where the pair cannot be put together. The answer for a design of plain numbers is kept.
+
+    Raises
+    ------
+    ValueError
+        For members of arrays.
+
+    Notes
+    -----
+    SAMPLES first contacts a flank and case, and 54 more where the play changes over the cycle; its least
+    value is right to 1e-6 modules.
+    """
     return _backlash(design) if design.batch_shape else _kept_backlash(design)
 
 

@@ -60,7 +60,20 @@ class Certificate:
 def certify(path: ContactPath) -> Certificate:
     """Compare a path of contact with the first contacts of the teeth of its design.
 
-    Raises ValueError for members of arrays; pair and errors may be arrays."""
+    Parameters
+    ----------
+    path : ContactPath
+
+    Returns
+    -------
+    Certificate
+        `holds`: whether no tooth, edge or fillet of this side touches before the flanks do.
+
+    Raises
+    ------
+    ValueError
+        For members of arrays; pair and errors may be arrays.
+    """
     design, solved = path.design, path.status == Status.SOLVED
     roll = np.where(solved, path.pinion_roll, 0.0)
     first = first_contact(design, path.flank, roll)

@@ -125,7 +125,7 @@ class MeshCycle:
         return piece, turns, self.pieces.values_at(piece, roll - turns * self.pitch, rows)
 
 
-def mesh_cycle(design: Design, flank: str, harmonics: int = 10) -> MeshCycle:
+def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> MeshCycle:
     """The transmission error of one mesh cycle, hand-overs and edges included.
 
     Members must be single; pair and errors may be arrays. About 100 first contacts a case.

@@ -49,7 +49,7 @@ class OperatingRatios:
     status: NDArray[np.int8]
 
 
-def operating_ratio(design: Design, flank: str, thickness: float = 0.0) -> FloatArray:
+def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
     """Operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
     touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the
     pitch. NaN where it is not known; `operating_ratios` says why.

@@ -110,18 +110,35 @@ def contact_pattern(
     pinion_roll: ArrayLike | None = None,
     gear_roll: ArrayLike | None = None,
 ) -> ContactPattern:
-    """Contact pattern of a single design for a `separation` in mm, over the mesh of one tooth pair.
+    """Find where marking compound is left: the contact pattern over the mesh of one tooth pair.
 
-    The grids have points about every `resolution` (mm), or so many that the least separation
-    interpolated between them is right to about `tolerance` (mm; a twentieth of the separation unless
-    told otherwise). Both are for the grids alone. The areas are found apart from them, each until it is
-    right to the share `area_error` of itself; the `area_error` of a member is the bound that was kept,
-    greater than that asked for only where `marked_area` had to stop before. `pinion_roll` and
-    `gear_roll` (n,), rad: poses of the pair, in the order of the roll, between which its transmission
-    error is interpolated; without them see the module's text.
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+    separation : float
+        Thickness of the compound, mm.
+    resolution, tolerance : float, optional
+        Of the grids alone, mm: points about every `resolution`, or so many that the least separation
+        interpolated between them is right to about `tolerance` (a twentieth of the separation).
+    area_error : float
+        Share of itself to which each area is found, apart from the grids. The result's `area_error` is the
+        bound that was kept, greater only where `marked_area` had to stop before.
+    pinion_roll, gear_roll : array_like, shape (n), optional
+        Poses of the pair, rad, in the order of the roll, between which its transmission error is
+        interpolated; without them those of first contact.
 
-    Raises ValueError for a batch of designs, lengths or an error of areas that are not positive or too
-    fine, poses of one member only, or where the first contact is not known."""
+    Returns
+    -------
+    ContactPattern
+
+    Raises
+    ------
+    ValueError
+        For a batch, lengths or an error of areas that are not positive or too fine, poses of one member
+        only, or where the first contact is not known.
+    """
     _check(design, separation, resolution, tolerance, area_error)
     operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
     patterns = []

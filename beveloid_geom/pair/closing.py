@@ -180,11 +180,27 @@ def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) ->
 
 
 def zero_backlash_layout(design: Design) -> ClosedLayout:
-    """The layout in which the members of a single `design` mesh without backlash, mid-faces at
-    the pitch point: offset, shaft angle and mounting distances follow from the gears alone.
+    """Find the layout in which two members mesh without backlash, mid-faces at the pitch point.
 
-    Raises ValueError for arrays, where the members have backlash in every layout that closes, and
-    where the axes of the one without meet or are parallel."""
+    Offset, shaft angle and mounting distances follow from the gears alone; of the design's pair only the
+    shaft angle is looked at, for the sense in which the axes lean.
+
+    Parameters
+    ----------
+    design : Design
+        A single one; parabolas and errors do not matter.
+
+    Returns
+    -------
+    ClosedLayout
+        `offset`, `mounting` in mm, `shaft_angle` in rad.
+
+    Raises
+    ------
+    ValueError
+        For arrays, where the members have backlash in every layout that closes, and where the axes of the
+        one without meet or are parallel.
+    """
     _only_single(design)
 
     def backlash(pressure_angle: FloatArray) -> FloatArray:

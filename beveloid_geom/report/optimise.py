@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from typing import Any
 
 from ..analysis.optimise import Aim, Optimum
@@ -38,14 +37,14 @@ class OptimumReport:
     optimum: Optimum
     failure: str | None = None
 
-    @cached_property
+    @property
     def contact(self) -> ContactReport:
         """The path of contact with the coefficients found."""
         return contact_report(self.name, self.optimum.design, self.flank, POINTS)
 
     def data(self) -> dict[str, Any]:
         """Give the coefficients found; None for a condition that was not asked for."""
-        found = self.optimum
+        found, contact = self.optimum, self.contact
         data = {
             **head_data(self.name, self.design, self.flank),
             "aim": asdict(self.aim),
@@ -53,10 +52,10 @@ class OptimumReport:
             "found": dict(vars(found.found)),
             "given": dict(vars(found.given)),
             **backlash_data(found.design),
-            **remarks_data(self.contact.remarks),
+            **remarks_data(contact.remarks),
         }
-        if self.contact.certificate is not None:
-            data["certified"] = {"first_contact": self.contact.certified_count, "positions": POINTS}
+        if contact.certificate is not None:
+            data["certified"] = {"first_contact": contact.certified_count, "positions": POINTS}
         return data
 
     def rows(self) -> Rows:

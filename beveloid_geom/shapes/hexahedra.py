@@ -136,16 +136,34 @@ def tooth_hexahedra(
     bore_radius: float | None = None,
     cells: Cells | None = None,
 ) -> VolumeMesh:
-    """Hexahedra of `teeth` neighbouring teeth of a single member (the first at angle 0, the others
-    against the clock seen from the heel; None: all), own frame. All teeth are the whole gear, without sides.
+    """Mesh some teeth of a gear with hexahedra, in the own frame.
 
-    `element`: 'C3D20' or 'C3D20R' with 20 nodes, 'C3D8I' or 'C3D8' with 8. The reduced integration of
-    C3D20R leaves hourglass modes under a load on one face, and C3D8I fails the patch test where elements
-    are no parallelepipeds. `tolerance` (mm) sets the number of elements as `cells_of` has it, unless
-    `cells` are given. Sets are as `VolumeMesh` has them.
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    teeth : int, optional
+        Number of neighbouring teeth, as in `gear_solid`; all (None) are the whole gear, without sides.
+    element : {'C3D20', 'C3D20R', 'C3D8I', 'C3D8'}
+        With 20 or 8 nodes. The reduced integration of C3D20R leaves hourglass modes under a load on one
+        face, and C3D8I fails the patch test where elements are no parallelepipeds.
+    tolerance : float
+        mm; sets the number of elements as `cells_of` has it.
+    bore_radius : float, optional
+        mm; 0.45 of the root radius unless given.
+    cells : Cells, optional
+        Numbers of elements, in place of `tolerance`.
 
-    Raises ValueError for a number of teeth the gear has not, for more than MAX_NODES, for elements out of
-    shape (LEAST_SHAPE), and as `cut_sheets`, `bore_of` and `section_of` do."""
+    Returns
+    -------
+    VolumeMesh
+
+    Raises
+    ------
+    ValueError
+        For a number of teeth the gear has not, more than MAX_NODES, elements out of shape (LEAST_SHAPE), and
+        as `cut_sheets`, `bore_of` and `section_of`.
+    """
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)

@@ -248,10 +248,29 @@ def least_angle(points: FloatArray, faces: Faces) -> FloatArray:
 def gear_solid(
     member: Member, tolerance: float, teeth: int | None = None, bore_radius: float | None = None
 ) -> Solid:
-    """The whole gear, or `teeth` neighbouring teeth of it with their part of the body (the first
-    at angle 0, the others against the clock seen from the heel), own frame. All teeth are the whole gear.
+    """Build a gear, or some teeth of it, as a closed surface of triangles in the own frame.
 
-    Raises ValueError as `tooth_surface` does, and for a number of teeth the gear has not."""
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    tolerance : float
+        Greatest distance of a triangle from the surface, mm.
+    teeth : int, optional
+        Number of neighbouring teeth with their part of the body, the first at angle 0, the others against
+        the clock seen from the heel; all are the whole gear.
+    bore_radius : float, optional
+        mm; 0.45 of the root radius unless given.
+
+    Returns
+    -------
+    Solid
+
+    Raises
+    ------
+    ValueError
+        As `tooth_surface`, and for a number of teeth the gear has not.
+    """
     count = int(member.teeth)
     wanted = count if teeth is None else teeth
     if not 0 < wanted <= count:

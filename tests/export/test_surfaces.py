@@ -287,7 +287,7 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".inp", "", ".stlx"])
 def test_unknown_suffix(tmp_path: Path, suffix: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(f"not as {suffix!r}")):
+    with pytest.raises(ValueError, match=re.escape(f"no writer of {suffix!r}: give one of .stl")):
         write_surface(flank(), tmp_path / f"a{suffix}")
 
 
