@@ -1,6 +1,6 @@
 """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
 
-Here are the names that most users need, loaded when first used:
+Here are the names that most users need, loaded when first used::
 
     what is given       Design of two Member (each with its Tool), a Pair and Errors; builtin_design,
                         read_design, zero_backlash_layout; DesignError says what is wrong with it

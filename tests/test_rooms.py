@@ -16,8 +16,8 @@ LIBRARY = (
     *("shapes", "export", "reference", "studies", "findings", "report", "cli"),
 )
 """Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
-PICTURES = ("stage", "options", "parts", "figures", "film", "report")
-"""Rooms of `viz`, likewise, and what its commands share."""
+PICTURES = ("stage", "options", "parts", "figures", "film", "report", "examples", "site")
+"""Rooms of `viz`, likewise, and what its commands share. Examples are users: they see what is installed."""
 REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")
 """Modules of `reference` that check the numbers of the library and share nothing but its inputs."""
 STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")

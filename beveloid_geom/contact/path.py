@@ -79,7 +79,7 @@ class PathEnds:
 
 @dataclass(frozen=True, eq=False)
 class ContactPath:
-    """Contacts of one flank pair of a `design`, arrays (*batch, positions), or (*batch, positions, 3).
+    """Contacts of one flank pair of a `design`, arrays `(*batch, positions)`, or `(*batch, positions, 3)`.
 
     `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
     `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which

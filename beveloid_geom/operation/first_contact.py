@@ -200,13 +200,28 @@ def spread(design: Design, flank: str) -> float:
 def first_contact(
     design: Design, flank: str, pinion_roll: ArrayLike, pairs: ArrayLike | None = None
 ) -> FirstContact:
-    """First contact at the pinion rolls (positions) or (*batch, positions), rad.
+    """Find what touches first of all teeth at given rolls of the pinion: flanks, edges or fillets.
 
-    `pairs`: numbers of the tooth pairs looked at; if left out all that can touch. A tooth that winds
-    round its axis belongs to one pair on every turn. Both members must be single; pair and errors of
-    the design may be arrays.
+    Parameters
+    ----------
+    design : Design
+        Members must be single; pair and errors may be arrays.
+    flank : {'right', 'left'}
+    pinion_roll : array_like, shape (positions) or batch shape and positions
+        rad.
+    pairs : array_like of int, optional
+        Numbers of the tooth pairs looked at; if left out all that can touch. A tooth that winds round
+        its axis belongs to one pair on every turn.
 
-    Raises ValueError for members of arrays and for rolls that are not finite or of another shape."""
+    Returns
+    -------
+    FirstContact
+
+    Raises
+    ------
+    ValueError
+        For members of arrays and for rolls that are not finite or of another shape.
+    """
     shape = design.batch_shape
     roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
     if not np.isfinite(roll).all():

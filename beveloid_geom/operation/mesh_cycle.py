@@ -76,7 +76,7 @@ class MeshCycle:
     phase: FloatArray = field(repr=False)
 
     def at(self, pinion_roll: ArrayLike) -> FirstContact:
-        """First contacts at pinion rolls, rad, of any shape, or (*batch, ...) of a batch, and of that shape.
+        """First contacts at pinion rolls, rad, of any shape, or `(*batch, ...)` of a batch, and of that shape.
 
         From the pieces, turned on by pitches; searched for anew if a `status` is not SOLVED. Raises
         ValueError for rolls that are not finite or of another shape."""
@@ -126,10 +126,26 @@ class MeshCycle:
 
 
 def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> MeshCycle:
-    """The transmission error of one mesh cycle, hand-overs and edges included.
+    """Find the transmission error of one mesh cycle, hand-overs and edges included.
 
-    Members must be single; pair and errors may be arrays. About 100 first contacts a case.
-    Raises ValueError for members of arrays and fewer than one harmonic."""
+    Parameters
+    ----------
+    design : Design
+        Members must be single; pair and errors may be arrays.
+    flank : {'right', 'left'}
+    harmonics : int
+        Of the mesh frequency.
+
+    Returns
+    -------
+    MeshCycle
+        Its exact pieces, evaluated at any roll by `at`.
+
+    Raises
+    ------
+    ValueError
+        For members of arrays and fewer than one harmonic.
+    """
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)

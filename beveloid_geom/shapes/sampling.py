@@ -174,12 +174,26 @@ def series_of(sheet: Sheet) -> Series | None:
 
 
 def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
-    """The active flank of a single member, from the start of its active profile to the tip
-    cone and from toe to heel, sampled so that the triangles of `grid_faces` stay within
-    `tolerance` (mm) of it. Raises ValueError if that is not possible.
+    """Sample the active flank, from the start of its active profile to the tip cone and from toe to heel.
 
-    Distances are taken along the normals. An undercut flank folds back at an edge, across which
-    triangles may be about twice as far from the nearest point of it."""
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    flank : {'right', 'left'}
+    tolerance : float
+        Greatest distance of the triangles of `grid_faces` from the flank, mm, along its normals. An undercut
+        flank folds back at an edge, across which triangles may be about twice as far from its nearest point.
+
+    Returns
+    -------
+    FlankGrid
+
+    Raises
+    ------
+    ValueError
+        If that is not possible, as of some undercut flanks.
+    """
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
     refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?"

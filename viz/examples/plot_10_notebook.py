@@ -1,0 +1,37 @@
+"""
+In a notebook
+=============
+
+Designs and results show themselves as tables; surfaces become PyVista's and carry what is measured on them.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from pyvista import Plotter
+
+from beveloid_geom import builtin_design, path_of_contact, sample_flank
+from beveloid_geom.operation.separation import separation
+from beveloid_viz import to_pyvista
+
+path = path_of_contact(builtin_design().with_parabola(pinion=0.001, gear=-0.001), "right")
+path
+
+# %%
+# The distance of the gear's flank along the normal of the pinion's, in the middle of the path.
+grid = sample_flank(path.design.pinion, "right", tolerance=0.0005)
+rolls = path.pinion_roll[50], path.gear_roll[50]
+apart = separation(path.design, "right", 0, grid.l, grid.z, *rolls).distance
+surface = to_pyvista(grid)
+surface["separation (mm)"] = apart.ravel()
+
+plotter = Plotter(off_screen=True, window_size=(600, 800))
+bar = {"fmt": "%.1f", "n_labels": 3, "position_x": 0.2}
+plotter.add_mesh(surface, cmap="viridis", clim=(0.0, 1.0), lighting=False, scalar_bar_args=bar)
+plotter.view_vector(-grid.normals[len(grid.l) // 2, len(grid.z) // 2], viewup=(0.0, 0.0, 1.0))
+figure, axes = plt.subplots(figsize=(3.0, 4.0), layout="constrained")
+axes.imshow(plotter.screenshot(return_img=True))
+axes.set_axis_off()
+plt.show()
+
+greatest = float(np.nanmax(apart))
+print(f"up to {greatest:.7f} mm apart")
