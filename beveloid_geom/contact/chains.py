@@ -209,7 +209,7 @@ def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple
         found, solved = onto_curve(part, start, normal, unit, PASSES)
         solved &= np.linalg.norm(found - start, axis=-1) <= side[pending, None]
         solved &= found[..., 2] * part.branch > 0.0
-        y = np.moveaxis(found * unit, -1, 0)
+        y = np.ascontiguousarray(np.moveaxis(found * unit, -1, 0))
         rows = between(rows, rows_of(part, y[:2], meet_on_curve(part, y)[1]))
         z = between(z.transpose(2, 0, 1), found.transpose(2, 0, 1)).transpose(1, 2, 0)
         coefficients, good = fitted(part, rows, basis, LOOSENED if basis is NESTED[-1] else 1.0)

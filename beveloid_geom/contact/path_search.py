@@ -55,8 +55,9 @@ BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
-ROUNDS = (9, 9, 17, 33)
-"""Grid lines of each member, round by round over the cells left before."""
+FEW, ROUNDS = 5, (9, 9, 17, 33)
+"""Grid lines of each member: where a track over l1 is at hand, and else round by round over the cells left
+before."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
 ONE_PLACE = 1e-9
@@ -146,12 +147,19 @@ def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
     """Paths by tracks over l1, and which cases these do not describe.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
-    zero, or nothing is found on the flanks, both are looked at."""
+    zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
+    curve is near the faces."""
     track = track_over_l1(pairing)
     whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
     n_x = track.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
-    return whole, (whole.ends.status != Status.SOLVED) | steep
+    lost = (whole.ends.status != Status.SOLVED) | steep
+    told = np.flatnonzero(lost & _told(whole))
+    if told.size:
+        part = pairing.cases(told)
+        box = box_of(part, *window_of(part), nodes=FEW)
+        lost[told] = ~(box.none | box.one) | _vanishing(part)
+    return whole, lost
 
 
 def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
@@ -333,7 +341,7 @@ def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.i
     for loosened, basis in product((1.0, LOOSENED), BASES):
         some, lines = pairing.cases(pending), [parts[k].points for k in pending]
         z, good = _on_guides(some, units[pending], guides[pending], lines, basis.nodes)
-        y = np.moveaxis(z * units[pending], -1, 0)
+        y = np.ascontiguousarray(np.moveaxis(z * units[pending], -1, 0))
         rows = rows_of(some, y[:2], meet_on_curve(some, y)[1])
         coefficients, resolved = fitted(some, rows, basis, loosened)
         resolved &= good

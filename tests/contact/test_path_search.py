@@ -281,9 +281,10 @@ def test_derivatives_are_those_of_a_complex_step(design: Design) -> None:
 def test_a_singular_system_leaves_the_others_alone() -> None:
     systems = np.random.default_rng(6).normal(size=(5, 4, 4))
     right = np.arange(20.0).reshape(5, 4)
-    alone = _solved(systems.copy(), right.copy())
+    alone = _solved([*systems.transpose(1, 0, 2)], [*right.T])
+    np.testing.assert_allclose(alone, np.linalg.solve(systems, right[..., None])[..., 0], rtol=1e-12)
     systems[2, 3] = 0.0
-    found = _solved(systems, right)
+    found = _solved([*systems.transpose(1, 0, 2)], [*right.T])
     assert np.isnan(found[2]).all()
     assert np.delete(found, 2, axis=0).tolist() == np.delete(alone, 2, axis=0).tolist()
 
