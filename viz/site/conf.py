@@ -12,6 +12,8 @@ version = release = version_of("beveloid-geom")
 author = "the authors of beveloid-geom"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
 root_doc = "index"
+default_role = "code"
+highlight_language = "text"
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = f"{project} {release}"
