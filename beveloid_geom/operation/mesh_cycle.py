@@ -76,7 +76,7 @@ class MeshCycle:
     phase: FloatArray = field(repr=False)
 
     def at(self, pinion_roll: ArrayLike) -> FirstContact:
-        """Give first contacts at pinion rolls, rad, of any shape (`(*batch, ...)` of a batch), and of that shape.
+        """Give first contacts at pinion rolls (rad) of any shape, of a batch `(*batch, ...)`, in that shape.
 
         From the pieces, turned on by pitches; searched for anew if a `status` is not SOLVED. Raises
         ValueError for rolls that are not finite or of another shape."""
