@@ -30,6 +30,8 @@ SPARE, TIP_SPARE = 0.05, 0.01
 scanned and still be a start."""
 TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
+FILLET_STEPS = 1.8
+"""Points on a fillet for each cell of its length."""
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the clearance falls faster than this from it along the profile."""
@@ -77,17 +79,20 @@ class Starts:
 
 
 def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
-    """Fillet and flank of the pinion with `points` on the fillet, on the flank and along the face."""
+    """Fillet and flank of the pinion with `points` on the fillet, on the flank and along the face; more on
+    the fillet, up to as many as on the flank, where a step of them would rise by more than a cell."""
     fillet, profile, face = points
+    cell = ((own.highest - own.joint) / (profile - 1), 2.0 * own.half_width / (face - 1))
+    fillet = max(fillet, int(min(np.nan_to_num(FILLET_STEPS * (own.joint - own.bottom) / cell[0]), profile)))
     z = own.half_width * np.linspace(-1.0, 1.0, face)
     top = np.fmin(tip_parameter(member, flank, z), own.highest + 0.0 * z)
-    low = own.bottom + (own.joint - own.bottom) * np.linspace(0.0, 1.0, fillet + 1)[:-1, None]
+    below = np.linspace(1.0, 0.0, fillet + 1)[:-1, None] ** 2  # a fillet is steepest beside the flank
+    low = own.joint - (own.joint - own.bottom) * below
     high = own.joint + (top - own.joint) * np.linspace(0.0, 1.0, profile)[:, None]
     s = np.concatenate((low + 0.0 * z, high))
     z = np.broadcast_to(z, s.shape)
     cut = cut_at(own, s, z)
     s, z, radius, angle = (x.reshape(-1) for x in (s, z, np.sqrt(cut.square), angle_of(cut)))
-    cell = ((own.highest - own.joint) / (profile - 1), 2.0 * own.half_width / (face - 1))
     return Grid(s, z, radius, angle, shape=(fillet + profile, face), cell=cell)
 
 

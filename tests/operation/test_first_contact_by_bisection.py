@@ -192,11 +192,12 @@ def hard_case(
     members: tuple[tuple[float, float, float, int, float, float, float, float], ...],
     pair: tuple[float, float],
     errors: Errors | None = None,
+    pressure_angle: float = 20.0,
 ) -> Design:
     """Members by addendum, tip radius, parabola, teeth, helix and cone angle (deg), shift, face width."""
     pinion, gear = (
         Member(
-            Tool(6.0, radians(20.0), addendum=high, tip_radius=tip, parabola=a),
+            Tool(6.0, radians(pressure_angle), addendum=high, tip_radius=tip, parabola=a),
             teeth,
             radians(helix),
             radians(cone),
@@ -245,6 +246,20 @@ HARD = [
             (169.91185, 39.4892),
         ),
         0.27926,
+    ),
+    # A gear's tip on the steep part of a fillet, further from the scanned points than half a cell.
+    (
+        "right",
+        hard_case(
+            (
+                (1.0, 0.38, 0.000158248, 15, 19.8015, 3.99857, 0.31355, 70.5729),
+                (1.0, 0.38, 0.0, 27, 29.97758, 1.37664, -0.63323, 34.3297),
+            ),
+            (138.44626, 49.48797),
+            Errors(-0.30465, 0.000128, gear_axial=-0.03586),
+            22.5,
+        ),
+        0.21949,
     ),
 ]
 
