@@ -116,8 +116,8 @@ def path_of_contact(
 
     Without `l1`: `points` positions from the exact point where the path enters both flanks to
     the exact point where it leaves them, evenly spaced in pinion roll (where the roll turns back
-    along the path, evenly in l1, or along the curve if it is followed by its length), both ends
-    included. If there is no contact on the flanks a single design gives empty arrays, a batch gives
+    along the path, evenly in l1, or where that does not resolve it along its chord, or the curve), both
+    ends included. If there is no contact on the flanks a single design gives empty arrays, a batch gives
     NaN rows.
 
     With `l1` (positions) or (*batch, positions), mm: the contacts at these pinion flank
