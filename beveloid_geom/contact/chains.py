@@ -61,22 +61,7 @@ def chains_of(pairing: Pairing, box: Box) -> Chains:
     even = (steps[0][:, :, 1:] == steps[0][:, :, :-1]) | (steps[1][:, 1:] == steps[1][:, :-1])
     good = box.clear & (~left | (even & (turns != 4))).all(axis=(1, 2))
     left = left | (_beside(left, cut) & even & (turns == 2))
-    number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
-    edges = []
-    for axis, cuts in enumerate(cut):
-        pad = ((0, 0), (0, 0), (1, 1)) if axis == 0 else ((0, 0), (1, 1), (0, 0))
-        beside = np.pad(number, pad, constant_values=-1)
-        before, after = (
-            (beside[:, :, :-1], beside[:, :, 1:]) if axis == 0 else (beside[:, :-1], beside[:, 1:])
-        )
-        case, i, j = np.nonzero(cuts & ((before >= 0) | (after >= 0)) & good[:, None, None])
-        other = (i + 1, j) if axis == 0 else (i, j + 1)
-        near, far = gap[case, i, j], gap[case, *other]
-        l = np.stack((box.lines[0, case, i], box.lines[1, case, j]))
-        side = np.zeros_like(l)
-        side[axis] = box.lines[axis, case, other[axis]] - l[axis]
-        edges.append((case, before[case, i, j], after[case, i, j], l + near / (near - far) * side, side))
-    case, before, after, l, side = (np.concatenate(parts, axis=-1) for parts in zip(*edges, strict=True))
+    case, before, after, l, side = _crossings(box, left, cut, good)
     part, units = pairing.cases(case), units_of(pairing)
     y, solved = _between_cells(part, l, side)
     z = (y / units[case, 0].T).T
@@ -99,16 +84,42 @@ def chains_of(pairing: Pairing, box: Box) -> Chains:
     good &= np.bincount(case[1:][same & ~joined], minlength=cases) == 0
     count = np.bincount(case, minlength=cases)
     place = np.arange(case.size) - (np.cumsum(count) - count)[case]
-    most = int(count.max(initial=2))
-    points, inside = np.full((cases, most, 4), np.nan), np.full((cases, most, 8), np.nan)
-    points[case, place] = z
-    part = pairing.cases(case)
-    y = (z * units[case, 0])[:, None].transpose(2, 0, 1)
-    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]
-    sizes = np.concatenate((depth, depth, face, face))
-    inside[case, place] = (limit_margins(part, y[:2], height, radius)[..., 0] / sizes).T
+    points, inside = (np.full((cases, int(count.max(initial=2)), size), np.nan) for size in (4, 8))
+    points[case, place], inside[case, place] = z, _margins(pairing.cases(case), z * units[case, 0])
     return Chains(points, inside, np.where(good, count, 0))
+
+
+def _crossings(
+    box: Box, left: Mask, cut: tuple[Mask, Mask], good: Mask
+) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_], FloatArray, FloatArray]:
+    """Where sides of the cells `left` of `good` cases are `cut`: the case, the numbers of the cells before
+    and behind the side, -1 for one not left, a point near the curve and the side itself (2, sides), mm."""
+    number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
+    edges = []
+    for axis, cuts in enumerate(cut):
+        pad = ((0, 0), (0, 0), (1, 1)) if axis == 0 else ((0, 0), (1, 1), (0, 0))
+        beside = np.pad(number, pad, constant_values=-1)
+        before, after = (
+            (beside[:, :, :-1], beside[:, :, 1:]) if axis == 0 else (beside[:, :-1], beside[:, 1:])
+        )
+        case, i, j = np.nonzero(cuts & ((before >= 0) | (after >= 0)) & good[:, None, None])
+        other = (i + 1, j) if axis == 0 else (i, j + 1)
+        near, far = box.gap[case, i, j], box.gap[case, *other]
+        l = np.stack((box.lines[0, case, i], box.lines[1, case, j]))
+        side = np.zeros_like(l)
+        side[axis] = box.lines[axis, case, other[axis]] - l[axis]
+        edges.append((case, before[case, i, j], after[case, i, j], l + near / (near - far) * side, side))
+    case, before, after, l, side = (np.concatenate(parts, axis=-1) for parts in zip(*edges, strict=True))
+    return case, before, after, l, side
+
+
+def _margins(pairing: Pairing, y: FloatArray) -> FloatArray:
+    """Margins (points, 8) within the limits at points y (points, 4), in flank depths and face widths."""
+    y = np.ascontiguousarray(y[:, None].transpose(2, 0, 1))
+    height, radius = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
+    depth, face = (pairing.highest - pairing.lowest)[..., 0], 2.0 * pairing.half_width[..., 0]
+    sizes = np.concatenate((depth, depth, face, face))
+    return np.asarray((limit_margins(pairing, y[:2], height, radius)[..., 0] / sizes).T)
 
 
 def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:

@@ -45,8 +45,9 @@ from .path_polynomial import (
     track_over_l1,
 )
 
-CASES_PER_BLOCK = 256
-"""Size at which the arrays of a block stay in the cache."""
+CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
+"""Sizes at which the arrays of a block stay in the cache; of cases sought through cells fewer and fewer are
+left from step to step."""
 GUIDE = 12
 """Highest degree of a guide."""
 TURN_ROOM = 0.1
@@ -121,7 +122,7 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     known[np.concatenate([np.empty(0, dtype=int), *(group.cases for group in told)])] = True
     low, high = np.empty((2, 2, count, 1))
     left, again = [], []
-    for block in _blocks(np.concatenate(open_ones)):
+    for block in _blocks(np.concatenate(open_ones), OPEN_PER_BLOCK):
         found, rest, bounds = _near_faces(pairing.cases(block), known[block])
         groups += [group.of(block) for group in found]
         known[block[np.concatenate([rest, *(group.cases for group in found)])]] = False
@@ -139,8 +140,8 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
-    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+    return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
 def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
