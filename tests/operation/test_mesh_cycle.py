@@ -175,6 +175,7 @@ def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:
     assert np.abs(cycle.gear_roll(roll) - wanted.gear_roll).max() < 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["usual", "fitted"])
 def test_random_pairs_at_any_roll(kind: Kind) -> None:
     """Of 15 designs each: where every roll has a first contact the cycle is not lost, and gives it."""

@@ -83,6 +83,7 @@ def test_without_a_layout_nothing_is_said(flank: str) -> None:
     assert path.point.size == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "l1"), [("across a narrow face", 2.15928085), ("lost outside", -3.15)])
 def test_a_lost_path_is_not_called_none(name: str, l1: float) -> None:
     """Positions asked for one by one lie on the flanks: then their path may be lost, but is not none."""

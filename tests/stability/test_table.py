@@ -42,6 +42,7 @@ def test_the_page_holds_the_run(number: int) -> None:
     assert TABLE[2 + number] == line(number)
 
 
+@pytest.mark.slow
 @every
 def test_what_is_trusted_is_exact_or_says_that_nothing_is_there(number: int) -> None:
     """Where the status is trusted no method but the facets, which know of no tangency, gives a number."""

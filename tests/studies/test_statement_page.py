@@ -32,6 +32,7 @@ def test_the_page_holds_the_run() -> None:
     assert section == [line for line in markdown().splitlines() if line]
 
 
+@pytest.mark.slow
 def test_every_statement_stands_with_its_verdicts() -> None:
     rows = cells(verdicts())
     for flank, column in zip(FLANKS, (2, 3), strict=True):

@@ -187,6 +187,7 @@ def test_results_are_copied_as_they_are(name: str, made: Callable[[Any], Any]) -
         assert not any(x.flags.writeable for x in vars(again).values() if isinstance(x, np.ndarray))
 
 
+@pytest.mark.slow
 def test_threads_and_other_processes_find_the_same() -> None:
     """Eight threads at two designs each, and a process that starts anew: bit by bit."""
     wanted = [measured(design) for design in OTHERS]
