@@ -2,8 +2,9 @@
 
 Here are the names that most users need, loaded when first used::
 
-    what is given       Design of two Member (each with its Tool), a Pair and Errors; builtin_design,
-                        read_design, zero_backlash_layout; DesignError says what is wrong with it
+    what is given       Design of two Member (each with its Tool), a Pair and Errors, from_degrees
+                        or rad; builtin_design, read_design, zero_backlash_layout; DesignError says what
+                        is wrong
     where flanks touch  path_of_contact(design, flank) is a ContactPath with a Status; contact_ratio,
                         sliding_of(path)
     what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,
@@ -38,7 +39,14 @@ if TYPE_CHECKING:
     )
     from .design.field_limits import DesignError as DesignError
     from .design.file import builtin_design as builtin_design, read_design as read_design
-    from .design.model import Design as Design, Errors as Errors, Member as Member, Pair as Pair, Tool as Tool
+    from .design.model import (
+        Design as Design,
+        Errors as Errors,
+        Member as Member,
+        Pair as Pair,
+        Tool as Tool,
+        from_degrees as from_degrees,
+    )
     from .operation.backlash import mounted_backlash as mounted_backlash
     from .operation.certificate import certify as certify
     from .operation.first_contact import first_contact as first_contact
@@ -66,6 +74,7 @@ _HOME = {
     "certify": "operation.certificate",
     "contact_pattern": "operation.pattern",
     "contact_ratio": "contact.path",
+    "from_degrees": "design.model",
     "first_contact": "operation.first_contact",
     "gear_solid": "shapes.solid",
     "map_of": "analysis.maps",

@@ -193,6 +193,26 @@ def take(kind: str, values: dict[str, Any]) -> None:
         raise DesignError(faults, kind)
 
 
+def in_radians(kind: str, values: dict[str, Any]) -> dict[str, Any]:
+    """Give inputs of the class `kind` with angles in rad, of which some came in deg as `helix_angle_deg`.
+
+    Raises DesignError for a quantity that is no angle, or that is given twice."""
+    limits, found, faults = _FROM_PYTHON[kind], {}, []
+    for name, value in values.items():
+        plain = name.removesuffix("_deg")
+        if plain != name and (plain not in limits or limits[plain].unit != "rad"):
+            angles = ", ".join(f"{key}_deg" for key, limit in limits.items() if limit.unit == "rad")
+            faults.append(Fault("", name, f"is no angle of {kind}: give one of {angles}"))
+        elif plain in found or (plain != name and plain in values):
+            faults.append(Fault("", name, "is given twice, in deg and in rad: leave one out"))
+        else:
+            degrees = plain != name and not isinstance(value, bool | str)
+            found[plain] = np.multiply(value, math.pi / 180.0)[()] if degrees else value
+    if faults:
+        raise DesignError(faults, kind)
+    return found
+
+
 def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
     """A value as it is calculated with, or the words for what is wrong with it."""
     given = _as_float64(value, WHOLE if limit.whole else NUMBER)

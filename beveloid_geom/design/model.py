@@ -20,7 +20,7 @@ import numpy as np
 from ..arrays import FloatArray, Quantity
 from ..support.few_lines import html_table
 from ..support.read_only import equal, restored
-from .field_limits import DesignError, base_pitch_fault, refused, take
+from .field_limits import DesignError, base_pitch_fault, in_radians, refused, take
 
 T = TypeVar("T")
 
@@ -34,6 +34,28 @@ def unchecked(given: T, **values: Any) -> T:
     made = object.__new__(type(given))
     vars(made).update(vars(given), **values)
     return made
+
+
+def from_degrees(kind: type[T], **values: Any) -> T:
+    """Make a Tool, Member, Pair or Errors of angles in degrees.
+
+    Parameters
+    ----------
+    kind : type
+        The class, as in `from_degrees(Errors, shaft_angle_deg=0.01)`.
+    **values
+        Its inputs; an angle has the suffix `_deg` where it is in degrees, as in a design file.
+
+    Returns
+    -------
+    An object of the class, in mm and rad.
+
+    Raises
+    ------
+    DesignError
+        As the class does, and for degrees of what is no angle.
+    """
+    return kind(**in_radians(kind.__name__, values))
 
 
 def _require(owner: object, **kinds: type) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
@@ -12,7 +13,17 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, DesignError, Errors, Member, Pair, Tool, first_contact, path_of_contact
+from beveloid_geom import (
+    Design,
+    DesignError,
+    Errors,
+    Member,
+    Pair,
+    Tool,
+    first_contact,
+    from_degrees,
+    path_of_contact,
+)
 from beveloid_geom.design.field_limits import LIMITS
 from beveloid_geom.gear.tooth_side import _surface, surface_of
 from beveloid_geom.operation.separation import separation
@@ -253,3 +264,24 @@ def test_errors_are_pickled() -> None:
         caught.value.faults,
         caught.value.source,
     )
+
+
+def test_degrees_can_be_given() -> None:
+    """As in a design file; of several cases, too."""
+    turned = from_degrees(Pair, offset=200.0, shaft_angle_deg=[10.0, 20.0])
+    np.testing.assert_allclose(turned.shaft_angle, np.radians([10.0, 20.0]), rtol=1e-15)
+    assert not np.asarray(turned.shaft_angle).flags.writeable
+    assert from_degrees(Errors, shaft_angle_deg=0.5, offset=0.1) == Errors(0.1, radians(0.5))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"offset_deg": 1.0}, "offset_deg is no angle of Errors: give one of shaft_angle_deg"),
+        ({"shaft_angle_deg": 1.0, "shaft_angle": 0.1}, "shaft_angle_deg is given twice, in deg and in rad"),
+        ({"shaft_angle_deg": "wide"}, "shaft_angle must be a number"),
+    ],
+)
+def test_degrees_of_what_is_no_angle_are_refused(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(DesignError, match=re.escape(words)):
+        from_degrees(Errors, **values)

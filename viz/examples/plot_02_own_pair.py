@@ -8,12 +8,14 @@ Tools and gears are given; the layout in which they mesh without backlash follow
 import matplotlib.pyplot as plt
 import numpy as np
 
-from beveloid_geom import Design, Member, Pair, Tool, path_of_contact, zero_backlash_layout
+from beveloid_geom import Design, Member, Pair, Tool, from_degrees, path_of_contact, zero_backlash_layout
 
-tool = Tool(normal_module=4.0, normal_pressure_angle=np.radians(20.0))
-pinion = Member(tool, 25, np.radians(25.0), np.radians(3.0), profile_shift=0.2, face_width=30.0)
-gear = Member(tool, 31, np.radians(15.0), np.radians(3.0), profile_shift=0.0, face_width=30.0)
-layout = zero_backlash_layout(Design(pinion, gear, Pair(offset=115.0, shaft_angle=np.radians(40.0))))
+tool = from_degrees(Tool, normal_module=4.0, normal_pressure_angle_deg=20.0)
+blank = {"tool": tool, "face_width": 30.0, "cone_angle_deg": 3.0}
+pinion = from_degrees(Member, teeth=25, helix_angle_deg=25.0, profile_shift=0.2, **blank)
+gear = from_degrees(Member, teeth=31, helix_angle_deg=15.0, profile_shift=0.0, **blank)
+guess = from_degrees(Pair, offset=115.0, shaft_angle_deg=40.0)
+layout = zero_backlash_layout(Design(pinion, gear, guess))
 play = 0.05  # mm, set by moving the axes apart
 pair = Pair(float(layout.offset) + play, float(layout.shaft_angle), *layout.mounting.tolist())
 design = Design(pinion, gear, pair)
