@@ -242,6 +242,7 @@ PAGES_OF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "over"),
     [("as given", "parabola"), ("hollow", "parabola"), *product(list(PAGES_OF)[2:], OVER)],

@@ -147,6 +147,7 @@ def test_all_teeth_are_the_whole_gear(tmp_path: Path, narrow: Path, suffix: str)
     assert len(np.unique(np.round(points, 6), axis=0)) == len(points)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed: apt-get install calculix-ccx")
 @pytest.mark.parametrize("name", ["a b.inp", "A.INP", "sub/c.inp", "sub/D.Inp"])
 def test_the_command_that_is_told_runs(tmp_path: Path, narrow: Path, name: str) -> None:
@@ -448,6 +449,7 @@ def test_a_pattern_without_first_contacts_is_no_crash(tmp_path: Path) -> None:
 # What it leaves when it fails
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".stl", ".vtp", ".vtu", ".msh", ".step"])
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path, suffix: str) -> None:
     """Files may not grow past 4 kB here, as on a full disk."""

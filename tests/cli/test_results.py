@@ -309,6 +309,7 @@ def test_csv_is_the_json(command: str) -> None:
         assert [row[header] for row in rows] == ["" if v is None else str(v) for v in values], header
 
 
+@pytest.mark.slow
 @by_command
 def test_text_says_it_in_words(command: str) -> None:
     text = printed(command).stdout
@@ -456,6 +457,7 @@ def test_csv_of_statements_has_every_number() -> None:
             assert answers == {way: "yes" if holds else "no" for way, holds in values["holds"].items()}
 
 
+@pytest.mark.slow
 def test_readings_have_the_same_verdicts_in_all_forms() -> None:
     given = ("statements", "--readings", *LEFT)
     data, rows = strict_json(run(*given, "--json").stdout), rows_of(run(*given, "--csv"))

@@ -161,6 +161,7 @@ def test_derivatives_of_the_least_itself() -> None:
     assert rate == pytest.approx((far[0] - far[1]) / 2e-2, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_by_tangency_without_parabolas() -> None:
     """The teeth's own to rounding where flanks touch; elsewhere edges do, later."""
     cases = mounted(table1(), drawn_errors(WIDE, 3, 0, 24))

@@ -156,6 +156,7 @@ def random_rolls(start: float, count: int = 1000) -> FloatArray:
     return start + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(-2.0, 3.0, count)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.03, 1e-4, 0.1, -0.05)])
 def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:

@@ -113,6 +113,7 @@ def pattern(design: Design, flank: str) -> ContactPattern:
     return contact_pattern(design, flank, resolution=1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.001, 0.001)])
 def test_flanks_in_operation_touch_and_do_not_overlap(flank: str, parabola: tuple[float, float]) -> None:
@@ -199,6 +200,7 @@ AREAS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AREAS)
 def test_areas_are_within_their_bound(name: str) -> None:
     """Against brute force, itself right to 0.3 %, at the default grid and one of few points."""

@@ -87,6 +87,7 @@ def distance_bound(
     return best
 
 
+@pytest.mark.slow
 @all_flanks
 @pytest.mark.parametrize("tolerance", [0.05, 0.01, 0.001])
 def test_triangles_stay_within_the_tolerance(member: Member, flank: str, tolerance: float) -> None:

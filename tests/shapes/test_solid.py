@@ -93,6 +93,7 @@ NEEDLES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)] +
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "tolerance"), NEEDLES + [(name, 0.001) for name in FINE])
 def test_no_triangle_is_a_needle(name: str, tolerance: float) -> None:
     solid = gear_solid(MEMBERS[name], tolerance, 1)
@@ -146,6 +147,7 @@ def inside(grid: SheetGrid) -> tuple[FloatArray, FloatArray, FloatArray]:
     return points.reshape(-1, 3), p, z
 
 
+@pytest.mark.slow
 @all_members
 def test_triangles_stay_within_the_tolerance(member: Member) -> None:
     sheets = cut_sheets(member)
@@ -280,6 +282,7 @@ def overlap(
     return float(proximity.signed_distance(other, points).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_the_posed_pair_touches_and_does_not_intersect(flank: str) -> None:
     pose = meshing_pair(DESIGN, flank)

@@ -47,6 +47,7 @@ def test_agrees_with_60_digits(name: str) -> None:
         assert abs(guess[5] - float(true.phi2)) <= 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOST)
 def test_nothing_is_left_out(name: str) -> None:
     """A search of other code finds contacts on the flanks, and none that is not on the path."""

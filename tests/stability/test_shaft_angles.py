@@ -242,6 +242,7 @@ def right_angled(helix1: float, helix2: float, cone1: float, cone2: float) -> De
     return replace(found, pair=replace(found.pair, shaft_angle=0.5 * np.pi))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angles", RIGHT_ANGLES.values(), ids=RIGHT_ANGLES)
 def test_axes_at_a_right_angle(angles: tuple[float, float, float, float]) -> None:
     design = right_angled(*angles)

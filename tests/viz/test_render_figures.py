@@ -134,6 +134,7 @@ def test_window_classes() -> None:
     assert next(opengl.window_classes({"DISPLAY": ":0"}, "linux")) == ""
 
 
+@pytest.mark.slow
 def test_a_design_without_contact_is_drawn_and_said(tmp_path: Path) -> None:
     design = tmp_path / "design.toml"
     design.write_text(builtin_text().replace("offset = 0.0", "offset = 20.0"))

@@ -118,6 +118,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     assert len(table) == 2 * 2 * 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("design", "sensitivity", "cloud"),
     [
@@ -141,7 +142,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     ],
     ids=["astray", "small", "turning", "undercut", "no flank"],
 )
-def test_odd_designs_say_why(design: Design, sensitivity: str, cloud: str) -> None:
+def test_designs_without_a_result_say_why(design: Design, sensitivity: str, cloud: str) -> None:
     for (page, table), expected in zip(pages(design), (sensitivity, cloud), strict=True):
         assert expected in words(page), words(page)
         assert table
