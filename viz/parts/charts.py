@@ -77,7 +77,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     swing = ARCSEC * float(cycle.peak_to_peak)
     if swing < SMALLEST:
         axes.set_ylim(-1.0, 1.0)
-        theme.say(axes, f"peak to peak under {SMALLEST:.6f} arcsec: zero but for rounding", 60, 0.62)
+        theme.say(axes, f"peak to peak under {SMALLEST:.6f} arcsec: zero but for rounding", 34, 0.25)
     else:
         axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
     axes.set_xlim(0.0, pitches)
