@@ -2,9 +2,9 @@
 
 Here are the names that most users need, loaded when first used::
 
-    what is given       Design of two Member (each with its Tool), a Pair and Errors, from_degrees
-                        or rad; builtin_design, read_design, zero_backlash_layout; DesignError says what
-                        is wrong
+    what is given       Design of two Member (each with its Tool), a Pair and Errors, in mm and rad, or
+                        by from_degrees; builtin_design, read_design, zero_backlash_layout; DesignError
+                        says what is wrong
     where flanks touch  path_of_contact(design, flank) is a ContactPath with a Status; contact_ratio,
                         sliding_of(path)
     what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,

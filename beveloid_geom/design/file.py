@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import codecs
 import difflib
-import math
 import os
 import re
 import tomllib
@@ -22,7 +21,17 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, create_model
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from .field_limits import FINITE, LIMITS, NUMBER, WHOLE, DesignError as DesignError, Fault, Limit, shown_value
+from .field_limits import (
+    FINITE,
+    LIMITS,
+    NUMBER,
+    WHOLE,
+    DesignError as DesignError,
+    Fault,
+    Limit,
+    in_radians,
+    shown_value,
+)
 from .limits import (
     layout_faults,
     member_faults,
@@ -30,7 +39,7 @@ from .limits import (
     outside,
     radian_faults,
 )
-from .model import Design, Errors, Member, Pair, Tool
+from .model import Design, Errors, Member, Pair, Tool, from_degrees
 
 BUILTIN = "ni-2017"
 MOST_BYTES = 1_000_000
@@ -127,25 +136,18 @@ def _checked(model: type[K], table: str, values: Mapping[str, object], faults: l
     return None
 
 
-def _in_radians(keys: _Keys, only_set: bool = False) -> dict[str, Any]:
-    """The keys of a table as the inputs name them: degrees become rad and lose their suffix."""
-    return {
-        key.removesuffix("_deg"): math.radians(value) if key.endswith("_deg") else value
-        for key, value in keys.model_dump(exclude_unset=only_set).items()
-    }
-
-
 def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Fault]) -> Member | None:
     """A member with what it takes over from [tool], whose own faults are reported elsewhere."""
-    own, tool = tables[name], tables.get("tool", {})
-    inherited = {key: tool[key] for key in _ToolKeys.model_fields if key in tool and key not in own}
+    own, shared = tables[name], tables.get("tool", {})
+    inherited = {key: shared[key] for key in _ToolKeys.model_fields if key in shared and key not in own}
     found: list[Fault] = []
     keys = _checked(_MemberKeys, name, inherited | own, found)
     if keys is None:
         faults += [fault for fault in found if fault.key in own or fault.key not in _ToolKeys.model_fields]
         return None
-    values = _in_radians(keys)
-    member = Member(Tool(**{field.name: values.pop(field.name) for field in fields(Tool)}), **values)
+    values, names = keys.model_dump(), {field.name for field in fields(Tool)}
+    tool = {key: values.pop(key) for key in tuple(values) if key.removesuffix("_deg") in names}
+    member = from_degrees(Member, tool=from_degrees(Tool, **tool), **values)
     for fault in member_faults(name, member):
         faults.append(fault._replace(table="tool") if fault.key in inherited else fault)
     return member
@@ -189,9 +191,9 @@ def parse_design(text: str, source: str = "design") -> Design:
     )
     pair = errors = None
     if "pair" in tables and (keys := _checked(_PairKeys, "pair", tables["pair"], faults)):
-        pair = Pair(**_in_radians(keys))
+        pair = from_degrees(Pair, **keys.model_dump())
     if "errors" in tables and (error_keys := _checked(_ErrorKeys, "errors", tables["errors"], faults)):
-        errors = Errors(**_in_radians(error_keys))
+        errors = from_degrees(Errors, **error_keys.model_dump())
     if pinion and gear:
         faults += mesh_faults(pinion, gear)
     if pair and errors:
@@ -297,8 +299,8 @@ def override(
     for table, model in (("errors", _ErrorKeys), ("pinion", _ParabolaKeys), ("gear", _ParabolaKeys)):
         own = {key: value for (home, key, _), value in given.items() if home == table and value is not None}
         keys = _checked(model, table, own, faults)
-        changes[table] = _in_radians(keys, only_set=True) if keys else {}
-    changed = design.with_errors(replace(design.errors, **changes["errors"]))
+        changes[table] = keys.model_dump(exclude_unset=True) if keys else {}
+    changed = design.with_errors(replace(design.errors, **in_radians("Errors", changes["errors"])))
     changed = changed.with_parabola(changes["pinion"].get("parabola"), changes["gear"].get("parabola"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)

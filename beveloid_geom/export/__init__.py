@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 
 class Format(NamedTuple):
-    """The `writer` of a format as 'module:function' of this room, which is imported where it is needed; the
-    programs that it is `for` mainly; whether it holds `fields` of numbers."""
+    """The `writer` of a format as 'module:function' of this room, which is imported where it is needed; its
+    `purpose`, the programs that read it; whether it holds `fields` of numbers."""
 
     writer: str
     purpose: str

@@ -71,9 +71,10 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     share = np.concatenate([each + pitch for pitch in range(pitches)])
     axes.plot(share, error, color=theme.BLUE, label="flank on flank")
     axes.plot(share, np.where(edge, error, np.nan), color=theme.RED, label="edge contact")
-    changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
-    at = np.concatenate([changes + pitch for pitch in range(pitches)])
-    axes.plot(at, np.interp(at, share, error), "o", color=theme.INK, ms=5.5, label="hand-over")
+    changes = cycle.changes[cycle.hand_over]
+    there = np.tile(ARCSEC * (cycle.at(changes).transmission_error - float(cycle.mean)), pitches)
+    at = np.concatenate([(changes - float(cycle.start)) / cycle.pitch + pitch for pitch in range(pitches)])
+    axes.plot(at, there, "o", color=theme.INK, ms=5.5, label="hand-over")
     swing = ARCSEC * float(cycle.peak_to_peak)
     if swing < SMALLEST:
         axes.set_ylim(-1.0, 1.0)
