@@ -8,12 +8,12 @@ Which tooth pair touches first, with its flank or with an edge, over one mesh cy
 import matplotlib.pyplot as plt
 import numpy as np
 
-from beveloid_geom import builtin_design, first_contact, mesh_cycle
+from beveloid_geom import builtin_design, mesh_cycle
 
 design = builtin_design().with_parabola(pinion=0.001, gear=-0.001)
 cycle = mesh_cycle(design, "right")
 roll = float(cycle.start) + np.linspace(0.0, 1.0, 241) * cycle.pitch
-first = first_contact(design, "right", roll)
+first = cycle.at(roll)  # as first_contact(design, "right", roll) finds it, from the pieces of the cycle
 error = np.degrees(first.transmission_error) * 3600.0
 edge = first.limit[:, 0] >= 0
 

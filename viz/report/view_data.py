@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from beveloid_geom import ContactPath, Design, Member, MeshCycle, Status, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame, frames_at
+from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank import flank_point, tip_radius
 from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
 from beveloid_geom.operation.pieces import DEGREE
@@ -33,12 +34,6 @@ view stands closest, ten modules on a thousand pixels."""
 PATH_POINTS = 65
 CYCLE_STEPS = 120
 """Lines of which a cycle consists where the gear is not posed by first contacts."""
-REASONS = {
-    Status.NO_COMMON_NORMAL: "share no normal",
-    Status.NOT_CONVERGED: "have a path of contact that could not be followed",
-    Status.OFF_FLANK: "have no path of contact within their limits",
-    Status.ENDLESS: "have a path of contact that closes on itself",
-}
 
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
@@ -140,8 +135,8 @@ def _flank(design: Design, flank: str) -> dict[str, Any]:
             "gear": packed(flank_point(design.gear, flank, path.l2, path.u2)[solved]),
         }
     else:
-        reason = REASONS.get(Status(int(path.ends.status)), "have no path of contact")
-        data["note"] = f"The {flank} flanks {reason}."
+        reason = reason_of(path) or f"the {flank} flanks have no path of contact"
+        data["note"] = f"{reason[0].upper()}{reason[1:]}."
     return data
 
 
