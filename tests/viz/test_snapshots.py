@@ -24,6 +24,7 @@ from PIL import Image as Pillow
 
 from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.shapes.mesh_contact import Convergence
 from beveloid_geom.studies.comparison import Settings
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.figures.methods import speed_accuracy as fig_speed
@@ -81,7 +82,19 @@ def data_of(name: str) -> Any:
             for rows in (enumerate(case.rows) for case in data)
         ]
         return tuple(replace(case, rows=tuple(some)) for case, some in zip(data, rows, strict=True))
+    if name == "mesh-convergence":
+        return replace(data, found={key: tuple(map(_without_rounding, row)) for key, row in data.found.items()})
     return data
+
+
+def _without_rounding(result: Convergence) -> Convergence:
+    """The same errors, those that are but rounding told by their place."""
+    rounding = 10.0 ** -(12.0 + np.arange(result.tolerance.size) % 3)
+    return replace(
+        result,
+        point_error=np.where(result.point_error < 1e-10, rounding, result.point_error),
+        separation_error=np.where(result.separation_error < 1e-10, 0.01 * rounding, result.separation_error),
+    )
 
 
 @cache
