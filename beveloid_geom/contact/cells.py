@@ -10,7 +10,7 @@ do not, and n^2 as well as all that stands before n or behind s is smooth in l1 
 keeps its sign holds no contact; nor does one in which no n lets both members touch near their faces, or F
 stays off zero for all n that do. Bounds in a cell are those of its four corners, and SLACK of the second
 differences about them: a smooth function strays from its corners by an eighth of these, the root n by
-half at most.
+half at most. Where n_x^2 vanishes within a cell n F is no longer smooth there, and its sign is not asked.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) ->
     lowest = least[LEVEL] + closing[0] + first / np.where(first < 0.0, low, high)
     highest = most[LEVEL] + closing[1] + last / np.where(last > 0.0, low, high)
     gap = 1 + int(other)
-    vanishes = least[0] <= 0.0  # n F then has a root's slope in the cell: its corners bound nothing
+    vanishes = least[0] <= 0.0
     left = (most[0] > 0.0) & (low <= high) & (vanishes | ((least[gap] <= 0.0) & (most[gap] >= 0.0)))
     return left & ~(lowest > 0.0) & ~(highest < 0.0), low > 0.0
 
