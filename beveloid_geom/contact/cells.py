@@ -10,7 +10,7 @@ do not, and n^2 as well as all that stands before n or behind s is smooth in l1 
 keeps its sign holds no contact; nor does one in which no n lets both members touch near their faces, or F
 stays off zero for all n that do. Bounds in a cell are those of its four corners, and SLACK of the second
 differences about them: a smooth function strays from its corners by an eighth of these, the root n by
-half at most.
+half at most. Where n_x^2 vanishes within a cell n F is no longer smooth there, and its sign is not asked.
 """
 
 from __future__ import annotations
@@ -26,11 +26,10 @@ from ..pair.mounting import across_action
 from .equation import Pairing, terms_of
 
 NODES = 9
-"""Grid lines of each member."""
-SHARES, (FIRST, SECOND) = np.linspace(0.0, 1.0, NODES), np.divmod(np.arange(NODES**2), NODES)
+"""Grid lines of each member, unless more are asked for."""
 RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
 """Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
-CASES_PER_BLOCK = 32
+CASES_PER_BLOCK = 64
 """So many stay in the cache."""
 FACES = 1.5
 """Half face widths within which contacts count as near."""
@@ -39,23 +38,37 @@ BEYOND = 0.05
 """How far, in flank depths, the window of l1 and l2 reaches beyond root and tip."""
 
 Mask = NDArray[np.bool_]
+AXES = {"low": 1, "high": 1, "lines": 1}
+"""Axes of cases in a `Box` that are not the first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
     """What is left of a window in l1 and l2, by case.
 
-    `low`, `high` (2, cases, 1), mm, bound the cells left for either sign of n_x. (cases): whether `none` is,
-    and whether they hold contacts of `one` curve: of the pairing's own sign of n_x, which does not vanish
-    there, and no more than one for each l1. And of the whole window: whether some normal is `missing`, and
-    whether there is a `curve` of contacts, near the faces or not."""
+    `low`, `high` (2, cases, 1), mm, bound the cells left for either sign of n_x. (cases): whether `none` is;
+    whether they are of the pairing's own sign of n_x `alone`, and n_x does not vanish in these (`clear`);
+    whether they hold contacts of `one` curve: both, and no more than one for each l1. Of the whole window:
+    whether some normal is `missing`, and whether there is a `curve` of contacts, near the faces or not.
+
+    For the own sign: which cells (cases, nodes - 1, nodes - 1) are `left`, and `gap` (cases, nodes, nodes),
+    n F on `lines` (2, cases, nodes), mm."""
 
     low: FloatArray
     high: FloatArray
     none: Mask
+    alone: Mask
+    clear: Mask
     one: Mask
     missing: Mask
     curve: Mask
+    left: Mask
+    gap: FloatArray
+    lines: FloatArray
+
+    def cases(self, index: NDArray[np.int_]) -> Box:
+        """What is left of the cases `index`."""
+        return Box(**{name: x.take(index, AXES.get(name, 0)) for name, x in vars(self).items()})
 
 
 def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
@@ -68,29 +81,35 @@ def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
     )
 
 
-def box_of(pairing: Pairing, low: FloatArray, high: FloatArray) -> Box:
-    """What signs on the grid leave of the window from `low` to `high` (2, cases, 1), mm."""
-    starts = range(0, max(1, low.shape[1]), CASES_PER_BLOCK)
-    parts = [slice(start, start + CASES_PER_BLOCK) for start in starts]
-    found = [_box(pairing.cases(part), low[:, part], high[:, part]) for part in parts]
+def box_of(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool = True, nodes: int = NODES) -> Box:
+    """What signs on the grid leave of the window from `low` to `high` (2, cases, 1), mm, for `both` signs of
+    n_x or the pairing's own, by so many `nodes` along l1 and l2."""
+    size = max(1, CASES_PER_BLOCK * NODES**2 // nodes**2)
+    parts = [slice(start, start + size) for start in range(0, max(1, low.shape[1]), size)]
+    found = [_box(pairing.cases(part), low[:, part], high[:, part], both, nodes) for part in parts]
     columns = {name: [getattr(box, name) for box in found] for name in vars(found[0])}
-    return Box(**{name: np.concatenate(x, axis=max(0, x[0].ndim - 2)) for name, x in columns.items()})
+    return Box(**{name: np.concatenate(x, axis=AXES.get(name, 0)) for name, x in columns.items()})
 
 
-def _box(pairing: Pairing, low: FloatArray, high: FloatArray) -> Box:
-    l = low + SHARES * (high - low)
+def _box(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool, nodes: int) -> Box:
+    l = low + np.linspace(0.0, 1.0, nodes) * (high - low)
     values = _values(pairing, l)
     least, most = _bounds(values)
     own, clear = _left(pairing, False, least, most)
-    other, _ = _left(pairing, True, least, most)
-    alone = ~other.any(axis=(1, 2)) & (clear | ~own).all(axis=(1, 2))
+    other = _left(pairing, True, least, most)[0] if both else np.zeros_like(own)
+    alone, clear = np.asarray(~other.any(axis=(1, 2))), np.asarray((clear | ~own).all(axis=(1, 2)))
     real, either = values[0] > 0.0, np.asarray(own | other)
     return Box(
         *_around(l, either),
         none=np.asarray(~either.any(axis=(1, 2))),
-        one=alone & _single(own, values[1]),
+        alone=alone,
+        clear=clear,
+        one=alone & clear & _single(own, values[1]),
         missing=(values[0] < 0.0).any(axis=(1, 2)),
         curve=_changes(values[1], real) | _changes(values[2], real),
+        left=own,
+        gap=values[1],
+        lines=l,
     )
 
 
@@ -115,16 +134,18 @@ def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) ->
     lowest = least[LEVEL] + closing[0] + first / np.where(first < 0.0, low, high)
     highest = most[LEVEL] + closing[1] + last / np.where(last > 0.0, low, high)
     gap = 1 + int(other)
-    left = (most[0] > 0.0) & (low <= high) & (least[gap] <= 0.0) & (most[gap] >= 0.0)
+    vanishes = least[0] <= 0.0
+    left = (most[0] > 0.0) & (low <= high) & (vanishes | ((least[gap] <= 0.0) & (most[gap] >= 0.0)))
     return left & ~(lowest > 0.0) & ~(highest < 0.0), low > 0.0
 
 
 def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
     """n_x^2, n F for the pairing's sign of n_x and the other, R and D of both members, P, and A_1 + A_2, what
-    changes with the sign for the own one: (9, cases, NODES, NODES) at grid lines l (2, cases, NODES), mm."""
-    terms = terms_of(pairing, l)
+    changes with the sign for the own one: (9, cases, nodes, nodes) at grid lines l (2, cases, nodes), mm."""
+    terms, nodes = terms_of(pairing, l), l.shape[-1]
+    first, second = np.divmod(np.arange(nodes**2), nodes)
     v, square, moment, level, slope = (
-        np.array((x[0][:, FIRST], x[1][:, SECOND]))
+        np.array((x[0][:, first], x[1][:, second]))
         for x in (terms.own[2], terms.square, terms.moment, terms.level, terms.slope)
     )
     normal = common_normal(pairing.layout, v)
@@ -137,11 +158,11 @@ def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
     rise = pairing.branch * (square + v * slope) * reach
     depth = pairing.position - v * level
     values = np.array((normal.x_squared, even + odd, even - odd, *rise, *depth, pole, level_sum))
-    return values.reshape(9, len(n), NODES, NODES)
+    return values.reshape(9, len(n), nodes, nodes)
 
 
 def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest values in cells (..., NODES - 1, NODES - 1) of functions (..., NODES, NODES)."""
+    """Least and greatest values in cells (..., nodes - 1, nodes - 1) of functions (..., nodes, nodes)."""
     near, far = values[..., 1:, :], values[..., :-1, :]
     least, most = np.minimum(near, far), np.maximum(near, far)
     slack = _bend(values)
@@ -159,14 +180,14 @@ def _bend(values: FloatArray) -> FloatArray:
     bend -= 2.0 * values[..., 1:-1]
     np.abs(bend, out=bend)
     bend = np.maximum(bend[..., 1:, :], bend[..., :-1, :])
-    wide = np.empty((*bend.shape[:-1], NODES - 1))
+    wide = np.empty((*bend.shape[:-1], values.shape[-1] - 1))
     wide[..., 0], wide[..., -1] = bend[..., 0], bend[..., -1]
     np.maximum(bend[..., 1:], bend[..., :-1], out=wide[..., 1:-1])
     return wide
 
 
 def _changes(gap: FloatArray, real: Mask) -> Mask:
-    """Whether n F (cases, NODES, NODES) changes its sign between nodes of which one is `real`."""
+    """Whether n F (cases, nodes, nodes) changes its sign between nodes of which one is `real`."""
     below = np.signbit(gap)
     along = (below[:, 1:] != below[:, :-1]) & (real[:, 1:] | real[:, :-1])
     across = (below[:, :, 1:] != below[:, :, :-1]) & (real[:, :, 1:] | real[:, :, :-1])
@@ -174,11 +195,11 @@ def _changes(gap: FloatArray, real: Mask) -> Mask:
 
 
 def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
-    """Bounds (2, cases, 1), mm, of the cells `left` (cases, NODES - 1, NODES - 1)."""
+    """Bounds (2, cases, 1), mm, of the cells `left` (cases, nodes - 1, nodes - 1)."""
     bounds = []
     for member in range(2):
         line = np.asarray(left.any(axis=2 - member))
-        ends = line.argmax(axis=-1), NODES - 1 - line[:, ::-1].argmax(axis=-1)
+        ends = line.argmax(axis=-1), line.shape[-1] - line[:, ::-1].argmax(axis=-1)
         bounds.append([np.take_along_axis(l[member], end[:, None], axis=-1) for end in ends])
     (low, high), (other_low, other_high) = bounds
     return np.array((low, other_low)), np.array((high, other_high))

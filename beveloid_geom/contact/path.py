@@ -124,7 +124,7 @@ def path_of_contact(
     points : int
         Positions from the exact point where the path enters both flanks to that where it leaves them, both
         included, evenly spaced in pinion roll (where the roll turns back along the path, evenly in l1, or
-        along the curve if it is followed by its length).
+        where that does not resolve it along its chord, or the curve).
     l1 : array_like, shape (positions) or batch shape and positions, optional
         In place of `points`: the contacts at these pinion flank parameters, mm, unclipped; those outside
         the limits have the status OFF_FLANK.

@@ -3,8 +3,8 @@
 `track_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
 pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
 rounding the track is resolved: its values anywhere in the window are solutions to rounding.
-Where they do not at any of three degrees, n_x vanishes in the window or an l1 has several contacts, and
-the path is followed by its length (`path_search`).
+Where they do not, n_x is small in the window or an l1 has several contacts, and the path is sought in cells
+and along its length (`path_search`).
 
 Arrays have one axis of cases in place of the batch shape. The rows of a track are those of
 `ROWS`, then the eight limit margins in the order of `Limit`.
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Limit, Status
-from ..support.chebyshev import HIGHEST, NOISE, Basis, basis_of, resolved, resolved_degree
+from ..support.chebyshev import NOISE, Basis, basis_of, resolved, resolved_degree
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
     Meeting,
@@ -53,15 +53,16 @@ ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
 """Rows of quantities, and with the margins."""
 
-COARSE, MEDIUM, FINE = basis_of(16), basis_of(40), basis_of(HIGHEST)
-NARROW = basis_of(28)
-"""For most paths that COARSE does not resolve, once l1 is bounded to where they run near the faces."""
+COARSE = basis_of(16)
 LARGEST = 400
 """Highest degree of a track."""
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
 SPARE = 0.3
-"""Share of the gear flank's depth by which l2 is sought beyond it, or beyond what holds the path."""
+"""Share of the gear flank's depth by which l2 is sought beyond it."""
+LOOSENED = 16.0
+"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
+sharply against rounding, or a member has next to no base circle."""
 LOOSEST = 1.6e-11
 """Rounding, as a share of a flank's depth, up to which a track may be loosened: 2e-10 mm on Table 1."""
 STEEP, NEAR, PASSES = 0.05, 1e-4, 5
@@ -184,20 +185,22 @@ def fitted(
     return coefficients, resolved(coefficients, scale)
 
 
-def track_over_l1(
-    pairing: Pairing, basis: Basis = COARSE, window: tuple[FloatArray, FloatArray] | None = None
-) -> Track:
-    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path.
+def between(known: FloatArray, new: FloatArray) -> FloatArray:
+    """Values (..., nodes) at the nodes of a degree, out of those at half the degree and those between."""
+    if known.shape[-1] == 0:
+        return new
+    values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))
+    values[..., ::2], values[..., 1::2] = known, new
+    return values
 
-    `window`: bounds (2, cases, 1) in l1 and l2, mm, that hold the path, in place of those of the flanks."""
-    low, high = (pairing.lowest, pairing.highest) if window is None else window
-    middle, half = (
-        0.5 * (low[0] + high[0]),
-        (0.5 + (WINDOW_MARGIN if window is None else 0.0)) * (high[0] - low[0]),
-    )
-    spare = SPARE * (pairing.highest[1] - pairing.lowest[1])
-    rows, found = exact_rows(pairing, middle + half * basis.nodes, (low[1] - spare, high[1] + spare))
-    coefficients, good = fitted(pairing, rows, basis)
+
+def track_over_l1(pairing: Pairing) -> Track:
+    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
+    (low, least), (high, most) = pairing.lowest, pairing.highest
+    middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
+    within = least - SPARE * (most - least), most + SPARE * (most - least)
+    rows, found = exact_rows(pairing, middle + half * COARSE.nodes, within)
+    coefficients, good = fitted(pairing, rows, COARSE)
     status = found.max(axis=-1)
     status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED
     return Track(coefficients, middle, half, status)

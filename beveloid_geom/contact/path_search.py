@@ -1,7 +1,7 @@
 """Tracks of paths that no single flank parameter describes, followed by their length.
 
-`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, over the l1 of a few cells
-(`cells`) where that is enough. For the rest, paths that cross n_x = 0, on which l1 turns back, or beside
+`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
+hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are walked
 (`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
 covers most roll is the path.
@@ -25,17 +25,16 @@ from ..arrays import FloatArray
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Status
-from ..support.chebyshev import Basis, basis_of
-from .cells import box_of, window_of
+from ..support.chebyshev import basis_of
+from .cells import Box, box_of, window_of
+from .chains import chains_of, missed, tracks_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .curve_tracing import LONGEST, Walked, Window, curves_of
 from .ends import Ends, find_ends
 from .equation import Pairing, axial_and_radius, limit_margins
 from .path_polynomial import (
-    FINE,
     LARGEST,
-    MEDIUM,
-    NARROW,
+    LOOSENED,
     NORMAL,
     STEEP,
     WIDTH,
@@ -46,21 +45,20 @@ from .path_polynomial import (
     track_over_l1,
 )
 
-CASES_PER_BLOCK = 256
-"""Size at which the arrays of a block stay in the cache."""
+CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
+"""Sizes at which the arrays of a block stay in the cache; of cases sought through cells fewer and fewer are
+left from step to step."""
 GUIDE = 12
 """Highest degree of a guide."""
 TURN_ROOM = 0.1
 """rad of turn that take as much room along a guide as the longest step."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
-LOOSENED = 16.0
-"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
-sharply against rounding, or a member has next to no base circle."""
 PASSES = 8
 OUTSIDE = 0.5
 """Half face widths beyond toe and heel to which a part reaches."""
-ROUNDS = (NARROW, NARROW, MEDIUM, FINE)
-"""Degrees over l1 that are tried in the cells left, round by round."""
+FEW, ROUNDS = 5, (9, 9, 17, 33)
+"""Grid lines of each member: where a track over l1 is at hand, and else round by round over the cells left
+before."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
 ONE_PLACE = 1e-9
@@ -102,17 +100,36 @@ class _Part:
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """The path of every case on its flanks; of several the one that covers most roll.
 
-    Tracks over l1 are made a block of cases at a time; the cases that these do not describe are followed
-    together, since a step of a walk costs little more for many than for one: near the faces, and all over the
-    window where that leaves a doubt."""
+    Tracks over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
+    the faces; the cases that these do not describe are followed together, since a step of a walk costs little
+    more for many than for one: near the faces, and all over the window where that leaves a doubt."""
     count = pairing.branch.shape[0]
-    groups, left, (low, high) = [], [], np.empty((2, 2, count, 1))
+    groups: list[Group] = []
+    told: list[Group] = []
+    open_ones = []
     for block in _blocks(np.arange(count)):
-        found, rest, bounds = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        whole, lost = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        if not lost.any():
+            groups.append(whole.of(block))
+            continue
+        for some, lot in ((~lost, groups), (lost & _told(whole), told)):
+            if some.any():
+                lot.append(whole.part(np.flatnonzero(some)).of(block))
+        open_ones.append(block[lost])
+    if not open_ones:
+        return groups
+    known = np.zeros(count, dtype=bool)
+    known[np.concatenate([np.empty(0, dtype=int), *(group.cases for group in told)])] = True
+    low, high = np.empty((2, 2, count, 1))
+    left, again = [], []
+    for block in _blocks(np.concatenate(open_ones), OPEN_PER_BLOCK):
+        found, rest, bounds = _near_faces(pairing.cases(block), known[block])
         groups += [group.of(block) for group in found]
+        known[block[np.concatenate([rest, *(group.cases for group in found)])]] = False
         left.append(block[rest])
         low[:, left[-1]], high[:, left[-1]] = bounds
-    again = []
+    parts = [group.part(np.flatnonzero(known[group.cases])) for group in told]
+    groups += [part for part in parts if part.cases.size]
     for block in _blocks(np.concatenate(left)):
         found = _followed(pairing.cases(block), (low[:, block], high[:, block]))
         kept = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in found]
@@ -123,72 +140,101 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
-    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+    return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
-def _over_l1(pairing: Pairing) -> tuple[list[Group], NDArray[np.int_], Window]:
-    """Paths by tracks over l1, and the cases that these do not describe, with bounds as `_near_faces`.
+def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
+    """Paths by tracks over l1, and which cases these do not describe.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
-    zero, or nothing is found on the flanks, both are looked at."""
+    zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
+    curve is near the faces."""
     track = track_over_l1(pairing)
     whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
     n_x = track.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
-    if not lost.any():
-        return [whole], np.empty(0, dtype=int), (np.empty((2, 0, 1)), np.empty((2, 0, 1)))
-    kept = [whole.part(np.flatnonzero(~lost))] if not lost.all() else []
-    found, rest, bounds = _near_faces(whole.part(np.flatnonzero(lost)))
-    return kept + found, rest, bounds
+    told = np.flatnonzero(lost & _told(whole))
+    if told.size:
+        part = pairing.cases(told)
+        box = box_of(part, *window_of(part), nodes=FEW)
+        lost[told] = ~(box.none | box.one) | _vanishing(part)
+    return whole, lost
 
 
-def _near_faces(whole: Group) -> tuple[list[Group], NDArray[np.int_], Window]:
-    """Paths where cells of l1 and l2 leave but one curve near the faces, of the pairing's sign of n_x, or
-    none (`cells`): by the given track over all l1, or one over the l1 of these cells, which shrink from round
-    to round. And the other cases, with bounds in l1 and l2, mm, of all contacts near their faces."""
-    pairing, known = whole.pairing, _told(whole)
-    groups, nothing = [], pairing.undefined
-    status = np.where(nothing, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
-    done, left = nothing.copy(), np.flatnonzero(~nothing & ~_vanishing(pairing))
-    low, high = (bound.copy() for bound in window_of(pairing))
-    window = low[:, left], high[:, left]
-    for turn, basis in enumerate(ROUNDS):
-        box = box_of(pairing.cases(left), *window)
-        if turn == 0:
-            status[left[box.missing & ~box.curve]] = Status.NO_COMMON_NORMAL
-        kept = known[left] & (box.none | box.one)
-        groups.append(whole.part(left[kept]))
-        nothing[left[box.none & ~kept]] = True
-        done[left[box.none | kept]] = True
-        tried = np.flatnonzero(box.one & ~done[left])
-        names = left[tried]
-        found = _narrow(pairing.cases(names), basis, (box.low[:, tried], box.high[:, tried]))
-        done[names[found.cases]] = True
-        groups.append(found.of(whole.cases[names]))
-        again = np.flatnonzero(~done[left])
-        left, window = left[again], (box.low[:, again], box.high[:, again])
-        if left.size == 0:
+def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
+    """Paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none: they
+    shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near their
+    faces. The cases that are `known` by a track over all l1, and of which the cells say no more, are in
+    neither."""
+    undefined = pairing.undefined
+    status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
+    kept, void = np.zeros(len(known), dtype=bool), _vanishing(pairing)
+    owner, fits = np.flatnonzero(~undefined & ~void), []
+    sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
+    done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
+    for turn, nodes in enumerate(ROUNDS):
+        at = np.flatnonzero(~done)
+        if at.size == 0:
             break
-    none = np.flatnonzero(nothing)
-    groups.append(_without_path(pairing, none, status[none]).of(whole.cases))
-    low[:, left], high[:, left] = window
-    bounds = low[:, ~done], high[:, ~done]
-    return [group for group in groups if group.cases.size], whole.cases[~done], bounds
+        part = sheets.cases(at)
+        box = box_of(part, low[:, at], high[:, at], turn == 0, nodes)
+        keep = known[owner[at]] & (box.none | box.one)
+        kept[owner[at[keep]]] = True
+        tried = np.flatnonzero(box.alone & ~box.none & ~keep)
+        low[:, at[tried]], high[:, at[tried]] = box.low[:, tried], box.high[:, tried]
+        found, off = _through_cells(part.cases(tried), box.cases(tried))
+        fits += [group.of(at[tried]) for group in found]
+        empty[np.concatenate((at[box.none], at[tried[off]]))] = True
+        done |= empty
+        done[np.concatenate([at[keep], *(group.cases for group in fits)])] = True
+        if turn == 0:
+            status[owner[box.missing & ~box.curve]] = Status.NO_COMMON_NORMAL
+            twice = np.flatnonzero(~box.alone)  # from here on either sign by itself
+            known = known & ~np.isin(np.arange(len(known)), owner[twice])
+            other = sheets.cases(twice)
+            sheets = sheets.cases(np.append(np.arange(owner.size), twice))
+            sheets.branch[owner.size :] = -other.branch
+            owner, done, empty = (np.append(x, x[twice]) for x in (owner, done, empty))
+            low, high = (np.concatenate((x, x[:, twice]), axis=1) for x in (low, high))
+    left = np.append(np.unique(owner[~done]), np.flatnonzero(void & ~undefined))
+    bounds, sought = np.array(window_of(pairing)), ~empty & np.isin(owner, left)
+    bounds[:, :, owner[sought]] = np.array((np.inf, -np.inf)).reshape(2, 1, 1, 1)
+    for member in range(2):
+        np.minimum.at(bounds[0, member], owner[sought], low[member, sought])
+        np.maximum.at(bounds[1, member], owner[sought], high[member, sought])
+    fits = [group.part(np.flatnonzero(~np.isin(owner[group.cases], left))) for group in fits]
+    groups = _best_of(owner, fits, np.zeros(len(known), dtype=bool))
+    kept[np.concatenate([left, *(group.cases for group in groups)])] = True
+    rest = np.flatnonzero(~kept)
+    if rest.size:
+        groups.append(_without_path(pairing, rest, status[rest]))
+    return groups, left, (bounds[0][:, left], bounds[1][:, left])
+
+
+def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
+    """Paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is enough; and
+    the cases in which it clearly misses the flanks."""
+    chains = chains_of(pairing, box)
+    off = missed(chains) & (chains.count > 0)
+    groups, left = [], (chains.count > 0) & ~off
+    for over_l1, asked in ((True, box.one), (False, True)):
+        names = np.flatnonzero(left & asked)
+        if names.size == 0:
+            continue
+        for found, track in tracks_of(pairing.cases(names), chains.cases(names), over_l1):
+            part = pairing.cases(names[found])
+            whole = Group(names[found], part, track, find_ends(part, track))
+            groups.append(whole.part(np.flatnonzero(_told(whole))))
+            left[groups[-1].cases] = False
+    return groups, np.flatnonzero(off)
 
 
 def _told(group: Group) -> NDArray[np.bool_]:
     """Of which cases a track says whether and where they lie on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
     return np.asarray(said & (group.track.status == Status.SOLVED))
-
-
-def _narrow(pairing: Pairing, basis: Basis, window: tuple[FloatArray, FloatArray]) -> Group:
-    """The cases whose path a degree over the l1 of a window resolves."""
-    track = track_over_l1(pairing, basis, window)
-    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
-    return whole.part(np.flatnonzero(_told(whole)))
 
 
 def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
@@ -215,7 +261,8 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
     parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
     status[[curve.case for curve in lost]] = Status.NOT_CONVERGED
-    groups = _best_of(pairing, parts, status == Status.NOT_CONVERGED) if parts else []
+    whose = np.array([part.case for part in parts], dtype=int)
+    groups = _best_of(whose, _parts_fitted(pairing, parts) if parts else [], status == Status.NOT_CONVERGED)
     done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
     rest = np.setdiff1d(np.arange(len(status)), done)
     return [*groups, _without_path(pairing, rest, status[rest])] if rest.size else groups
@@ -229,24 +276,36 @@ def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
     return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
-def _best_of(pairing: Pairing, parts: list[_Part], incomplete: NDArray[np.bool_]) -> list[Group]:
-    """One path for each case that has parts: that which covers most roll. Where a curve of the case was lost
-    (`incomplete`) and no part lies on the flanks, it is not said that none does."""
-    case = np.array([part.case for part in parts])
-    pairing = pairing.cases(case)
+def _parts_fitted(pairing: Pairing, parts: list[_Part]) -> list[Group]:
+    """Tracks and ends of parts of walked curves, by their numbers."""
+    pairing = pairing.cases(np.array([part.case for part in parts]))
     fits = []
     for found, track in _fitted(pairing, parts):
         part = pairing.cases(found)
         fits.append(Group(found, part, track, find_ends(part, track)))
-    span, pieces = np.full(len(parts), -1.0), np.zeros(len(parts), dtype=int)
-    doubtful, corners = np.zeros(len(parts), dtype=bool), np.full((len(parts), 4), np.nan)
+    return fits
+
+
+def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
+    """One path for each case of which parts are fitted: the part that covers most roll. `case` (parts) says
+    whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it is not
+    said that none does."""
+    fits = [fit for fit in fits if fit.cases.size]
+    if not fits:
+        return []
+    names, places = np.unique(np.concatenate([fit.cases for fit in fits]), return_inverse=True)
+    case, cuts = case[names], np.cumsum([fit.cases.size for fit in fits])[:-1]
+    fits = [replace(fit, cases=place) for fit, place in zip(fits, np.split(places, cuts), strict=True)]
+    span, pieces = np.full(case.size, -1.0), np.zeros(case.size, dtype=int)
+    doubtful, corners, scale = np.zeros(case.size, dtype=bool), np.full((case.size, 4), np.nan), span.copy()
     for fit in fits:
         state = fit.ends.status
         span[fit.cases] = np.where(state == Status.SOLVED, fit.ends.span, -1.0)
         pieces[fit.cases] = fit.ends.pieces
         doubtful[fit.cases] = (state != Status.SOLVED) & (state != Status.OFF_FLANK)
         corners[fit.cases] = np.concatenate(tuple(fit.ends.l), axis=-1)
-    again = _repeated(case, corners, pairing.scale[:, 0])
+        scale[fit.cases] = fit.pairing.scale[:, 0]
+    again = _repeated(case, corners, scale)
     span[again], pieces[again] = -1.0, 0
     total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
     unsure |= (np.bincount(case, span > 0.0) == 0) & incomplete[: len(unsure)]
@@ -257,12 +316,13 @@ def _best_of(pairing: Pairing, parts: list[_Part], incomplete: NDArray[np.bool_]
         chosen = np.flatnonzero(np.isin(fit.cases, best))
         if chosen.size == 0:
             continue
-        owner = case[fit.cases[chosen]]
-        part, track = fit.pairing.cases(chosen), fit.track.cases(chosen)
-        track.status[unsure[owner]] = Status.NOT_CONVERGED
-        ends = find_ends(part, track)
-        ends = replace(ends, pieces=np.where(ends.status == Status.SOLVED, total[owner], 0))
-        groups.append(Group(owner, part, track, ends))
+        fit = fit.part(chosen)
+        owner = case[fit.cases]
+        if unsure[owner].any():
+            fit.track.status[unsure[owner]] = Status.NOT_CONVERGED
+            fit = replace(fit, ends=find_ends(fit.pairing, fit.track))
+        counted = np.where(fit.ends.status == Status.SOLVED, total[owner], 0)
+        groups.append(replace(fit, cases=owner, ends=replace(fit.ends, pieces=counted)))
     return groups
 
 
@@ -282,7 +342,7 @@ def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.i
     for loosened, basis in product((1.0, LOOSENED), BASES):
         some, lines = pairing.cases(pending), [parts[k].points for k in pending]
         z, good = _on_guides(some, units[pending], guides[pending], lines, basis.nodes)
-        y = np.moveaxis(z * units[pending], -1, 0)
+        y = np.ascontiguousarray(np.moveaxis(z * units[pending], -1, 0))
         rows = rows_of(some, y[:2], meet_on_curve(some, y)[1])
         coefficients, resolved = fitted(some, rows, basis, loosened)
         resolved &= good

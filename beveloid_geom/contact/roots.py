@@ -34,7 +34,7 @@ NEAR = 1.2 * SHARES - 0.1
 FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
 """Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
 active flank, and over three flank depths where nothing was found there."""
-EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 8
+EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 5
 """Samples added beside an extremum of F near zero; passes of Newton, most of which only halve; those
 that do for positions of a smooth track."""
 SHORT = 3

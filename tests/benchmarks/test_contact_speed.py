@@ -21,7 +21,7 @@ from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import solve_math
 from tests.benchmarks.timing import best
-from tests.contact.test_cells import MOUNTINGS
+from tests.contact.test_cells import MOUNTINGS, OFF_THE_FLANKS
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
@@ -71,18 +71,23 @@ def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) ->
 
 
 def test_off_the_flank_costs_what_others_cost() -> None:
-    """Mountings of Table 1 against those near line contact or with strong parabolas:
-    where paths leave the flanks, n_x comes under 0.05, or l1 does not resolve them over the whole flank."""
+    """Mountings of Table 1 against those near line contact, with strong parabolas, and of five pairs without
+    backlash: where paths leave the flanks, n_x comes under 0.05, or l1 does not resolve them over the whole
+    flank. Ratios are those of runs one beside the other, since the machine may have other work."""
     ordinary = mounted(table1(), drawn_errors(USUAL, 0, 0, 1024))
-    base, rows = np.inf, {}
+    ratio = {}
     for name, design in MOUNTINGS.items():
-        rows[name] = best(partial(path_of_contact, design, "right", 17)) / design.batch_shape[0]
-        base = min(base, best(partial(path_of_contact, ordinary, "right", 17)) / 1024)
-    print(f"\nTable 1 {1e6 * base:.0f} us a mounting")
-    for name, seconds in rows.items():
-        print(f"  {name:40s} {1e6 * seconds:10.2f} us a case, ratio {seconds / base:.1f}")
-    assert rows["line contact"] < 8.0 * base
-    assert rows["line contact, ten times the errors"] < 8.0 * base
+        ratios = []
+        for _ in range(5):
+            base = best(partial(path_of_contact, ordinary, "right", 17), 2) / 1024
+            ratios.append(
+                best(partial(path_of_contact, design, "right", 17), 1) / design.batch_shape[0] / base
+            )
+        ratio[name] = min(ratios)
+        print(f"  {name:40s} {1e6 * base * ratio[name]:10.2f} us a case, ratio {ratio[name]:.1f}")
+    assert ratio["line contact"] < 3.0
+    assert ratio["line contact, ten times the errors"] < 8.0
+    assert all(ratio[name] < 3.0 for name in OFF_THE_FLANKS)
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])

@@ -6,6 +6,7 @@ own roll, or l1 where the roll is about to turn back.
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from math import radians
 
@@ -23,7 +24,7 @@ from beveloid_geom.contact.curve_equations import (
     units_of,
 )
 from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
-from beveloid_geom.contact.equation import Pairing, meet, pairing_of
+from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_of
 from beveloid_geom.contact.path import path_blocks, path_ends
 from beveloid_geom.contact.path_polynomial import HEIGHT, Track
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
@@ -185,6 +186,31 @@ def test_blocks_are_the_path(design: Design, block: int) -> None:
     assert blocks[-1].ends.contact_ratio == whole.ends.contact_ratio
 
 
+def test_memory_of_blocks_is_that_of_one() -> None:
+    """However long the path is: ten times as many positions take no more, where one call takes five times."""
+
+    def peak(points: int, block: int) -> int:
+        tracemalloc.start()
+        greatest = max(
+            part.pinion_r.max() for part in path_blocks(design, points=points, positions_per_block=block)
+        )
+        assert greatest == pytest.approx(path_of_contact(design, "right", 3).pinion_r.max(), rel=1e-13)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    design = table1((0.001, -0.001))
+    peak(1_000, 1_000)  # the first call also pays for what is kept
+    assert peak(20_000, 1_000) < 1.2 * peak(2_000, 1_000)
+    assert peak(20_000, 20_000) > 5.0 * peak(2_000, 2_000)
+
+
+def test_positions_stand_where_they_were_asked_for() -> None:
+    l1 = np.linspace(-5.0, 5.0, 37)
+    for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
+        assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
+
+
 def test_blocks_of_no_path_and_of_bad_input() -> None:
     (empty,) = path_blocks(table1(errors=Errors(offset=100.0)), points=1000)
     assert empty.l1.size == 0
@@ -237,12 +263,28 @@ def test_derivatives_and_tangents() -> None:
     np.testing.assert_allclose(np.einsum("...i,...i", back - start, tangent), 0.0, atol=1e-13)
 
 
+@pytest.mark.parametrize("design", [table1((0.001, -0.001)), *CROSSING.values()])
+def test_derivatives_are_those_of_a_complex_step(design: Design) -> None:
+    pairing, rng = pairing_of(design, "right"), np.random.default_rng(0)
+    units = units_of(pairing)
+    depth = pairing.highest - pairing.lowest
+    l = pairing.lowest + depth * rng.uniform(0.0, 1.0, (2, 1, 20))
+    y = np.array((*l, rng.uniform(-0.2, 0.2, (1, 20)), rng.uniform(-10.0, 10.0, (1, 20))))
+    z = np.moveaxis(y, 0, -1) / units
+    _, jacobian = linearised(pairing, z, units)
+    for k in range(4):
+        moved = np.moveaxis((z + COMPLEX_STEP * 1j * np.eye(4)[k]) * units, -1, 0)
+        exact = np.moveaxis(meet_on_curve(pairing, moved)[0].imag, 0, -1) / COMPLEX_STEP
+        np.testing.assert_allclose(jacobian[..., k], exact, rtol=1e-12, atol=1e-15)
+
+
 def test_a_singular_system_leaves_the_others_alone() -> None:
     systems = np.random.default_rng(6).normal(size=(5, 4, 4))
     right = np.arange(20.0).reshape(5, 4)
-    alone = _solved(systems.copy(), right.copy())
+    alone = _solved([*systems.transpose(1, 0, 2)], [*right.T])
+    np.testing.assert_allclose(alone, np.linalg.solve(systems, right[..., None])[..., 0], rtol=1e-12)
     systems[2, 3] = 0.0
-    found = _solved(systems, right)
+    found = _solved([*systems.transpose(1, 0, 2)], [*right.T])
     assert np.isnan(found[2]).all()
     assert np.delete(found, 2, axis=0).tolist() == np.delete(alone, 2, axis=0).tolist()
 

@@ -83,7 +83,9 @@ def data_of(name: str) -> Any:
         ]
         return tuple(replace(case, rows=tuple(some)) for case, some in zip(data, rows, strict=True))
     if name == "mesh-convergence":
-        return replace(data, found={key: tuple(map(_without_rounding, row)) for key, row in data.found.items()})
+        return replace(
+            data, found={key: tuple(map(_without_rounding, row)) for key, row in data.found.items()}
+        )
     return data
 
 
