@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
+import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,9 +23,15 @@ from .options import command, option, prepare_folder, require_drawing, size_opti
 if TYPE_CHECKING:
     from beveloid_geom import Design
 
-    from .parts.recipe import Table
-
 DEFAULT_OUT = Path("outputs/figures")
+MOST_UNASKED = 4
+"""Processes that are started unasked: each takes about 0.4 GB."""
+
+
+def usable_cores() -> int:
+    """Count the cores that this process may use, up to MOST_UNASKED."""
+    affinity = getattr(os, "sched_getaffinity", None)  # not on all systems
+    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
 
 
 def chosen_figures(names: Sequence[str]) -> list[Figure]:
@@ -34,26 +43,65 @@ def chosen_figures(names: Sequence[str]) -> list[Figure]:
     return [figure for figure in FIGURES if not names or figure.name in names]
 
 
-def write_table(table: Table, path: Path) -> None:
-    """Write the numbers behind a figure; the file appears whole or not at all."""
-    header, rows = table
-    with whole_file(path) as beside, open(beside, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+@dataclass(frozen=True)
+class Made:
+    """A figure as it is written: its files `png` and `csv`, the triangles on it, and the seconds it took."""
+
+    png: bytes
+    csv: str
+    triangles: int
+    seconds: float
 
 
-def make_figure(figure: Figure, design: Design, size: tuple[int, int], folder: Path) -> int:
-    """Compute, draw and write one figure; the number of its triangles."""
+def make_figure(figure: Figure, design: Design, size: tuple[int, int]) -> Made:
+    """Compute and draw one figure of `size` pixels."""
     from .stage import theme
 
+    start = time.perf_counter()
     recipe = figure.recipe()
     data = recipe.compute(design)
     with theme.style():
         drawing = recipe.draw(data, size)
-        theme.save_page(drawing.page, folder / f"{figure.name}.png")
-    write_table(recipe.rows(data), folder / f"{figure.name}.csv")
-    return drawing.triangles
+        png = theme.png_of(drawing.page)
+    header, rows = recipe.rows(data)
+    table = io.StringIO()
+    csv.writer(table, lineterminator="\n").writerows((header, *rows))
+    return Made(png, table.getvalue(), drawing.triangles, time.perf_counter() - start)
+
+
+def made(
+    figures: Sequence[Figure], design: Design, size: tuple[int, int], jobs: int
+) -> Iterator[tuple[Figure, Made]]:
+    """Give each figure as soon as it is made, by `jobs` processes. Those that measure time come last, made
+    here while nothing else runs. Raises Refusal where a process is lost."""
+    timed = [figure for figure in figures if figure.timed]
+    others = [figure for figure in figures if not figure.timed]
+    if min(jobs, len(others)) > 1:
+        from concurrent.futures import as_completed
+        from concurrent.futures.process import BrokenProcessPool
+
+        from beveloid_geom.support.workers import workers
+
+        with workers(min(jobs, len(others))) as pool:
+            # The last of the list take longest: first, so that none is waited for alone.
+            tasks = {pool.submit(make_figure, figure, design, size): figure for figure in reversed(others)}
+            try:
+                for task in as_completed(tasks):
+                    yield tasks[task], task.result()
+            except BrokenProcessPool:
+                raise Refusal(
+                    ["a process ended before its time, memory may be short: try --jobs 1"]
+                ) from None
+        others = []
+    for figure in (*others, *timed):
+        yield figure, make_figure(figure, design, size)
+
+
+def write_figure(figure: Figure, found: Made, folder: Path) -> None:
+    """Write picture and numbers into the folder; each file appears whole or not at all."""
+    for suffix, content in ((".png", found.png), (".csv", found.csv.encode())):
+        with whole_file(folder / f"{figure.name}{suffix}") as beside:
+            beside.write_bytes(content)
 
 
 def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -75,7 +123,14 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 @option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for PNG and CSV files.", metavar="DIR")
 @size_option("1600x1200")
 @option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
-def main(names: tuple[str, ...], out: Path, size: tuple[int, int], design: str) -> None:
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, 64),
+    default=usable_cores,
+    show_default=f"the number of cores, up to {MOST_UNASKED}",
+    help="Processes that draw.",
+)
+def main(names: tuple[str, ...], out: Path, size: tuple[int, int], design: str, jobs: int) -> None:
     """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
     pattern, separation, transmission error, and meshes."""
     figures = chosen_figures(names)
@@ -85,16 +140,19 @@ def main(names: tuple[str, ...], out: Path, size: tuple[int, int], design: str) 
 
     require_drawing()
     prepare_folder(out)
-    lines: list[str] = []
     begin = time.perf_counter()
-    bar = tqdm(figures, desc="figures", unit="figure", file=sys.stderr)
-    for figure in bar:
-        bar.set_postfix_str(figure.name)
-        start = time.perf_counter()
-        with writing(f"{figure.name} to {out}"):
-            triangles = make_figure(figure, loaded, size, out)
-        seconds = time.perf_counter() - start
-        lines.append(f"{figure.name}  {triangles:>9,} triangles  {seconds:5.2f} s  {figure.title}")
+    done: dict[str, Made] = {}
+    with tqdm(total=len(figures), desc="figures", unit="figure", file=sys.stderr) as bar:
+        for figure, found in made(figures, loaded, size, jobs):
+            with writing(f"{figure.name} to {out}"):
+                write_figure(figure, found, out)
+            done[figure.name] = found
+            bar.set_postfix_str(figure.name, refresh=False)
+            bar.update()
+    lines = [
+        f"{figure.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {figure.title}"
+        for figure, found in ((figure, done[figure.name]) for figure in figures)
+    ]
     drawn = "1 figure (PNG) and its" if len(lines) == 1 else f"{len(lines)} figures (PNG) and their"
     seconds = time.perf_counter() - begin
     lines.append(f"{drawn} numbers (CSV) are in {out.resolve()}, drawn in {seconds:.1f} s")

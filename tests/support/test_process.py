@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import beveloid_geom
-from beveloid_geom.cli.commands.tolerance import workers
+from beveloid_geom.support.workers import workers
 
 BIN = Path(sys.executable).parent
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no signals between processes here")

@@ -41,6 +41,36 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
     assert float(straight["contact_ratio"]) == pytest.approx(1.651001, abs=1e-6)
 
 
+def test_processes_write_what_one_writes(tmp_path: Path) -> None:
+    arguments = ["--only", "fig-02", "--only", "fig-11", "--size", "320x240", "--out"]
+    for jobs in ("1", "2"):
+        done = run(*arguments, str(tmp_path / jobs), "--jobs", jobs)
+        assert done.returncode == 0, done.stderr
+        names = [line.split()[0] for line in done.stdout.splitlines()]
+        assert names[:2] == ["fig-02", "fig-11"]
+    for name in ("fig-02.csv", "fig-02.png", "fig-11.csv", "fig-11.png"):
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
+
+
+def test_a_process_that_is_killed_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("beveloid_viz.cli.make_figure", abort)
+    done = CliRunner().invoke(
+        main, ["--only", "fig-02", "--only", "fig-11", "--jobs", "2", "--out", str(tmp_path)]
+    )
+    assert done.exit_code == 2
+    assert "--jobs 1" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def abort(*_: object) -> None:
+    """Stands for a process that the system kills."""
+    os.abort()
+
+
+def test_figures_of_time_are_made_last_and_alone() -> None:
+    assert [figure.name for figure in FIGURES if figure.timed] == ["speed-accuracy"]
+
+
 def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
     done = run("--list")
     assert done.returncode == 0
@@ -105,7 +135,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", full)
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
     done = CliRunner().invoke(main, ["--only", "fig-11", "--out", str(tmp_path), "--size", "400x300"])
     assert done.exit_code == 2
     assert "No space left on device" in done.stderr

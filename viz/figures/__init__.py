@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figure:
-    """Name, as in `render-figures --only fig-07`, title, and module of a figure."""
+    """Name, as in `render-figures --only fig-07`, title, and module of a figure; whether it shows how long
+    something took (`timed`), so that nothing else should run."""
 
     name: str
     title: str
     module: str
+    timed: bool = False
 
     def recipe(self) -> Recipe[Any]:
         """Say how it is computed and drawn."""
@@ -61,7 +63,10 @@ FIGURES = (
         "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"
     ),
     Figure(
-        "speed-accuracy", "Speed against accuracy of every way to find the contact", "methods.speed_accuracy"
+        "speed-accuracy",
+        "Speed against accuracy of every way to find the contact",
+        "methods.speed_accuracy",
+        timed=True,
     ),
     Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
     Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),

@@ -6,11 +6,11 @@ size, so that a small page has the layout of a large one.
 
 from __future__ import annotations
 
+import io
 import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import matplotlib as mpl
@@ -18,8 +18,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-
-from beveloid_geom.support.whole_file import whole_file
 
 from .scene import Picture, Size as Size
 
@@ -220,7 +218,8 @@ def round_length(length: float) -> float:
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
 
 
-def save_page(page: Page, path: Path) -> None:
-    """Write the page as PNG; the file appears whole or not at all."""
-    with whole_file(path) as beside:
-        page.savefig(beside, format="png", dpi=page.dpi, metadata={"Software": None})
+def png_of(page: Page) -> bytes:
+    """Give the page as a PNG file."""
+    file = io.BytesIO()
+    page.savefig(file, format="png", dpi=page.dpi, metadata={"Software": None})
+    return file.getvalue()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, Any, Literal
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Literal
 
 import click
 
-from ...support.process import undoing
+from ...support.workers import workers
 from ..options import (
     NumberRange,
     flank_option,
@@ -21,8 +20,6 @@ from ..options import (
 from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     from ...design.model import Design
     from ...report.result import Result
 
@@ -79,31 +76,3 @@ def tolerance(
             design, given, flank, cases, seed=seed, executor=executor, progress=bar.update
         )
     return ToleranceReport(name, design, study)
-
-
-@contextmanager
-def workers(number: int) -> Iterator[Executor]:
-    """Start fresh processes, as on all systems. Signals are the parent's business from their first moment."""
-    import multiprocessing
-    import signal
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import resource_tracker, util
-
-    untyped: Any = util
-
-    def ended() -> str:
-        for child in multiprocessing.active_children():
-            child.kill()
-        untyped._run_finalizers(0)  # or the tracker of resources complains of semaphores that are left
-        return ""
-
-    context, unheard = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
-    with undoing(ended), ProcessPoolExecutor(number, context, signal.signal, unheard) as pool:
-        if hasattr(signal, "pthread_sigmask"):  # what is blocked here stays so in the processes started
-            resource_tracker.ensure_running()  # it would end the blocking
-            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        for _ in range(number):  # each starts a process, as none is idle so soon
-            pool.submit(int)
-        if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        yield pool
