@@ -18,7 +18,6 @@ from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..stage.scene import Surface
 
-NAMES = ("pinion", "gear")
 SHAFT = "#9aa1a8"
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
@@ -53,7 +52,7 @@ def pose(design: Design, flank: str = "right") -> PosedPair:
     try:
         pair = meshing_pair(design, flank)
     except ValueError:
-        return _placed(design, mounting_of(design), _nominal_rolls(design, flank), np.full(3, np.nan))
+        return placed(design, mounting_of(design), _nominal_rolls(design, flank))
     return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
 
 
@@ -66,14 +65,15 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
     """Pose the pair under other assembly errors at the same rolls; its flanks need not touch."""
-    return _placed(pair.design.with_errors(errors), pair.mounting, pair.roll, np.full(3, np.nan))
+    return placed(pair.design.with_errors(errors), pair.mounting, pair.roll)
 
 
-def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: FloatArray) -> PosedPair:
+def placed(design: Design, mounting: Mounting, roll: FloatArray) -> PosedPair:
+    """Place the pair as mounted, its errors included, at `roll` (2,), rad, wherever its flanks are."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
     layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
-    return PosedPair(design, mounting, roll, position, contact, (first, second))
+    return PosedPair(design, mounting, roll, position, np.full(3, np.nan), (first, second))
 
 
 def rings(member: Member, count: int = 49) -> FloatArray:
@@ -92,16 +92,6 @@ def shaft_radius(member: Member) -> float:
     """Give the radius (mm) of the shaft drawn for a member."""
     half = 0.5 * float(member.face_width)
     return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
-
-
-def teeth_of(
-    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
-) -> tuple[Mesh | None, str]:
-    """Make the gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
-    try:
-        return gear_mesh(member, tolerance, teeth, bore_radius), ""
-    except ValueError as error:
-        return None, str(error)
 
 
 def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
@@ -136,11 +126,6 @@ def gear_items(
     ends = mesh.is_of("toe", "heel")
     parts = ((mesh.where(~ends), colours[0]), (mesh.where(ends), colours[1]))
     return [surface(part, frame, colour) for part, colour in parts], ""
-
-
-def with_lines(drawn: Surface) -> Surface:
-    """Make the same surface with the edges of its faces."""
-    return replace(drawn, mesh_lines=True)
 
 
 def lathe(
@@ -180,7 +165,10 @@ def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> 
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
     """Give points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
-    turn = 2.0 * np.pi * tooth / float(member.teeth)
-    cos, sin = np.cos(turn), np.sin(turn)
-    about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(points @ about.T)
+    return np.asarray(points @ turn_about_axis(2.0 * np.pi * tooth / float(member.teeth)).T)
+
+
+def turn_about_axis(angle: float) -> FloatArray:
+    """Give the rotation (3, 3) about the own axis by an angle, rad."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

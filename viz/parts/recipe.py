@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from beveloid_geom import Design
 
 from ..stage.scene import Picture, Size
@@ -14,6 +17,14 @@ from ..stage.theme import Page
 Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 """Header with units, and rows."""
 Data = TypeVar("Data")
+
+
+def stacked(cases: Iterable[tuple[Sequence[object], Iterable[ArrayLike]]]) -> Iterator[list[object]]:
+    """Give the rows of cases, one under another: in each the values of the case, then one of each of its
+    columns (n,)."""
+    for case, columns in cases:
+        for values in zip(*(np.asarray(column).tolist() for column in columns), strict=True):
+            yield [*case, *values]
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:

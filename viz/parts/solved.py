@@ -12,6 +12,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.status import Limit
 
+FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
 COLUMNS = (
     "status",

@@ -103,6 +103,10 @@ class Camera:
         right = right / np.linalg.norm(right)
         return np.stack((right, np.cross(back, right), back))
 
+    def mm_per_px(self, size_px: Size) -> float:
+        """Give mm in the plane of a picture of this size for each of its pixels."""
+        return float(2.0 * self.half_height / size_px[1])
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:

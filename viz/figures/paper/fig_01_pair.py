@@ -12,12 +12,12 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import transverse_section
 
-from ...parts import annotate, posed
+from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Scene, Size, fit_camera, render
+from ...stage.scene import MESH_PX, Camera, Item, Size, fit_camera
 from ...stage.theme import Box, Page
 
 FACES = ("#c9d3dc", "#e4d7bd")
@@ -79,7 +79,7 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
         bore = posed.shaft_radius(member)
         gear, reason = posed.gear_items(member, frame, tolerance, (theme.METALS[number], FACES[number]), bore)
         if reason:
-            remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
+            remarks.append(f"The {solved.MEMBERS[number]} is drawn without teeth: {reason}.")
         items += [*gear, *posed.shaft(frame, bore, lengths[number, 0], lengths[number, 1], posed.SHAFT)]
     return items, remarks
 
@@ -87,27 +87,28 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
 def draw(data: PairFigure, size: Size) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
     pair = data.pair
-    page = theme.new_page(
+    page, _, high = theme.new_page(
         size,
         "Fig. 1   The crossed beveloid gear pair in mesh",
         "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
         " shaft angle $\\delta$",
+        "",
     )
-    box = theme.place(page, 0.14, 0.06, 0.83, theme.top(page) - 0.06)
+    box = theme.place(page, 0.14, 0.06, 0.83, high - 0.06)
     camera = camera_of(pair, box.size)
-    items, remarks = items_of(pair, MESH_PX * 2.0 * camera.half_height / box.height)
+    items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
         "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
         if data.touching
         else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
-    picture = render(Scene(items, camera), box.size)
-    _annotate(Overlay(theme.show(page, box, picture), picture), pair)
+    over = Overlay.drawn(page, box, items, camera)
+    _annotate(over, pair)
     if data.touching and len(data.sections) == 2:
-        shown = picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        shown = over.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
         _draw_section(page, _free_corner(page, shown), data)
-    return Drawing(page, {"pair": picture})
+    return Drawing(page, {"pair": over.picture})
 
 
 def _annotate(over: Overlay, pair: PosedPair) -> None:
@@ -119,7 +120,9 @@ def _annotate(over: Overlay, pair: PosedPair) -> None:
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
-    _shaft_angle(over, pair)
+    degrees = np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
+    words, reach = f"$\\delta$ = {degrees:.4g}\u00b0", 0.65 * abs(float(ends[1, 0]))
+    over.angle(pair.foot[1], *pair.axis, reach, words, (1.2, 0.75), (-6.0, 2.0))
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
@@ -133,21 +136,8 @@ def _kind(pair: PosedPair, member: int) -> str:
     one = pair.design.members[member]
     angle, cone = float(np.degrees(one.helix_angle)), float(np.degrees(one.cone_angle))
     hand = "right hand" if angle > 0.0 else "left hand" if angle < 0.0 else "straight"
-    text = f"{int(one.teeth)} teeth, {hand}\nhelix {angle:g}\u00b0, cone {cone:g}\u00b0".replace(
-        "-", "\u2212"
-    )
-    return f"{posed.NAMES[member]}\n{text}"
-
-
-def _shaft_angle(over: Overlay, pair: PosedPair) -> None:
-    """Draw the gear axis against a parallel to the pinion axis through its foot."""
-    reach = 0.65 * abs(float(_ends(pair)[1, 0]))
-    foot, (first, second) = pair.foot[1], pair.axis
-    over.line(foot, foot + 1.2 * reach * first, color=theme.RED, linestyle="--")
-    over.arrow_along(annotate.arc(foot, first, second, reach), theme.RED)
-    degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
-    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
-    over.label(foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style)
+    angles = f"helix {angle:g}\u00b0, cone {cone:g}\u00b0".replace("-", "\u2212")
+    return f"{solved.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
 def _free_corner(page: Page, shown: FloatArray) -> Box:
@@ -185,13 +175,11 @@ def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
     axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
     annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
-    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.SMALL}
-    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), **style)
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), color=theme.RED, fontsize=theme.SMALL)
     length = theme.round_length(0.6 * half)
     axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
-    annotate.text(
-        axes, (0.9 * half - 0.5 * length, -0.9 * high), f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL
-    )
+    middle = 0.9 * half - 0.5 * length, -0.9 * high
+    annotate.text(axes, middle, f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL)
 
 
 def rows(data: PairFigure) -> Table:
@@ -201,7 +189,7 @@ def rows(data: PairFigure) -> Table:
     return quantities(
         ("offset", "mm", pair.foot[1, 0]),
         ("shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))),
-        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(posed.NAMES) for name, unit, v in named),
+        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(solved.MEMBERS) for name, unit, v in named),
         *vector("contact_{}_f", "mm", pair.contact),
     )
 

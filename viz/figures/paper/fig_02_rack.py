@@ -63,20 +63,17 @@ def compute(design: Design) -> RackFigure:
 def draw(data: RackFigure, size: theme.Size) -> Drawing:
     """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0",
-    )
-    text = (
         "The space of the tool is the tooth it generates: $x_n$ points from that tooth's root to its tip,"
         " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
         " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
-        " its flank becomes concave. The round of the parabolic tool is reduced to what fits."
+        " its flank becomes concave. The round of the parabolic tool is reduced to what fits.",
     )
-    low = theme.caption(page, text)
-    box = theme.place(page, 0.02, low, 0.96, theme.top(page) - low)
+    box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
@@ -148,17 +145,12 @@ def _draw_lines(axes: Axes, data: RackFigure) -> None:
 def _frame(
     axes: Axes, origin: ArrayLike, x: ArrayLike, y: ArrayLike, name: str, colour: str, length: float
 ) -> None:
-    start = np.asarray(origin, dtype=float)
-    for letter, way in (("x", np.asarray(x, dtype=float)), ("y", np.asarray(y, dtype=float))):
-        annotate.arrow(axes, start, start + length * way, colour, 2.2)
-        annotate.text(
-            axes,
-            start + length * way,
-            f"${letter}_{{{name}}}$",
-            (13.0 * way[0], 13.0 * way[1]),
-            color=colour,
-            fontsize=theme.HEADING,
-        )
+    """Draw the axes x and y of a frame, unit vectors (2,), as arrows of a length (mm)."""
+    for letter, way in zip("xy", np.array((x, y), dtype=float), strict=True):
+        tip = np.asarray(origin) + length * way
+        annotate.arrow(axes, origin, tip, colour, 2.2)
+        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
+        annotate.text(axes, tip, f"${letter}_{{{name}}}$", (13.0 * way[0], 13.0 * way[1]), **style)
 
 
 def _draw_frames(axes: Axes, data: RackFigure) -> None:

@@ -67,7 +67,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
     )
     counts = "; ".join(
         f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
-        for name, (mesh, reason) in zip(posed.NAMES, data.meshes, strict=True)
+        for name, (mesh, reason) in zip(solved.MEMBERS, data.meshes, strict=True)
     )
     low = theme.caption(
         page,
@@ -108,7 +108,7 @@ def _label(over: Overlay, data: PosedFigure) -> None:
         seen = over.picture.project(heel)
         place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
         offset = (0.0, -14.0 if number else 14.0)
-        over.label(place, posed.NAMES[number], offset)
+        over.label(place, solved.MEMBERS[number], offset)
 
 
 def _draw_paths(over: Overlay, data: PosedFigure) -> None:
@@ -172,7 +172,7 @@ def rows(data: PosedFigure) -> Table:
             rotation, origin = data.pair.frames[number]
             sizes = [len(mesh.points), len(mesh.faces)] if mesh else [0, 0]
             numbers = [*rotation.ravel().tolist(), *origin.tolist()]
-            yield [posed.NAMES[number], *sizes, float(data.pair.roll[number]), *numbers]
+            yield [solved.MEMBERS[number], *sizes, float(data.pair.roll[number]), *numbers]
 
     return (*header, "origin_x_mm", "origin_y_mm", "origin_z_mm"), body()
 
