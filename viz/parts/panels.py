@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import chain
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -106,6 +106,17 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | 
 def flank_views(design: Design, flank: str, stretch: float) -> list[FlankView | None]:
     """Give the views of pinion and gear."""
     return [flank_view(member, flank, stretch) for member in design.members]
+
+
+def shared_scale(
+    page: Page, views: Sequence[Sequence[FlankView | None]], width: float, height: float
+) -> float:
+    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
+    width and height, shares of the page, and draw the scale."""
+    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
+    px_per_mm = float(min(room.size / greatest_span(chain(*views))))
+    scale_bars(page, px_per_mm, next((view.stretch for view in chain(*views) if view), STRETCH))
+    return px_per_mm
 
 
 def surface(grid: FlankGrid, view: FlankView, colour: str) -> Surface:
@@ -210,15 +221,14 @@ def show_items(
     picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show(page, box, picture)
     root, middle, tip = view.frame
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "color": theme.GREY, "annotation_clip": False}
     for text, place, offset, ha, va, rotation in (
         ("root", root[1] + limits * (root[2] - root[1]), (-10, 0), "right", "center", 90),
         ("tip", tip[1] + limits * (tip[2] - tip[1]), (10, 0), "left", "center", 90),
         ("heel", middle[2], (0, 5), "center", "bottom", 0),
         ("toe", middle[0], (0, -5), "center", "top", 0),
     ):
-        style |= {"xytext": offset, "ha": ha, "va": va, "rotation": rotation}
-        axes.annotate(text, tuple(picture.project(place)), textcoords="offset points", **style)
+        style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
+        theme.beside(axes, picture.project(place), text, offset, **style)
     return Panel(axes, picture, view)
 
 
@@ -280,10 +290,10 @@ def how_drawn(flank: str, stretch: float) -> str:
         "left": "from outside",
         "right and left": "through the tooth, from its metal side (right) or from outside (left)",
     }[flank]
-    stretched = f"{stretch:g} times as large across as along" if stretch != 1.0 else "in true proportions"
     return (
-        f"Flanks are seen square on {side}, so that root is left, tip right and heel on top"
-        f" without mirroring, and drawn {stretched}. A path enters at the ball and leaves at the arrow head. "
+        f"Flanks are seen square on {side}, so that root is left, tip right and heel on top without"
+        f" mirroring, and drawn {stretch:g} times as large across as along. A path enters at the ball and"
+        " leaves at the arrow head. "
     )
 
 
@@ -297,11 +307,11 @@ def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
     axes = theme.overlay(page, box)
     x, y = 0.0, 0.68 * box.height
     axes.plot([x, x, x + across], [y - along, y, y], color=theme.INK, linewidth=2.5, clip_on=False)
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "annotation_clip": False, "textcoords": "offset points"}
-    ways = ("", "") if stretch == 1.0 else (" along", " across")
-    texts = [f"{length:g} mm{way}" for way in ways]
-    axes.annotate(texts[0], (x, y - 0.5 * along), xytext=(-6, 0), ha="right", va="center", **style)
-    axes.annotate(texts[1], (x + 0.5 * across, y), xytext=(0, -5), ha="center", va="top", **style)
+    for at, way, offset, ha, va in (
+        ((x, y - 0.5 * along), "along", (-6, 0), "right", "center"),
+        ((x + 0.5 * across, y), "across", (0, -5), "center", "top"),
+    ):
+        theme.beside(axes, at, f"{length:g} mm {way}", offset, ha=ha, va=va, fontsize=theme.SMALL)
 
 
 def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:

@@ -4,27 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice, repeat
 from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from beveloid_geom import Design
 
 from ..stage.scene import Picture, Size
 from ..stage.theme import Page
 
+Rows: TypeAlias = Iterator[Sequence[object]]
 Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 """Header with units, and rows."""
 Data = TypeVar("Data")
 
 
-def stacked(cases: Iterable[tuple[Sequence[object], Iterable[ArrayLike]]]) -> Iterator[list[object]]:
-    """Give the rows of cases, one under another: in each the values of the case, then one of each of its
-    columns (n,)."""
-    for case, columns in cases:
-        for values in zip(*(np.asarray(column).tolist() for column in columns), strict=True):
-            yield [*case, *values]
+def stacked(cases: Iterable[Sequence[object]]) -> Rows:
+    """Give the rows of cases, one under another: each column of a case, a list or array (n,), goes down its
+    rows, and each single value stands in all of them; single values alone are one row."""
+    for case in cases:
+        columns = [cell for cell in case if isinstance(cell, list | np.ndarray)]
+        count = {len(column) for column in columns} or {1}
+        assert len(count) == 1, count
+        down = [np.asarray(c).tolist() if isinstance(c, list | np.ndarray) else repeat(c) for c in case]
+        yield from islice(zip(*down, strict=False), *count)
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:

@@ -15,7 +15,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...parts import annotate, cutter
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
 
 EXAGGERATED = 0.09
@@ -197,7 +197,7 @@ def _draw_parameters(axes: Axes, data: RackFigure) -> None:
 def rows(data: RackFigure) -> Table:
     """List the points of both right profiles."""
     named = zip(("straight", "parabolic"), data.tools, data.profiles, strict=True)
-    lines = [(name, float(tool.parabola), *xy) for name, tool, points in named for xy in points.tolist()]
+    lines = stacked((name, float(tool.parabola), *points.T) for name, tool, points in named)
     return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines
 
 

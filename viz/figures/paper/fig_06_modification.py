@@ -13,9 +13,10 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.gear.undercut import regular_start
 
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.annotate import Overlay
+from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
-from ...stage.scene import Item, Picture, Scene, Size, Tube, fit_camera, grid_surface, render
+from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
 from ...stage.theme import Page
 
 FLANK = "right"
@@ -101,14 +102,14 @@ def _section(member: Member, involute: Member) -> Section:
 
 def draw(data: ModificationFigure, size: Size) -> Drawing:
     """Draw three flanks in one scene; the section and its deviations beside it."""
-    page = theme.new_page(
+    cut_short = [NAMES[COEFFICIENTS.index(a)] for a, short in data.undercut.items() if short]
+    page, low, high = theme.new_page(
         size,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
+        NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short),
+        above=0.3,
     )
-    cut_short = [NAMES[COEFFICIENTS.index(a)] for a, short in data.undercut.items() if short]
-    low = theme.caption(page, NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short))
-    high = theme.top(page) - theme.inches(page, 0.3)
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
         return Drawing(page, {})
@@ -128,15 +129,14 @@ def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> P
     parts = patch.normal[4, 4], depth, length
     stand = sum(share * part / np.linalg.norm(part) for share, part in zip(VIEW, parts, strict=True))
     camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
-    px_per_mm = box.height / (2.0 * camera.half_height)
-    points_per_mm = px_per_mm * 72.0 / page.dpi
-    items, labels = _terraces(data, 0.25 / px_per_mm, 1.3 / points_per_mm)
-    picture = render(Scene(items, camera), box.size)
-    axes = theme.show(page, box, picture)
-    _label_overlay(axes, picture, patch.point, labels)
-    bar = theme.round_length(120.0 / points_per_mm)
-    theme.scale_bar(axes, 0.05 * box.width, 0.9 * box.height, px_per_mm, bar)
-    return picture
+    mm_per_px = camera.mm_per_px(box.size)
+    mm_per_point = mm_per_px * page.dpi / 72.0
+    items, labels = _terraces(data, 0.25 * mm_per_px, 1.3 * mm_per_point)
+    over = Overlay.drawn(page, box, items, camera)
+    _label_overlay(over, patch.point, labels)
+    bar = theme.round_length(120.0 * mm_per_point)
+    theme.scale_bar(over.axes, 0.05 * box.width, 0.9 * box.height, over.picture.px_per_mm, bar)
+    return over.picture
 
 
 def _stations(member: Member, tolerance: float) -> tuple[int, int]:
@@ -147,10 +147,9 @@ def _stations(member: Member, tolerance: float) -> tuple[int, int]:
     def sagitta(points: FloatArray) -> float:
         return float(np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=-1).max()) / 8.0
 
-    across, along = sagitta(patch.point), sagitta(patch.point.swapaxes(0, 1))
-    return int(np.ceil(8.0 * np.sqrt(across / tolerance))) + 1, int(
-        np.ceil(3.0 * np.sqrt(along / tolerance))
-    ) + 1
+    bent = np.array([sagitta(patch.point), sagitta(patch.point.swapaxes(0, 1))])
+    across, along = np.ceil(np.array([8.0, 3.0]) * np.sqrt(bent / tolerance)).astype(int)
+    return int(across) + 1, int(along) + 1
 
 
 def _terraces(
@@ -200,38 +199,25 @@ def coefficient_name(a: float) -> str:
     return f"$a$ = {value} mm$^{{\u22121}}$: {NAMES[COEFFICIENTS.index(a)]}"
 
 
-def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dict[float, FloatArray]) -> None:
-    style: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
+def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatArray]) -> None:
+    axes, picture = over.axes, over.picture
     places = {a: picture.project(point) for a, point in labels.items()}
     steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
     crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
     for rank, (a, place) in enumerate(places.items()):
         colour = LINES[COEFFICIENTS.index(a)]
-        axes.annotate(
-            coefficient_name(a),
-            tuple(place),
-            xytext=(-24, 28 + 21 * rank if crowded else 40),
-            color=colour,
-            fontsize=theme.HEADING,
-            ha="left",
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)},
-            **style,
-        )
+        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
+        lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
+        offset = -24, 28 + 21 * rank if crowded else 40
+        theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
     for text, point, offset in (
         ("toe", points[4, 0], (-26, 0)),
         ("heel", points[4, -1], (30, 0)),
         ("root", points[0, 4], (0, -24)),
         ("tip", points[-1, -1], (26, 8)),
     ):
-        axes.annotate(
-            text,
-            tuple(picture.project(point)),
-            xytext=offset,
-            ha="center",
-            va="center",
-            color=theme.GREY,
-            **style,
-        )
+        style = {"ha": "center", "va": "center", "color": theme.GREY}
+        theme.beside(axes, picture.project(point), text, offset, **style)
 
 
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
@@ -245,10 +231,8 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     axes.set_ylabel("from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
-    for text, x in (("space", 0.08), ("tooth", 0.92)):
-        axes.text(
-            x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha="left" if x < 0.5 else "right"
-        )
+    for text, x, side in (("space", 0.08, "left"), ("tooth", 0.92, "right")):
+        axes.text(x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha=side)
 
 
 def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
@@ -257,9 +241,11 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         colour = LINES[COEFFICIENTS.index(a)]
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
-    for text, x, a in (("convex:\nmetal taken off", 0.04, -0.01), ("concave:\nmetal left on", 0.96, 0.01)):
-        style: dict[str, Any] = {"color": LINES[COEFFICIENTS.index(a)], "ha": "left" if x < 0.5 else "right"}
-        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", **style)
+    for text, x, side, colour in (
+        ("convex:\nmetal taken off", 0.04, "left", LINES[0]),
+        ("concave:\nmetal left on", 0.96, "right", LINES[-1]),
+    ):
+        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute flank", loc="left")
     axes.set_xlabel("out of the tooth (mm)")
     axes.set_ylabel("radius (mm)")
@@ -270,8 +256,8 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
 def rows(data: ModificationFigure) -> Table:
     """List the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
-    columns = {a: (s.l, s.radius, s.deviation, s.across, s.up) for a, s in data.sections.items()}
-    return header, [(a, *line) for a, part in columns.items() for line in np.stack(part, axis=-1).tolist()]
+    cases = data.sections.items()
+    return header, stacked((a, s.l, s.radius, s.deviation, s.across, s.up) for a, s in cases)
 
 
 RECIPES = {"fig-06": Recipe(compute, draw, rows)}

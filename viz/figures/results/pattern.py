@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +21,7 @@ from beveloid_geom.shapes.sampling import grid_faces
 
 from ...parts import panels, solved
 from ...parts.panels import Cell, FlankView, Trace
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture, Size, Surface
@@ -200,9 +199,9 @@ def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float
 
 def draw(data: BandFigure, size: Size) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
-    page = theme.new_page(size, data.title, data.subtitle)
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    low = theme.caption(page, panels.how_drawn(flanks, panels.STRETCH) + data.note)
+    note = panels.how_drawn(flanks, panels.STRETCH) + data.note
+    page, low, _ = theme.new_page(size, data.title, data.subtitle, note)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -261,17 +260,15 @@ def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
 
 def rows(data: BandFigure) -> Table:
     """List the value at every point of every flank."""
-    header = ("case", "flank", "member", "l_mm", "z_mm", f"{data.quantity.split(' (')[0]}_um")
+    quantity = data.quantity.split(" (")[0].replace(" ", "_")
 
-    def body() -> Iterator[Sequence[object]]:
+    def cases() -> Rows:
         for column in data.columns:
             for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
-                values = np.stack([part.ravel() for part in (layer.l, layer.z, layer.values)], axis=-1)
-                case = column.heading.replace("$", "")
-                for point in values.tolist():
-                    yield [case, column.flank, name, *point]
+                values = (part.ravel() for part in (layer.l, layer.z, layer.values))
+                yield column.heading.replace("$", ""), column.flank, name, *values
 
-    return tuple(name.replace(" ", "_") for name in header), body()
+    return ("case", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"), stacked(cases())
 
 
 RECIPES = {
