@@ -79,14 +79,7 @@ def block(
     top = np.stack((outline[:, 0], np.full(len(outline), back)), axis=-1)
     rows = np.stack((outline, top))
     section = frame.origin + rows[..., 1:] * frame.axes[0] + rows[..., :1] * frame.axes[1]
-    faces = []
-    for plane in ends:
-        u = (plane[3] - section @ plane[:3]) / (frame.axes[2] @ plane[:3])
-        faces.append(section + u[..., None] * frame.axes[2])
-    first, last = faces
-    surfaces = [
-        grid_surface(np.stack((first[0], last[0])), None, colour),
-        grid_surface(np.stack((first[1], last[1])), None, colour),
-        *(grid_surface(np.stack((first[:, end], last[:, end])), None, colour) for end in (0, -1)),
-    ]
-    return [*surfaces, *(grid_surface(face, None, colour) for face in faces)]
+    lengths = [(plane[3] - section @ plane[:3]) / (frame.axes[2] @ plane[:3]) for plane in ends]
+    solid = np.stack([section + u[..., None] * frame.axes[2] for u in lengths])  # (ends, heights, n, 3)
+    sides = solid[:, 0], solid[:, 1], solid[:, :, 0], solid[:, :, -1], solid[0], solid[1]
+    return [grid_surface(side, None, colour) for side in sides]

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design, Member, sample_flank
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.shapes.sampling import FlankGrid, grid_faces
+from beveloid_geom.shapes.sampling import grid_faces
 
 from ..stage import theme
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
@@ -119,11 +119,12 @@ def shared_scale(
     return px_per_mm
 
 
-def surface(grid: FlankGrid, view: FlankView, colour: str) -> Surface:
-    """Make the flank as a lit surface in the frame of the picture."""
-    faces = grid_faces(grid.points, grid.normals)[:, :: 1 if view.outside else -1]
-    points, normals = view.place(grid.points), view.turn(grid.normals)
-    return Surface(points.reshape(-1, 3), faces, normals.reshape(-1, 3), colour, edges=True)
+def surface(points: FloatArray, normals: FloatArray, view: FlankView, colour: str) -> Surface:
+    """Make a grid of points and normals (nl, nz, 3) of a flank, own frame, mm, a lit surface in the frame of
+    the picture."""
+    faces = grid_faces(points, normals)[:, :: 1 if view.outside else -1]
+    placed, turned = view.place(points).reshape(-1, 3), view.turn(normals).reshape(-1, 3)
+    return Surface(placed, faces, turned, colour, edges=True)
 
 
 def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]:
@@ -197,7 +198,7 @@ def draw_flank(
     except ValueError:
         theme.say(theme.overlay(page, box), "no flank to draw: is it undercut?", 24)
         return None
-    items: list[Item] = [surface(grid, view, theme.METALS[number])]
+    items: list[Item] = [surface(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)
     return show_items(page, box, view, items, px_per_mm, limits)
 
@@ -264,10 +265,10 @@ def flank_rows(
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, STRETCH)
-    heights = [around + spare + px_per_mm * float(span) / page_height for span in spans[:, 1]]
-    bottoms = high - heights[0], high - heights[0] - heights[1]
-    for row, member in enumerate(MEMBERS):
-        middle = bottoms[row] + 0.5 * (heights[row] + under)
+    heights = around + spare + px_per_mm * spans[:, 1] / page_height
+    bottoms = high - np.cumsum(heights)
+    for member, bottom, height in zip(MEMBERS, bottoms, heights, strict=True):
+        middle = bottom + 0.5 * (height + under)
         page.text(0.012, middle, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
     pictures: dict[str, Picture] = {}
     for column, (heading, _, _) in enumerate(columns):
@@ -275,7 +276,7 @@ def flank_rows(
         at = x + 0.5 * width, high + theme.inches(page, 0.3)
         page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
         for row, member in enumerate(MEMBERS):
-            y, height = bottoms[row] + under, heights[row] - under
+            y, height = float(bottoms[row]) + under, float(heights[row]) - under
             box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
             picture = draw(Cell(row, column, box, views[row][column], px_per_mm, (x + 0.5 * width, y)))
             if picture is not None:

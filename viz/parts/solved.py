@@ -113,7 +113,7 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
     gear = path.gear_z, path.gear_r, path.l2, path.u2
     for member, places in zip(MEMBERS, (pinion, gear), strict=True):
         if not solved.found:
-            yield [*case, member, status_name(path.ends.status), *[""] * 10, *ends]
+            yield [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
             continue
         columns = np.stack((path.pinion_roll, path.transmission_error, *places, *path.point.T), axis=-1)
         for index, (status, values) in enumerate(zip(path.status, columns.tolist(), strict=True)):

@@ -122,7 +122,7 @@ def _annotate(over: Overlay, pair: PosedPair) -> None:
     over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
     degrees = np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
     words, reach = f"$\\delta$ = {degrees:.4g}\u00b0", 0.65 * abs(float(ends[1, 0]))
-    over.angle(pair.foot[1], *pair.axis, reach, words, (1.2, 0.75), (-6.0, 2.0))
+    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
