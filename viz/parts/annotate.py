@@ -15,7 +15,6 @@ from beveloid_geom.arrays import FloatArray
 
 from ..stage import theme
 from ..stage.scene import Camera, Item, Picture, Scene, render
-from ..stage.theme import Box, Page
 
 Offset = tuple[float, float]
 """To the right and up, in points of the page."""
@@ -62,7 +61,7 @@ class Overlay:
     picture: Picture
 
     @classmethod
-    def drawn(cls, page: Page, box: Box, items: Sequence[Item], camera: Camera) -> Overlay:
+    def drawn(cls, page: theme.Page, box: theme.Box, items: Sequence[Item], camera: Camera) -> Overlay:
         """Draw a scene into a box of the page."""
         picture = render(Scene(items, camera), box.size)
         return cls(theme.show(page, box, picture), picture)

@@ -82,8 +82,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     else:
         axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
     axes.set_xlim(0.0, pitches)
-    axes.set_xlabel("pinion roll from the pitch point (pitches)")
-    axes.set_ylabel("error (arcsec)")
+    axes.set(xlabel="pinion roll from the pitch point (pitches)", ylabel="error (arcsec)")
     axes.grid(True)
 
 
@@ -98,8 +97,7 @@ def amplitudes(axes: Axes, report: OperationReport) -> None:
         axes.bar(orders, values, width=0.6, color=theme.BLUE)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, orders.size + 0.6)
-    axes.set_xlabel("multiple of the mesh frequency")
-    axes.set_ylabel("amplitude (arcsec)")
+    axes.set(xlabel="multiple of the mesh frequency", ylabel="amplitude (arcsec)")
     axes.set_axisbelow(True)
     axes.grid(True, axis="y")
 

@@ -60,8 +60,7 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
     look, x, y = LOOKS[name], found.pinion, found.gear
     per = 1e3 if found.over == "parabola" else 1.0
     values = look.scale * getattr(found, name)
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0], y[-1])
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axis.set_major_formatter(lambda value, _: _plain(per * value))

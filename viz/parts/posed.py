@@ -158,9 +158,9 @@ def blank(
     return lathe(profile, frame, colour, opacity)
 
 
-def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
+def shaft(frame: Frame, radius: float, low: float, high: float) -> list[Surface]:
     """Make a round shaft along the own axis from `low` to `high`, mm."""
-    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)
+    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, SHAFT)
 
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:

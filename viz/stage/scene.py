@@ -279,8 +279,9 @@ def _arrow(arrow: Arrow) -> Any:
     length = float(np.linalg.norm(arrow.vector))
     tip = min(7.0 * arrow.radius, 0.6 * length)
     thin, thick = arrow.radius / length, 2.6 * arrow.radius / length
-    shape = {"shaft_radius": thin, "tip_radius": thick, "tip_length": tip / length, "scale": length}
-    return pv.Arrow(arrow.start, arrow.vector, **shape, shaft_resolution=24, tip_resolution=24)
+    place: dict[str, Any] = {"start": arrow.start, "direction": arrow.vector, "scale": length}
+    shape: dict[str, Any] = {"shaft_radius": thin, "tip_radius": thick, "tip_length": tip / length}
+    return pv.Arrow(**place, **shape, shaft_resolution=24, tip_resolution=24)
 
 
 def grid_surface(

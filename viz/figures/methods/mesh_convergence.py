@@ -15,7 +15,6 @@ from ...parts.curves import log_axes
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS
 from ...stage import theme
-from ...stage.scene import Size
 
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
 SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
@@ -62,7 +61,7 @@ def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
-def draw(data: ConvergenceFigure, size: Size) -> Drawing:
+def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
     """A chart for each flank."""
     page, low, high = theme.new_page(
         size,
@@ -98,8 +97,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
     log_axes(axes)
     axes.invert_xaxis()
     axes.set_ylim(0.1 * FLOOR, 1e3)
-    axes.set_xlabel("tolerance of the meshes (mm), finer to the right")
-    axes.set_ylabel("error (mm)")
+    axes.set(xlabel="tolerance of the meshes (mm), finer to the right", ylabel="error (mm)")
 
 
 def finding(data: ConvergenceFigure) -> str:

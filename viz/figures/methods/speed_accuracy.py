@@ -16,8 +16,6 @@ from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decad
 from ...parts.recipe import Drawing, Recipe, Rows, Table
 from ...parts.solved import FLANKS
 from ...stage import theme
-from ...stage.scene import Size
-from ...stage.theme import Page
 
 COLUMNS = 176
 """Characters in a line of the caption."""
@@ -114,7 +112,7 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
+def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
     """A chart for each case; the legend and the cost of a batch beside them."""
     page, low, high = theme.new_page(
         size,
@@ -183,7 +181,7 @@ def _panel(
             labels.put(text.format(rows[index].value), at, shifts, LOOKS[method].colour)
 
 
-def _legend(page: Page, top: float) -> None:
+def _legend(page: theme.Page, top: float) -> None:
     corner, title = (0.7, top + theme.inches(page, 0.4)), "method (what varies along its curve)"
     style: dict[str, Any] = {"fontsize": theme.SMALL, "labelspacing": 0.6, "handlelength": 3.2}
     style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
@@ -192,8 +190,7 @@ def _legend(page: Page, top: float) -> None:
 
 def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
     """Time of a position over the batch, with that of the five equations, which have none, as a level."""
-    axes.set_xlabel("positions in a call (batch)")
-    axes.set_ylabel(COST)
+    axes.set(xlabel="positions in a call (batch)", ylabel=COST)
     log_axes(axes)
     if shown is None:
         axes.set_title("(e)  time over the batch", loc="left", pad=8.0)

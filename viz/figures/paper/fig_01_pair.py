@@ -18,7 +18,6 @@ from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
 from ...stage.scene import MESH_PX, Camera, Item, Size, fit_camera
-from ...stage.theme import Box, Page
 
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
@@ -80,7 +79,7 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
         gear, reason = posed.gear_items(member, frame, tolerance, (theme.METALS[number], FACES[number]), bore)
         if reason:
             remarks.append(f"The {solved.MEMBERS[number]} is drawn without teeth: {reason}.")
-        items += [*gear, *posed.shaft(frame, bore, lengths[number, 0], lengths[number, 1], posed.SHAFT)]
+        items += [*gear, *posed.shaft(frame, bore, *lengths[number].tolist())]
     return items, remarks
 
 
@@ -140,19 +139,19 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{solved.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: Page, shown: FloatArray) -> Box:
+def _free_corner(page: theme.Page, shown: FloatArray) -> theme.Box:
     """Find the box for the section: in the corner of the page that covers least of what is shown, pixels (n,
     2) from the lower left."""
     corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
 
-    def covered(box: Box) -> int:
+    def covered(box: theme.Box) -> int:
         inside = np.abs(shown - (box.left, box.bottom) - 0.5 * np.array(box.size)) < 0.55 * np.array(box.size)
         return int(inside.all(axis=1).sum())
 
     return min(corners, key=covered)
 
 
-def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
+def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
     """Draw both transverse sections, seen along the middle of the two axes."""
     pair = data.pair
     axes = theme.overlay(page, box)
@@ -166,12 +165,9 @@ def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
         axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
     axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
     high = half * box.height / box.width
-    axes.set_xlim(-half, half)
-    axes.set_ylim(-high, high)
     axes.set_axis_on()
-    axes.set(xticks=[], yticks=[])
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=theme.GREY, linewidth=1.0)
+    axes.set(xlim=(-half, half), ylim=(-high, high), xticks=[], yticks=[])
+    axes.spines[:].set(visible=True, color=theme.GREY, linewidth=1.0)
     axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
     annotate.text(axes, (0.75 * half, 0.85 * high), "gear")

@@ -36,7 +36,7 @@ class RackFigure:
 
     tools: tuple[Tool, Tool]
     profiles: tuple[FloatArray, FloatArray]
-    rounds: tuple[ToolRound, ToolRound]
+    tip_round: ToolRound
 
     @property
     def module(self) -> float:
@@ -52,12 +52,10 @@ class RackFigure:
 def compute(design: Design) -> RackFigure:
     """Find profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
     tool = design.pinion.tool
-    tools = [
-        cutter.fitting(replace(tool, parabola=a)) for a in (0.0, EXAGGERATED / float(tool.normal_module))
-    ]
-    rounds = [tool_round(one, "right") for one in tools]
-    profiles = [cutter.half_profile(one, rounding) for one, rounding in zip(tools, rounds, strict=True)]
-    return RackFigure((tools[0], tools[1]), (profiles[0], profiles[1]), (rounds[0], rounds[1]))
+    bent = cutter.fitting(replace(tool, parabola=EXAGGERATED / float(tool.normal_module)))
+    straight = cutter.fitting(replace(tool, parabola=0.0))
+    profiles = cutter.half_profile(straight), cutter.half_profile(bent)
+    return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
 def draw(data: RackFigure, size: theme.Size) -> Drawing:
@@ -78,8 +76,8 @@ def draw(data: RackFigure, size: theme.Size) -> Drawing:
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
     half = max(2.7 * module, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
-    axes.set_xlim(-half, half)
-    axes.set_ylim(*(ends.mean() + np.array([-half, half]) * box.height / box.width))
+    high_half = half * box.height / box.width
+    axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
     _draw_tool(axes, data)
     _draw_lines(axes, data)
     _draw_frames(axes, data)
@@ -115,7 +113,7 @@ def _span(
 
 def _draw_lines(axes: Axes, data: RackFigure) -> None:
     """Draw pitch line, addendum and dedendum lines, space width, tip round."""
-    module, tool, straight = data.module, data.tools[0], data.rounds[0]
+    module, tool, tip = data.module, data.tools[0], data.tip_round
     heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
     edge = 2.45 * module
     for height, style in zip(heights, ((4, 4), (14, 3, 2, 3), (4, 4)), strict=True):
@@ -132,39 +130,32 @@ def _draw_lines(axes: Axes, data: RackFigure) -> None:
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
     words = f"$s_0$ = $\\pi m_n/2$ = {2.0 * half:.5g} mm"
     _span(axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING)
-    if straight.radius > 0.0:
-        centre = np.array([-straight.centre[1], straight.centre[0]])
+    if tip.radius > 0.0:
+        centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-118.0)
-        rim = centre + straight.radius * np.array([np.cos(turn), np.sin(turn)])
+        rim = centre + tip.radius * np.array([np.cos(turn), np.sin(turn)])
         axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5)
         annotate.arrow(axes, centre, rim, theme.RED, 1.2)
         words = f"tip round {float(tool.tip_radius):g} $m_n$"
         annotate.text(axes, rim, words, (0.0, -22.0), color=theme.RED)
 
 
-def _frame(
-    axes: Axes, origin: ArrayLike, x: ArrayLike, y: ArrayLike, name: str, colour: str, length: float
-) -> None:
-    """Draw the axes x and y of a frame, unit vectors (2,), as arrows of a length (mm)."""
-    for letter, way in zip("xy", np.array((x, y), dtype=float), strict=True):
-        tip = np.asarray(origin) + length * way
-        annotate.arrow(axes, origin, tip, colour, 2.2)
-        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
-        annotate.text(axes, tip, f"${letter}_{{{name}}}$", (13.0 * way[0], 13.0 * way[1]), **style)
-
-
 def _draw_frames(axes: Axes, data: RackFigure) -> None:
     """Draw S_n, S_ar and S_al; the page shows y_n to the right and x_n upwards."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
-    _frame(axes, (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5 * module)
-    _frame(axes, (half, 0.0), (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12 * module)
-    _frame(axes, (-half, 0.0), (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12 * module)
-    names = ((0.0, "n", theme.INK, -15.0), (half, "ar", theme.GREEN, 24.0), (-half, "al", theme.GREEN, -24.0))
-    for place, name, colour, shift in names:
+    for place, x, y, name, colour, length, shift in (
+        (0.0, (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5, -15.0),
+        (half, (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12, 24.0),
+        (-half, (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12, -24.0),
+    ):
+        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
+        for letter, way in zip("xy", np.array((x, y)), strict=True):
+            tip = (place, 0.0) + length * module * way
+            annotate.arrow(axes, (place, 0.0), tip, colour, 2.2)
+            annotate.text(axes, tip, f"${letter}_{{{name}}}$", (13.0 * way[0], 13.0 * way[1]), **style)
         axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
-        style = {"color": colour, "fontsize": theme.HEADING, "fontweight": "bold"}
-        annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), **style)
+        annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 
 
 def _draw_parameters(axes: Axes, data: RackFigure) -> None:

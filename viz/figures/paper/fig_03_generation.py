@@ -9,7 +9,6 @@ import numpy as np
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import reference_radius
 
 from ...parts import annotate, cutter, posed
@@ -18,11 +17,9 @@ from ...parts.cutter import SectionFrame
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
 from ...stage.scene import MESH_PX, Item, Picture, Surface, fit_camera
-from ...stage.theme import Page
 
 TOOL = "#f2cf99"
 FACE = "#d3dce4"
-PLANE = theme.SKY
 LEAST_DRAWN = np.radians((18.0, 15.0))
 """Helix and cone angle that panel (a) draws at least, so that its frames can be told apart."""
 ROLL_PITCHES = 0.9
@@ -65,7 +62,7 @@ def compute(design: Design) -> GenerationFigure:
     """Find frames of the pinion's generation."""
     member = design.pinion
     tool = cutter.fitting(member.tool)
-    half = cutter.half_profile(tool, tool_round(tool, "right"))
+    half = cutter.half_profile(tool)
     angles = [
         np.copysign(max(abs(angle), least), angle) if angle else 0.0
         for angle, least in zip(
@@ -113,7 +110,7 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
     length = LENGTH * module
@@ -122,7 +119,7 @@ def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     inner = data.profile[np.abs(data.profile[:, 0]) < 1.01 * np.pi * module]
     items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
     corners = _plane_corners(data, length)
-    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, PLANE, 0.45))
+    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, theme.SKY, opacity=0.45))
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
@@ -165,7 +162,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
             over.label(curve[16] + outward, words, color=colour, fontsize=theme.HEADING)
 
 
-def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the gear turned by -phi and the rack slid by -r_P phi, in S_b."""
     member, half = data.member, 0.5 * float(data.member.face_width)
     origin = np.array([data.pitch_radius, -data.slide, 0.0])

@@ -19,12 +19,10 @@ from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
 from ...stage.scene import Item, Tube, fit_camera
-from ...stage.theme import Page
 
 CONES = ("#8fb4d4", "#e3bd7c")
 INKS = (theme.BLUE, "#8a5a00")
 """Of pinion and gear."""
-OPACITY = 0.38
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 FARTHEST = 2.5
 """Zero-shift sections farther from mid-face than so many face widths are not drawn."""
@@ -76,12 +74,14 @@ def _drawn_shift(data: MeshingFigure, number: int) -> float:
 
 
 def _cone_ends(data: MeshingFigure, number: int) -> tuple[float, float]:
+    """Say from where to where along z (mm, from mid-face) a reference cone is drawn."""
     half = 0.5 * float(data.pair.design.members[number].face_width)
     shift = _drawn_shift(data, number)
     return min(-half, -1.15 * shift), max(half, -1.15 * shift)
 
 
 def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArray:
+    """Give points (n, 3) in S_f of a circle about a member's axis, `z` from mid-face, mm."""
     return to_fixed(data.pair.frames[number], posed.circle(radius, z))
 
 
@@ -121,11 +121,12 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
 
 
 def _items(data: MeshingFigure) -> list[Item]:
+    """Make the reference cones."""
     items: list[Item] = []
     for number, frame in enumerate(data.pair.frames):
         low, high = _cone_ends(data, number)
         cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
-        items += posed.lathe(cone, frame, CONES[number], OPACITY)
+        items += posed.lathe(cone, frame, CONES[number], opacity=0.38)
     return items
 
 
@@ -198,7 +199,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
 
 
-def _table(page: Page, data: MeshingFigure) -> None:
+def _table(page: theme.Page, data: MeshingFigure) -> None:
     """Draw the numbers, in the corner that the view leaves free."""
     rows_of = (
         ("$d_w$", data.mounting.pitch_distance),
@@ -208,8 +209,7 @@ def _table(page: Page, data: MeshingFigure) -> None:
     )
     box = theme.place(page, 0.03, 0.13, 0.24, 0.19)
     axes = theme.overlay(page, box)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(5.2, -0.6)
+    axes.set(xlim=(0.0, 1.0), ylim=(5.2, -0.6))
     style: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": theme.LABEL}
     for x, words, colour in ((0.62, "pinion", INKS[0]), (1.0, "gear", INKS[1])):
         axes.text(x, 0.0, words, color=colour, fontweight="bold", **style)

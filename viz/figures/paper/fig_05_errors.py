@@ -16,12 +16,9 @@ from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.scene import MESH_PX, Item, Picture, fit_camera
-from ...stage.theme import Page
 
 STILL = theme.STEEL
 MOVED = "#e8a04c"
-NOMINAL = "#8c96a0"
-NOMINAL_OPACITY = 0.3
 FACES = {STILL: "#d3dce4", MOVED: "#f3c48a"}
 DRAWN_SHARE = 0.16
 """Displacements drawn, as a share of the offset."""
@@ -93,7 +90,7 @@ def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
+def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
     panel, drawn = PANELS[index], data.drawn[index]
     times = drawn / TYPICAL[panel.key]
     if panel.key == "shaft_angle":
@@ -112,19 +109,18 @@ def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[I
     bore = posed.shaft_radius(member)
     over = 0.5 * float(member.face_width) + 0.3 * bore
     gear, _ = posed.gear_items(member, frame, tolerance, (colour, FACES[colour]), bore)
-    return [*gear, *posed.shaft(frame, bore, -over, over, posed.SHAFT)]
+    return [*gear, *posed.shaft(frame, bore, -over, over)]
 
 
-def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
+def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     camera = fit_camera(posed.reach(nominal, moved), panel.view, panel.up, box.size, 0.05)
     tolerance = MESH_PX * camera.mm_per_px(box.size)
     member = nominal.design.members[panel.member]
     # Shorter by a little, so that its ends do not fall into those of the displaced member.
     short = replace(member, face_width=0.98 * float(member.face_width))
-    ghost = posed.blank(
-        short, nominal.frames[panel.member], NOMINAL, posed.shaft_radius(member), NOMINAL_OPACITY
-    )
+    radius, frame = posed.shaft_radius(member), nominal.frames[panel.member]
+    ghost = posed.blank(short, frame, "#8c96a0", radius, opacity=0.3)
     items: list[Item] = [
         *_gear(nominal, 1 - panel.member, STILL, tolerance),
         *_gear(moved, panel.member, MOVED, tolerance),

@@ -17,7 +17,6 @@ from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
 from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
-from ...stage.theme import Page
 
 FLANK = "right"
 COEFFICIENTS = (-0.01, 0.0, 0.01)
@@ -121,7 +120,7 @@ def draw(data: ModificationFigure, size: Size) -> Drawing:
     return Drawing(page, {"overlay": picture})
 
 
-def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> Picture:
+def _overlay(page: theme.Page, data: ModificationFigure, low: float, high: float) -> Picture:
     box = theme.place(page, 0.01, low, 0.625, high - low)
     half = 0.5 * float(data.members[0.0].face_width)
     _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
@@ -223,12 +222,10 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     """Draw the profiles in true proportions."""
     for a, section in reversed(data.sections.items()):
-        colour = LINES[COEFFICIENTS.index(a)]
-        axes.plot(section.across, section.up, color=colour, linewidth=2.2)
+        axes.plot(section.across, section.up, color=LINES[COEFFICIENTS.index(a)], linewidth=2.2)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Section at mid-face, true proportions", loc="left")
-    axes.set_xlabel("across the tooth (mm)")
-    axes.set_ylabel("from the axis (mm)")
+    axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
     for text, x, side in (("space", 0.08, "left"), ("tooth", 0.92, "right")):
@@ -247,8 +244,7 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute flank", loc="left")
-    axes.set_xlabel("out of the tooth (mm)")
-    axes.set_ylabel("radius (mm)")
+    axes.set(xlabel="out of the tooth (mm)", ylabel="radius (mm)")
     axes.margins(0.08)
     axes.grid(True)
 

@@ -16,7 +16,6 @@ from beveloid_geom.status import Limit
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
-from ...stage.scene import Size
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
 POINTS = 161
@@ -50,7 +49,7 @@ def compute(design: Design) -> RatioFigure:
     return RatioFigure(size, ends)
 
 
-def draw(data: RatioFigure, size: Size) -> Drawing:
+def draw(data: RatioFigure, size: theme.Size) -> Drawing:
     """Draw four panels, as in the paper."""
     page, low, high = theme.new_page(
         size,

@@ -19,7 +19,6 @@ from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
-from ...stage.theme import Page
 
 FLANK = "right"
 STRETCH = 3.0
@@ -135,7 +134,7 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _row_heading(page: Page, y: float, name: str) -> None:
+def _row_heading(page: theme.Page, y: float, name: str) -> None:
     a1, a2 = (theme.signed(a, 3) for a in MODIFIED)
     values = "$a_1$ = $a_2$ = 0" if name == "without" else f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
     style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
@@ -143,7 +142,7 @@ def _row_heading(page: Page, y: float, name: str) -> None:
     page.text(0.041, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
 
 
-def _legend(page: Page, case: ErrorCase) -> None:
+def _legend(page: theme.Page, case: ErrorCase) -> None:
     handles = [
         Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
         for look, sign in zip(LOOKS, SIGNS, strict=True)

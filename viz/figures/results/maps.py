@@ -22,8 +22,6 @@ from beveloid_geom.report.words import error_words
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Size
-from ...stage.theme import Page
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"
@@ -104,7 +102,7 @@ def compute(over: Over, design: Design) -> MapFigure:
     return MapFigure(map_of(design, over, FLANK, steps=STEPS), None, modified)
 
 
-def draw(data: MapFigure, size: Size) -> Drawing:
+def draw(data: MapFigure, size: theme.Size) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
     note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
@@ -119,8 +117,7 @@ def draw(data: MapFigure, size: Size) -> Drawing:
         heading = f"({'abcdef'[index]})  {LOOKS[name].heading}"
         axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.LABEL)
         panel(axes, bar, name, shown)
-        axes.set_xlabel(words.pinion)
-        axes.set_ylabel(words.gear)
+        axes.set(xlabel=words.pinion, ylabel=words.gear)
         if found.over == "parabola":
             _cases(axes, shown, named=index == 0)
         axes.plot(*own_values(shown.design, shown.over), **DOT, zorder=6.0)
@@ -175,7 +172,7 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
             axes.plot(*corners, color=colour, linewidth=width, clip_on=False, zorder=4.0)
 
 
-def _legend(page: Page, data: MapFigure, height: float) -> None:
+def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
     found, first = data.found, data.first
     unknown = first.solved & np.isnan(first.flank_share) if first else np.zeros(0, dtype=bool)
     entries: list[Artist] = [Line2D([], [], **DOT, label="the design")]

@@ -16,7 +16,6 @@ from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.scene import Picture, Size, Surface, fit_camera
-from ...stage.theme import Page
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -103,7 +102,7 @@ def draw(data: MeshedFigure, size: Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _legend(page: Page, low: float) -> None:
+def _legend(page: theme.Page, low: float) -> None:
     named: dict[str, str] = {}
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name

@@ -24,7 +24,6 @@ from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture, Size
-from ...stage.theme import Page
 
 TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
 MODIFIED = (0.001, -0.001)
@@ -139,22 +138,18 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
 
 def compute_separation(design: Design) -> BandFigure:
     """Find three neighbouring tooth pairs at one position of the right flanks."""
-    flank, columns, under = "right", [], ""
-    path = solved.solve(design, flank)
+    path, under = solved.solve(design, "right"), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
-    for pair in PAIRS:
-        heading = "tooth pair in the middle" if pair == 0 else f"tooth pair {theme.signed(pair, 0)}"
-        if reason:
-            columns.append(Column(heading, design, flank, None, reason))
-            continue
+    layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
+    if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
         l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
-        at = path_of_contact(design, flank, l1=[l1])
+        at = path_of_contact(design, "right", l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
-        first, second = (_separation_layer(path, number, pose, pair) for number in (0, 1))
-        columns.append(Column(heading, design, flank, (first, second)))
+        layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
         under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
+    headings = ["in the middle" if pair == 0 else theme.signed(pair, 0) for pair in PAIRS]
     return BandFigure(
         "Separation of the flanks at one position",
         f"Right flanks of three neighbouring tooth pairs{under}; pinion (top) and gear (bottom)",
@@ -164,7 +159,10 @@ def compute_separation(design: Design) -> BandFigure:
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
-        tuple(columns),
+        tuple(
+            Column(f"tooth pair {heading}", design, "right", own, reason)
+            for heading, own in zip(headings, layers, strict=True)
+        ),
     )
 
 
@@ -235,7 +233,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
     return [replace(flank, faces=flank.faces[of], edges=False, paint=own) for of, own in parts if of.any()]
 
 
-def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
+def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)

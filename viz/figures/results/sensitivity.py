@@ -16,7 +16,6 @@ from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, REASONS
 from ...stage import theme
-from ...stage.scene import Size
 
 MODIFIED = (0.001, -0.001)
 """Parabola coefficients of pinion and gear in the second case, 1/mm."""
@@ -59,7 +58,7 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
 
 
-def draw(data: tuple[Case, ...], size: Size) -> Drawing:
+def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
     """Draw a row of panels for each case, a column for each quantity."""
     page, low, high = theme.new_page(
         size,

@@ -17,7 +17,6 @@ from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, REASONS
 from ...stage import theme
-from ...stage.scene import Size
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, "-"),
@@ -63,7 +62,7 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     }
 
 
-def draw(data: dict[str, tuple[Curve, ...]], size: Size) -> Drawing:
+def draw(data: dict[str, tuple[Curve, ...]], size: theme.Size) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
     page, low, high = theme.new_page(
         size,

@@ -21,7 +21,6 @@ from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
-from ...stage.theme import Page
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, theme.BLUE),
@@ -196,7 +195,7 @@ def _cloud(drawn: Panel, side: Side, number: int) -> None:
         theme.say(drawn.axes, reason, 12, fontsize=theme.SMALL)
 
 
-def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
+def _charts(page: theme.Page, side: Side, bottom: float, height: float) -> None:
     start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
     width = (RIGHT - start - 3.0 * GAP) / 4.0
     base, high = bottom + theme.inches(page, 0.6), height - theme.inches(page, 0.95)
@@ -249,7 +248,7 @@ def _shares(axes: Axes, side: Side) -> None:
         theme.say(axes, f"under {100.0 * FEW:g} %", 18, **SAID)
 
 
-def _legend(page: Page, data: tuple[Side, ...]) -> None:
+def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
     handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
     black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
     handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))

@@ -16,7 +16,6 @@ from beveloid_geom.report.operation import OperationReport, operation_report
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...stage import theme
-from ...stage.scene import Size
 
 FLANK = "right"
 CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
@@ -60,7 +59,7 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[Case, ...], size: Size) -> Drawing:
+def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
     """Draw a row for each case: the curve, and its amplitudes."""
     page, low, high = theme.new_page(
         size,
