@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, repeat
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
 
 from ..parts import annotate, charts, panels
@@ -190,9 +189,10 @@ def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> 
     """Put what moves where it is at a step of the motion."""
     motion, moving = film.motion, sheet.moving
     touching, near = motion.touching[:, step], motion.near[:, step]
-    paths = [picture.project(line) for line in zone.paths_on_teeth(film, step)]
+    paths = picture.project(zone.paths_on_teeth(film, step))
+    paths = np.pad(paths, ((0, 0), (1, 0), (0, 0)), constant_values=np.nan)  # a gap before each
     for line, shown in zip(moving.paths, (~near, near), strict=True):
-        _set(line, [path for path, wanted in zip(paths, shown, strict=True) if wanted])
+        line.set_data(*paths[shown].reshape(-1, 2).T)
     seen = [picture.project(motion.point[:, step])]
     for row, flank in enumerate(sheet.flanks):
         points = motion.own[row, :, step]
@@ -200,19 +200,13 @@ def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> 
     for pixels, balls in zip(seen, moving.balls, strict=True):
         for ball, shown in zip(balls, (touching, near & ~touching), strict=True):
             ball.set_data(*pixels[shown].T)
-    error = ARCSEC * motion.error[step]
-    moving.marker.set_data([motion.share[step] + pitch], [error])
+    moving.marker.set_data([motion.share[step] + pitch], [ARCSEC * motion.error[step]])
     for text, words in zip(moving.numbers, _readings(motion, step, pitch), strict=True):
         text.set_text(words)
 
 
-def _set(line: Line2D, pieces: list[FloatArray]) -> None:
-    """Draw polylines (n, 2) as one line with gaps."""
-    gap = np.full((1, 2), np.nan)
-    line.set_data(*np.concatenate([gap, *chain(*zip(pieces, repeat(gap), strict=False))]).T)
-
-
 def _readings(motion: Motion, step: int, pitch: int) -> tuple[str, ...]:
+    """Give the numbers of a step: roll, error, pairs in contact, and what carries."""
     share = motion.share[step] + pitch
     turn = 360.0 / float(motion.design.pinion.teeth) * share
     touching, near = int(motion.touching[:, step].sum()), int(motion.near[:, step].sum())

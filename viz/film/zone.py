@@ -89,8 +89,9 @@ def outline(mesh: Mesh) -> Surface:
     return Surface(mesh.points[index], joined.reshape(-1)[mesh.faces], None, opacity=0.0, edges=True)
 
 
-def paths_on_teeth(film: Film, step: int) -> list[FloatArray]:
-    """Give the path of contact (n, 3) in S_f on the pinion tooth of every pair, at one position."""
+def paths_on_teeth(film: Film, step: int) -> FloatArray:
+    """Give the path of contact on the pinion tooth of every pair, points (pairs, n, 3) in S_f, mm, at one
+    position."""
     rotation, origin = (part[step] for part in film.motion.frames[0])
     points, member, pairs = film.path.points[0], film.motion.design.pinion, film.motion.pairs.tolist()
-    return [to_fixed((rotation, origin), posed.on_tooth(points, member, pair)) for pair in pairs]
+    return np.stack([to_fixed((rotation, origin), posed.on_tooth(points, member, pair)) for pair in pairs])

@@ -83,6 +83,7 @@ class Labels:
         return False
 
     def _free(self, box: Bbox) -> bool:
+        """Say whether a box, pixels, lies in the axes and off all labels, marks and curves."""
         room, point = self.axes.get_window_extent(), self.axes.figure.dpi / 72.0
         if box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0 or box.y1 > room.y1:
             return False

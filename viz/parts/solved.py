@@ -69,7 +69,7 @@ class SolvedPath:
     @property
     def ends(self) -> tuple[str, str]:
         """Where the path enters and leaves, as 'gear tip', 'pinion tip'; '' without a path."""
-        enter, leave = (limit_name(limit) for limit in (self.path.ends.enter, self.path.ends.leave))
+        enter, leave = (limit_name(code) for code in self.path.ends.limit.tolist())
         return enter, leave
 
     @property
@@ -78,9 +78,9 @@ class SolvedPath:
         return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
 
 
-def limit_name(limit: Limit | None) -> str:
-    """Give 'gear tip' and the like; '' for no limit."""
-    return "" if limit is None else str(limit)
+def limit_name(code: int) -> str:
+    """Give 'gear tip' and the like for the code of a limit; '' for none, -1."""
+    return str(Limit(code)) if code >= 0 else ""
 
 
 def points_on(path: ContactPath, member: int) -> FloatArray:
@@ -108,6 +108,7 @@ def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPat
 
 
 def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
+    """List the positions of one path on both members."""
     path, ends = solved.path, [solved.ratio, *solved.ends]
     pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
     gear = path.gear_z, path.gear_r, path.l2, path.u2

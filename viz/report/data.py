@@ -169,6 +169,7 @@ def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
 def _tolerance(
     name: str, design: Design, flank: str, settings: Settings, unit_done: Callable[[], object]
 ) -> Section:
+    """Study the tolerances; those that were not given may not suit the design."""
     drawn: dict[str, Any] = {"seed": settings.seed, "progress": lambda _: unit_done()}
     try:
         study = tolerance_study(design, settings.tolerances, flank, settings.cases, **drawn)

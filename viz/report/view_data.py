@@ -67,6 +67,7 @@ def packed(values: NDArray[Any]) -> dict[str, Any]:
 
 
 def _member(name: str, member: Member, frame: Frame, tolerance: float | None) -> dict[str, Any]:
+    """Give sizes, frame at roll 0, and tooth of a member."""
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
     rotation, origin = (np.nan_to_num(part) for part in frame)
     tooth, note = None, ""
@@ -112,6 +113,7 @@ def _corners(points: FloatArray) -> FloatArray:
 
 
 def _flank(design: Design, flank: str) -> dict[str, Any]:
+    """Give the path of contact of tooth pair 0, and one mesh cycle."""
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path)

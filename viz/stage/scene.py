@@ -202,6 +202,7 @@ def _shot(plotter: Any) -> NDArray[np.uint8]:
 
 
 def _aim(plotter: Any, camera: Camera) -> None:
+    """Set lights and camera."""
     import pyvista as pv
 
     right, up, back = camera.axes
@@ -229,6 +230,7 @@ def _add(plotter: Any, item: Item) -> int:
 
 
 def _add_surface(plotter: Any, surface: Surface) -> int:
+    """Add a surface with its edges; the number of its triangles."""
     import pyvista as pv
 
     faces = np.asarray(surface.faces)

@@ -43,7 +43,7 @@ class ConvergenceFigure:
 
 
 def compute(design: Design) -> ConvergenceFigure:
-    """Meshes of all tolerances at all poses, both flanks."""
+    """Measure meshes of all tolerances at all poses, both flanks."""
     found, reasons = {}, {}
     for flank in FLANKS:
         try:
@@ -57,12 +57,12 @@ def compute(design: Design) -> ConvergenceFigure:
 
 
 def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
-    """Errors (poses, tolerances) of one kind, mm."""
+    """Give the errors (poses, tolerances) of one kind, mm."""
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
 def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
-    """A chart for each flank."""
+    """Draw a chart for each flank."""
     page, low, high = theme.new_page(
         size,
         "Error of the mesh method against the mesh tolerance",
@@ -85,6 +85,7 @@ def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
 
 
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
+    """Draw the errors (mm) of one flank over the tolerance, at every pose and the greatest of them."""
     for polish in (False, True):
         for kind, (name, colour, marker) in LOOKS.items():
             errors = np.maximum(errors_of(data.found[flank, polish], kind), FLOOR)
@@ -101,7 +102,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
 
 
 def finding(data: ConvergenceFigure) -> str:
-    """What the chart shows, in numbers of this run."""
+    """Say what the chart shows, in numbers of this run."""
     parts = []
     for flank in FLANKS:
         if flank in data.reasons:
@@ -117,7 +118,7 @@ def finding(data: ConvergenceFigure) -> str:
 
 
 def rows(data: ConvergenceFigure) -> Table:
-    """Errors at every tolerance and pose."""
+    """List the errors at every tolerance and pose."""
     setting = ("flank", "polished", "share_of_path", "tolerance_mm", "triangles")
     header = (*setting, "contact_point_error_mm", "separation_error_mm")
 

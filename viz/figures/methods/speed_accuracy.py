@@ -84,7 +84,8 @@ class SpeedCase:
         return f"{self.flank} flanks, {values}".replace("-", "\u2212")
 
     def curve(self, method: str) -> list[Row]:
-        """The rows of a method in the chart of accuracy: Newton's over its steps, without its batches."""
+        """Give the rows of a method in the chart of accuracy: Newton's over its steps, without its
+        batches."""
         own = [row for row in self.rows if row.method == method]
         return [row for row in own if row.kind == "iterations"] or own
 
@@ -100,7 +101,7 @@ class SpeedCase:
 
 
 def compute(design: Design) -> tuple[SpeedCase, ...]:
-    """Both flanks of the design as given, and with opposite parabola coefficients."""
+    """Measure both flanks of the design as given, and with opposite parabola coefficients."""
     cases = []
     for changed in (design, design.with_parabola(*MODIFIED)):
         parabola = float(changed.pinion.tool.parabola), float(changed.gear.tool.parabola)
@@ -113,7 +114,7 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
 
 
 def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
-    """A chart for each case; the legend and the cost of a batch beside them."""
+    """Draw a chart for each case; the legend and the cost of a batch beside them."""
     page, low, high = theme.new_page(
         size,
         "Speed against accuracy of every way to find the contact",
@@ -142,10 +143,10 @@ def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
 
 
 def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Limits of times and of errors, alike in all panels: the usual ones, widened to hold every mark."""
-    times, errors = (
-        np.array([at for case in data for row in case.rows if (at := place(row))]).reshape(-1, 2).T
-    )
+    """Find the limits of times (s) and of errors (mm), alike in all panels: the usual ones,
+    widened to hold every mark."""
+    found = [at for case in data for row in case.rows if (at := place(row))]
+    times, errors = np.reshape(found, (-1, 2)).T
     (fast, slow), (low, high) = USUAL
     return (
         (0.5 * times.min(initial=2.0 * fast), 2.0 * times.max(initial=0.5 * slow)),
@@ -154,13 +155,15 @@ def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float,
 
 
 def place(row: Row) -> tuple[float, float] | None:
-    """Where a row is drawn: its time (s) and its error (mm), not under the FLOOR; None without an error."""
+    """Say where a row is drawn: its time (s) and its error (mm), not under the FLOOR; None without an
+    error."""
     return (row.seconds_per_position, max(FLOOR, row.error_mm)) if np.isfinite(row.error_mm) else None
 
 
 def _panel(
     axes: Axes, case: SpeedCase, within: tuple[tuple[float, float], tuple[float, float]], labelled: bool
 ) -> None:
+    """Draw the errors (mm) of one case over the times (s), both `within` limits; settings if `labelled`."""
     log_axes(axes)
     for axis, set_limits, ends, step in (
         (axes.xaxis, axes.set_xlim, within[0], 1),
@@ -189,7 +192,8 @@ def _legend(page: theme.Page, top: float) -> None:
 
 
 def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
-    """Time of a position over the batch, with that of the five equations, which have none, as a level."""
+    """Draw the time of a position over the batch, with that of the five equations, which have none, as
+    a level."""
     axes.set(xlabel="positions in a call (batch)", ylabel=COST)
     log_axes(axes)
     if shown is None:
@@ -217,25 +221,25 @@ def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
 
 
 def fastest(rows: Sequence[Row], method: str) -> Row | None:
-    """The fastest row of a method whose error is under EXACT."""
+    """Find the fastest row of a method whose error is under EXACT."""
     own = [row for row in rows if row.method == method and row.error_mm < EXACT]
     return min(own, key=lambda row: row.seconds_per_position, default=None)
 
 
 def finding(data: Sequence[SpeedCase]) -> str:
-    """What the chart shows, in numbers of this run: of the last case of each flank."""
+    """Say what the chart shows, in numbers of this run: of the last case of each flank."""
     last = {case.flank: case for case in data if case.rows}
     titles = {_plain(case.title): "; ".join(_parts(case.rows)) for case in last.values()}
     return " ".join(f"{title[:1].upper()}{title[1:]}: {words}." for title, words in titles.items())
 
 
 def _plain(text: str) -> str:
-    """A title, or the label of a method without what varies, for the caption."""
+    """Give a title, or the label of a method without what varies, for the caption."""
     return text.split(" (")[0].replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
 
 
 def failures(data: Sequence[SpeedCase]) -> str:
-    """Which methods did not find all positions, and where there was nothing to find."""
+    """Say which methods did not find all positions, and where there was nothing to find."""
     lost = {letter: "; ".join(case.failures) for letter, case in zip("abcd", data, strict=True)}
     texts = ". ".join(f"({letter}) {words}" for letter, words in lost.items() if words)
     where = " Not found at some of their settings, or at all, for reasons in the table: "
@@ -243,6 +247,7 @@ def failures(data: Sequence[SpeedCase]) -> str:
 
 
 def _parts(rows: Sequence[Row]) -> Iterator[str]:
+    """Say what the methods take, in numbers of one case."""
     meshes = [row for row in rows if row.method == "mesh alone" and np.isfinite(row.error_mm)]
     if meshes:
         last = meshes[-1]
@@ -266,7 +271,7 @@ def _parts(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def _steps(rows: Sequence[Row]) -> Iterator[str]:
-    """How many Newton steps give point and rolls."""
+    """Say how many Newton steps give point and rolls."""
     steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
     exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
     if exact and exact[0].value > 0:
@@ -277,7 +282,7 @@ def _steps(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def rows(data: tuple[SpeedCase, ...]) -> Table:
-    """Every method at every setting; the status says why an error is missing."""
+    """List every method at every setting; the status says why an error is missing."""
     where = ("flank", "a1_per_mm", "a2_per_mm", "status")
     setting = ("method", "setting", "error_mm", "transmission_error_arcsec")
     header = (*where, *setting, "seconds_per_position", "setup_seconds")

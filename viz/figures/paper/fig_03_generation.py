@@ -136,6 +136,7 @@ def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
 
 
 def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
+    """Draw S_n, S_P and S_c, and the angles between them."""
     frame, module = data.frames[0], data.module
     sin, cos = np.sin(float(data.drawn.cone_angle)), np.cos(float(data.drawn.cone_angle))
     tilted = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
@@ -195,6 +196,7 @@ def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[It
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
+    """Draw pitch circle and pitch line, S_b, S_j and S_c, roll and slide."""
     radius, roll = data.pitch_radius, data.roll
     place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
     turned = posed.turn_about_axis(roll)

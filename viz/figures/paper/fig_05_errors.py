@@ -91,6 +91,7 @@ def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
 
 
 def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
+    """Write letter, name and size of the error of a panel, below a place x, y of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
     times = drawn / TYPICAL[panel.key]
     if panel.key == "shaft_angle":
@@ -113,6 +114,7 @@ def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[I
 
 
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
+    """Draw the pair with one error, and where the member belongs."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     camera = fit_camera(posed.reach(nominal, moved), panel.view, panel.up, box.size, 0.05)
     tolerance = MESH_PX * camera.mm_per_px(box.size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,13 +19,24 @@ from ...stage import theme
 from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
 
 FLANK = "right"
-COEFFICIENTS = (-0.01, 0.0, 0.01)
-"""1/mm, in the order of the flanks from the metal outwards."""
-NAMES = ("convex", "involute", "concave")
-COLOURS = ("#f0b98a", "#c4ccd4", "#8fc3e8")
-LINES = (theme.RED, theme.BLACK, theme.BLUE)
-CUTS = (1.0, 0.36, -0.3, -1.0)
-"""Ends of the terraces as shares of half the face width, from the heel."""
+
+
+class Look(NamedTuple):
+    """How the flank of a coefficient is called and drawn: name, colours of metal and of lines, and between
+    which shares of half the face width, from the heel, its terrace lies."""
+
+    name: str
+    colour: str
+    line: str
+    ends: tuple[float, float]
+
+
+LOOKS = {
+    -0.01: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
+    0.0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
+    0.01: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
+}
+"""By the coefficient, 1/mm, in the order of the flanks from the metal outwards."""
 POINTS = 241
 VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
@@ -62,7 +73,7 @@ class ModificationFigure:
 
 def compute(design: Design) -> ModificationFigure:
     """Find sections at mid-face; a coefficient so strong that the flank ends short of its tip is left out."""
-    members = {a: design.with_parabola(a).pinion for a in COEFFICIENTS}
+    members = {a: design.with_parabola(a).pinion for a in LOOKS}
     members = {a: member for a, member in members.items() if _reaches_tip(member)}
     if 0.0 not in members:
         return ModificationFigure({}, {}, {})
@@ -84,6 +95,7 @@ def _patch(member: Member, share: FloatArray, z: FloatArray) -> tuple[FloatArray
 
 
 def _section(member: Member, involute: Member) -> Section:
+    """Find the profile at mid-face, and how far it is from the involute one."""
     share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
     l, patch = _patch(member, share, middle)
     _, base = _patch(involute, np.linspace(-0.1, 1.1, POINTS), middle)
@@ -101,7 +113,7 @@ def _section(member: Member, involute: Member) -> Section:
 
 def draw(data: ModificationFigure, size: Size) -> Drawing:
     """Draw three flanks in one scene; the section and its deviations beside it."""
-    cut_short = [NAMES[COEFFICIENTS.index(a)] for a, short in data.undercut.items() if short]
+    cut_short = [LOOKS[a].name for a, short in data.undercut.items() if short]
     page, low, high = theme.new_page(
         size,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
@@ -121,6 +133,7 @@ def draw(data: ModificationFigure, size: Size) -> Drawing:
 
 
 def _overlay(page: theme.Page, data: ModificationFigure, low: float, high: float) -> Picture:
+    """Draw the flanks of all coefficients as terraces between two heights of the page."""
     box = theme.place(page, 0.01, low, 0.625, high - low)
     half = 0.5 * float(data.members[0.0].face_width)
     _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
@@ -160,23 +173,22 @@ def _terraces(
     share = np.linspace(0.0, 1.0, 1 + int(cells[0]))
     items: list[Item] = []
     labels: dict[float, FloatArray] = {}
-    below: int | None = None
-    for index, a in enumerate(COEFFICIENTS):
-        if a not in data.members:
-            continue
-        z = half * np.linspace(CUTS[index], CUTS[index + 1], 1 + int(cells[1]))
-        patch = _patch(data.members[a], share, z)[1]
+    below: float | None = None
+    for a, member in data.members.items():
+        look = LOOKS[a]
+        z = half * np.linspace(*look.ends, 1 + int(cells[1]))
+        patch = _patch(member, share, z)[1]
         front = patch.point[:, 0]
-        items.append(grid_surface(patch.point, patch.normal, COLOURS[index]))
-        items += [Tube(edge, LINES[index], radius) for edge in (front, patch.point[0], patch.point[-1])]
+        items.append(grid_surface(patch.point, patch.normal, look.colour))
+        items += [Tube(edge, look.line, radius) for edge in (front, patch.point[0], patch.point[-1])]
         if below is None:
             items += _heel_profiles(data, share, radius)
         else:
-            under = _patch(data.members[COEFFICIENTS[below]], share, z[:1])[1].point[:, 0]
-            items.append(grid_surface(np.stack((under, front)), None, LINES[index]))
-            items.append(Tube(under, LINES[below], radius))
+            under = _patch(data.members[below], share, z[:1])[1].point[:, 0]
+            items.append(grid_surface(np.stack((under, front)), None, look.line))
+            items.append(Tube(under, LOOKS[below].line, radius))
         labels[a] = patch.point[-1, patch.point.shape[1] // 3]
-        below = index
+        below = a
     return items, labels
 
 
@@ -184,27 +196,26 @@ def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -
     """Make the profiles of all flanks in the plane of the heel, and what lies between them."""
     z = np.array([0.5 * float(data.members[0.0].face_width)])
     profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
-    items: list[Item] = [Tube(points, LINES[COEFFICIENTS.index(a)], radius) for a, points in profiles.items()]
-    for a, points in profiles.items():
-        if a:
-            colour = COLOURS[COEFFICIENTS.index(a)]
-            items.append(grid_surface(np.stack((points, profiles[0.0])), None, colour, opacity=0.75))
-    return items
+    items: list[Item] = [Tube(points, LOOKS[a].line, radius) for a, points in profiles.items()]
+    between = {a: np.stack((points, profiles[0.0])) for a, points in profiles.items() if a}
+    return items + [grid_surface(grid, None, LOOKS[a].colour, opacity=0.75) for a, grid in between.items()]
 
 
 def coefficient_name(a: float) -> str:
     """Give the coefficient and shape."""
     value = theme.signed(a, 2) if a else "0"
-    return f"$a$ = {value} mm$^{{\u22121}}$: {NAMES[COEFFICIENTS.index(a)]}"
+    return f"$a$ = {value} mm$^{{\u22121}}$: {LOOKS[a].name}"
 
 
 def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatArray]) -> None:
+    """Name the flanks at the points `labels` (3,), mm, and the sides of the flank whose points (9, 9, 3) are
+    given."""
     axes, picture = over.axes, over.picture
     places = {a: picture.project(point) for a, point in labels.items()}
     steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
     crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
     for rank, (a, place) in enumerate(places.items()):
-        colour = LINES[COEFFICIENTS.index(a)]
+        colour = LOOKS[a].line
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
@@ -222,7 +233,7 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     """Draw the profiles in true proportions."""
     for a, section in reversed(data.sections.items()):
-        axes.plot(section.across, section.up, color=LINES[COEFFICIENTS.index(a)], linewidth=2.2)
+        axes.plot(section.across, section.up, color=LOOKS[a].line, linewidth=2.2)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Section at mid-face, true proportions", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
@@ -235,12 +246,12 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
 def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
     """Draw the distance from the involute flank against the radius."""
     for a, section in data.sections.items():
-        colour = LINES[COEFFICIENTS.index(a)]
+        colour = LOOKS[a].line
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
     for text, x, side, colour in (
-        ("convex:\nmetal taken off", 0.04, "left", LINES[0]),
-        ("concave:\nmetal left on", 0.96, "right", LINES[-1]),
+        ("convex:\nmetal taken off", 0.04, "left", LOOKS[-0.01].line),
+        ("concave:\nmetal left on", 0.96, "right", LOOKS[0.01].line),
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute flank", loc="left")

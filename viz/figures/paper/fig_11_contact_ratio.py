@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.status import Limit
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, limit_name
@@ -78,6 +77,7 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
+    """Draw the contact ratio of both flanks over the coefficient of the pinion, 1/mm."""
     a = case.pinion * data.size[index]
     for flank in reversed(FLANKS):
         colour, width, style = LOOKS[flank]
@@ -108,7 +108,7 @@ def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
     for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
         place = (a[at], ends.contact_ratio[at])
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
-        text = " \u2192 ".join(limit_name(Limit(int(code))) for code in ends.limit[at])
+        text = " \u2192 ".join(limit_name(code) for code in ends.limit[at].tolist())
         theme.beside(axes, place, text, (0, 8), ha="center", fontsize=theme.SMALL)
 
 
@@ -124,7 +124,7 @@ def rows(data: RatioFigure) -> Table:
     def cases() -> Rows:
         for (index, case), flank in product(enumerate(CASES), FLANKS):
             ends, a = data.ends[flank][index], data.size[index]
-            names = [[limit_name(Limit(int(k)) if k >= 0 else None) for k in codes] for codes in ends.limit.T]
+            names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]
             yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names
 
     return header, stacked(cases())

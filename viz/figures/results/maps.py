@@ -173,6 +173,7 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
 
 
 def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
+    """Name marks and hatches, those that are there, at a height of the page."""
     found, first = data.found, data.first
     unknown = first.solved & np.isnan(first.flank_share) if first else np.zeros(0, dtype=bool)
     entries: list[Artist] = [Line2D([], [], **DOT, label="the design")]

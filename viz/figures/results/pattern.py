@@ -110,6 +110,7 @@ def compute_pattern(design: Design) -> BandFigure:
 
 
 def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
+    """Make the pattern on pinion and gear, with the path and its ellipses."""
     path = solved.solve(design, flank)
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
@@ -234,6 +235,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
+    """Draw the bands of the quantity, above `low`, a share of the page."""
     axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)

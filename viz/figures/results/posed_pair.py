@@ -99,6 +99,7 @@ def _export_note(design: Design) -> str:
 
 
 def _label(over: Overlay, data: PosedFigure) -> None:
+    """Name the members that are drawn."""
     pair = data.pair
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         if data.meshes[number][0] is None:

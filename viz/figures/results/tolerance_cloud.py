@@ -100,6 +100,7 @@ def compute(design: Design) -> tuple[Side, ...]:
 def _case(
     design: Design, flank: str, name: str, parabola: tuple[float, float] | None, colour: str
 ) -> CaseStudy:
+    """Study a case on a flank, with the tolerances and with FACTORS times as much."""
     changed = design.with_parabola(*parabola) if parabola else design
     shares = np.full((2, len(FACTORS)), np.nan)
     try:
@@ -172,6 +173,7 @@ def draw(data: tuple[Side, ...], size: Size) -> Drawing:
 
 
 def _note() -> str:
+    """Say what is drawn, under which tolerances."""
     sizes = (
         f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
         f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
@@ -196,6 +198,7 @@ def _cloud(drawn: Panel, side: Side, number: int) -> None:
 
 
 def _charts(page: theme.Page, side: Side, bottom: float, height: float) -> None:
+    """Draw how three quantities of a flank spread, and what larger tolerances do."""
     start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
     width = (RIGHT - start - 3.0 * GAP) / 4.0
     base, high = bottom + theme.inches(page, 0.6), height - theme.inches(page, 0.95)
@@ -249,6 +252,7 @@ def _shares(axes: Axes, side: Side) -> None:
 
 
 def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
+    """Name the cases, what their curves show, and the clouds."""
     handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
     black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
     handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
