@@ -88,7 +88,7 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
 
 
 def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, FloatArray, str]:
-    """Give the colour map , norm, levels of lines and ticks, and which ends of the bar are open."""
+    """Give the colour map, norm, levels of lines and ticks, and which ends of the bar are open."""
     colours = mpl.colormaps[look.colours]
     low, high = (float(value) for value in np.percentile(values, [1.0, 99.0]))
     if look.way == "share":

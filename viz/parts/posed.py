@@ -18,6 +18,8 @@ from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..stage.scene import Surface
 
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+"""Where one looks at a whole pair, in S_f, and what is upwards there."""
 SHAFT = "#9aa1a8"
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
@@ -34,6 +36,11 @@ class PosedPair:
     position: FloatArray
     contact: FloatArray
     frames: tuple[Frame, Frame]
+
+    @property
+    def touching(self) -> bool:
+        """Whether the flanks share a point."""
+        return bool(np.isfinite(self.contact).all())
 
     @property
     def axis(self) -> FloatArray:

@@ -17,6 +17,8 @@ from .recipe import Table
 
 FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
+MODIFIED = (0.001, -0.001)
+"""Parabola coefficients of pinion and gear, 1/mm, of the paper's modification."""
 COLUMNS = (
     "status",
     "index",
@@ -94,11 +96,6 @@ def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
     return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]))
-
-
-def solve_all(designs: Iterable[Design], flank: str) -> tuple[SolvedPath, ...]:
-    """Solve the paths of several designs."""
-    return tuple(solve(design, flank) for design in designs)
 
 
 def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:

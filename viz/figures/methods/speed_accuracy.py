@@ -14,12 +14,11 @@ from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
 
 from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decades
 from ...parts.recipe import Drawing, Recipe, Rows, Table
-from ...parts.solved import FLANKS
+from ...parts.solved import FLANKS, MODIFIED
 from ...stage import theme
 
 COLUMNS = 176
 """Characters in a line of the caption."""
-MODIFIED = (0.001, -0.001)
 FIVE = "five equations, warm"
 BATCHES = (0.6, 3e5)
 """Limits of panel (e)."""

@@ -21,7 +21,6 @@ from ...stage.scene import MESH_PX, Camera, Item, Size, fit_camera
 
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
-VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
 SECTION_TOLERANCE = 0.001
@@ -35,11 +34,6 @@ class PairFigure:
 
     pair: PosedPair
     sections: tuple[FloatArray, ...]
-
-    @property
-    def touching(self) -> bool:
-        """Whether the right flanks share a point."""
-        return bool(np.isfinite(self.pair.contact).all())
 
 
 def compute(design: Design) -> PairFigure:
@@ -66,7 +60,7 @@ def _ends(pair: PosedPair) -> FloatArray:
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
     """Make the camera that shows the whole pair in a picture of this size."""
-    return fit_camera(posed.reach(pair), VIEW, UP, size, 0.06)
+    return fit_camera(posed.reach(pair), posed.VIEW, posed.UP, size, 0.06)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
@@ -98,13 +92,13 @@ def draw(data: PairFigure, size: Size) -> Drawing:
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
         "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
-        if data.touching
+        if pair.touching
         else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, pair)
-    if data.touching and len(data.sections) == 2:
+    if pair.touching and len(data.sections) == 2:
         shown = over.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
         _draw_section(page, _free_corner(page, shown), data)
     return Drawing(page, {"pair": over.picture})

@@ -23,7 +23,6 @@ from ...stage.scene import Item, Tube, fit_camera
 CONES = ("#8fb4d4", "#e3bd7c")
 INKS = (theme.BLUE, "#8a5a00")
 """Of pinion and gear."""
-VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 FARTHEST = 2.5
 """Zero-shift sections farther from mid-face than so many face widths are not drawn."""
 
@@ -100,16 +99,11 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
     )
     box = theme.place(page, 0.02, low, 0.96, high - low)
-    items = _items(data)
-    reach = np.concatenate(
-        [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
-    )
+    reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
     feet = np.array([[-0.25 * offset, 0.0, 0.0], [offset, below, 0.0]])
-    camera = fit_camera(np.concatenate((reach, feet)), VIEW, UP, box.size, 0.06)
-    radius = 0.0016 * camera.half_height * 2.0
-    items += _lines(data, radius)
-    over = Overlay.drawn(page, box, items, camera)
+    camera = fit_camera(np.concatenate((*reach, feet)), posed.VIEW, posed.UP, box.size, 0.06)
+    over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
     _annotate_layout(over, data)
     if data.found:
         for number in (0, 1):
@@ -120,19 +114,13 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
     return Drawing(page, {"meshing": over.picture})
 
 
-def _items(data: MeshingFigure) -> list[Item]:
-    """Make the reference cones."""
+def _items(data: MeshingFigure, radius: float) -> list[Item]:
+    """Make the reference cones, and circles and pitch point in lines of a `radius` (mm)."""
     items: list[Item] = []
     for number, frame in enumerate(data.pair.frames):
         low, high = _cone_ends(data, number)
         cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
         items += posed.lathe(cone, frame, CONES[number], opacity=0.38)
-    return items
-
-
-def _lines(data: MeshingFigure, radius: float) -> list[Item]:
-    """Make circles and the pitch point."""
-    items: list[Item] = []
     for number in (0, 1):
         for z in _cone_ends(data, number):
             items.append(Tube(_ring(data, number, _radius(data, number, z), z), theme.GREY, 0.5 * radius))

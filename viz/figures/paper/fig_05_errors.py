@@ -151,18 +151,14 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
         return
     start, end = (pair.foot[number] for pair in (nominal, moved))
     if panel.key != "offset":
-        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * _tip(nominal, number)
+        tip = np.hypot(*posed.rings(nominal.design.members[number]).T[:2]).max()
+        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * tip
         centres = [pair.foot[number] + pair.position[number] * pair.axis[number] for pair in (nominal, moved)]
         start, end = (centre + out for centre in centres)
         for centre in centres:
             over.line(centre, centre + 1.05 * out, linewidth=0.9)
     over.arrow(start, end, theme.RED, 2.4)
     over.label(0.5 * (start + end), words, (0.0, -16.0), **style)
-
-
-def _tip(pair: PosedPair, number: int) -> float:
-    rings = posed.rings(pair.design.members[number])
-    return float(np.hypot(rings[..., 0], rings[..., 1]).max())
 
 
 def _axis(over: Overlay, pair: PosedPair, number: int, colour: str) -> None:

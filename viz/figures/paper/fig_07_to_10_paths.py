@@ -74,7 +74,7 @@ class PathFigure:
 def compute(case: SignCase, design: Design) -> PathFigure:
     """Solve the path of contact for every column."""
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
-    return PathFigure(case, solved.solve_all(designs, FLANK))
+    return PathFigure(case, tuple(solved.solve(changed, FLANK) for changed in designs))
 
 
 def draw(data: PathFigure, size: Size) -> Drawing:

@@ -16,14 +16,12 @@ from beveloid_geom.arrays import FloatArray
 from ...parts import panels, solved
 from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
+from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
 
 FLANK = "right"
 STRETCH = 3.0
-MODIFIED = (0.001, -0.001)
-"""Parabola coefficients of pinion and gear, 1/mm."""
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -92,7 +90,7 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
         errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
-        return solved.solve_all((base.with_errors(error) for error in errors), FLANK)
+        return tuple(solved.solve(base.with_errors(error), FLANK) for error in errors)
 
     plain, modified = (design.with_parabola(*coefficients) for coefficients in ((0.0, 0.0), MODIFIED))
     return MisalignmentFigure(case, (paths(plain), paths(modified)))

@@ -21,12 +21,11 @@ from beveloid_geom.report.pattern import pattern_report
 from ...parts import panels, solved
 from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import SolvedPath
+from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture, Size
 
 TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
-MODIFIED = (0.001, -0.001)
 GRID = (81, 161)
 """Points along depth and face at which a separation is drawn."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)

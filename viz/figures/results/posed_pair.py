@@ -25,7 +25,6 @@ TOLERANCE = 1.0 / 600.0
 page of 1000 x 750."""
 EXPORTED = 0.01
 """mm: the tolerance of `beveloid-geom mesh` unless told otherwise."""
-VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 NEAR = np.array([-0.12, 0.45, 0.88])
 CLOSE = 4.6
 """Half the height of the close picture, in normal modules."""
@@ -61,7 +60,7 @@ def compute(design: Design) -> PosedFigure:
 def draw(data: PosedFigure, size: Size) -> Drawing:
     """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
     pose = "at nominal rolls: the right flanks share no contact point"
-    if np.isfinite(data.pair.contact).all():
+    if data.pair.touching:
         pose = "right flanks in contact in the middle of their path"
     counts = "; ".join(
         f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
@@ -115,7 +114,7 @@ def _draw_paths(over: Overlay, data: PosedFigure) -> None:
     """Draw the paths over everything: the flanks in contact are seen from behind."""
     for line in paths_on_teeth(data):
         over.line(line, color=theme.PATH, linewidth=3.0)
-    if np.isfinite(data.pair.contact).all():
+    if data.pair.touching:
         over.line(data.pair.contact, marker="o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
         note = "point of contact"
         over.note(data.pair.contact, note, (60.0, -70.0), color=theme.INK)
@@ -124,15 +123,15 @@ def _draw_paths(over: Overlay, data: PosedFigure) -> None:
 def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     found = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
     items = [posed.surface(mesh, frame, colour) for (mesh, _), frame, colour in found if mesh is not None]
-    return items, fit_camera(posed.reach(data.pair, feet=False), VIEW, UP, size, 0.06)
+    return items, fit_camera(posed.reach(data.pair, feet=False), posed.VIEW, posed.UP, size, 0.06)
 
 
 def close(data: PosedFigure) -> tuple[Sequence[Item], Camera]:
     """Make the teeth in mesh, seen at the toes along the teeth."""
     pair = data.pair
     module = float(pair.design.pinion.tool.normal_module)
-    middle = pair.contact if np.isfinite(pair.contact).all() else pair.foot.mean(axis=0)
-    camera = Camera(NEAR, UP, middle, CLOSE * module)
+    middle = pair.contact if pair.touching else pair.foot.mean(axis=0)
+    camera = Camera(NEAR, posed.UP, middle, CLOSE * module)
     items: list[Item] = []
     for number, ((mesh, _), frame) in enumerate(zip(data.meshes, pair.frames, strict=True)):
         if mesh is None:

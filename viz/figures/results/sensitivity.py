@@ -14,11 +14,9 @@ from beveloid_geom.report.sensitivity import STEPS
 from ...parts import charts
 from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, REASONS
+from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
 
-MODIFIED = (0.001, -0.001)
-"""Parabola coefficients of pinion and gear in the second case, 1/mm."""
 LEFT, RIGHT = 0.1, 0.995  # shares of the page's width
 NOTE = (
     "Exact derivatives at the design's own errors, times the errors named. The shift is that of the middle"

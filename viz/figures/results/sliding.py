@@ -15,12 +15,12 @@ from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, REASONS
+from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, "-"),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001), "--"),
+    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED, "--"),
 )
 """Name, parabola coefficients and line style of each case."""
 POINTS = 201

@@ -18,13 +18,13 @@ from beveloid_geom.report.words import status_name
 from ...parts import charts, panels, solved
 from ...parts.panels import Panel
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, SolvedPath
+from ...parts.solved import FLANKS, MODIFIED, SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, theme.BLUE),
-    ("$a_1$ = 0.001, $a_2$ = \u22120.001 mm$^{\u22121}$", (0.001, -0.001), theme.RED),
+    ("$a_1$ = 0.001, $a_2$ = \u22120.001 mm$^{\u22121}$", MODIFIED, theme.RED),
 )
 MOUNTINGS, DRAWN, SEED = 1024, 300, 0
 """Mountings of a study, and how many are drawn."""

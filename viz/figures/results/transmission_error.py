@@ -15,12 +15,13 @@ from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import MODIFIED
 from ...stage import theme
 
 FLANK = "right"
 CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
     ("as designed", None),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001)),
+    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED),
     ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002)),
 )
 POINTS = 361
