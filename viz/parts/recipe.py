@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice, repeat
 from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
@@ -24,11 +23,10 @@ def stacked(cases: Iterable[Sequence[object]]) -> Rows:
     """Give the rows of cases, one under another: each column of a case, a list or array (n,), goes down its
     rows, and each single value stands in all of them; single values alone are one row."""
     for case in cases:
-        columns = [cell for cell in case if isinstance(cell, list | np.ndarray)]
-        count = {len(column) for column in columns} or {1}
-        assert len(count) == 1, count
-        down = [np.asarray(c).tolist() if isinstance(c, list | np.ndarray) else repeat(c) for c in case]
-        yield from islice(zip(*down, strict=False), *count)
+        cells = [cell.tolist() if isinstance(cell, np.ndarray) else cell for cell in case]
+        count = max((len(cell) for cell in cells if isinstance(cell, list)), default=1)
+        columns = (cell if isinstance(cell, list) else count * [cell] for cell in cells)
+        yield from zip(*columns, strict=True)
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:

@@ -81,7 +81,6 @@ def asset(name: str) -> Markup:
 def _drawn(results: FlankResults) -> dict[str, Markup]:
     """Draw, by name, each chart of a flank pair that there is something to draw for."""
     operation, study = results.operation, results.study
-    over_roll = "Sliding speed and specific sliding over the pinion's roll"
     cloud_chart = partial(charts.flank_chart, cloud=True)
     over_roll = "Sliding speed and specific sliding over the pinion's roll"
     by_error = "Change of path, contact ratio and transmission error by each assembly error"
