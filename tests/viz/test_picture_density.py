@@ -61,7 +61,8 @@ def flank_at(size: tuple[int, int], pixels: float) -> Scene:
     assert view is not None
     px_per_mm = 0.92 * float(np.min(size / view.span))
     grid = sample_flank(member, "right", pixels / (px_per_mm * STRETCHED))
-    return Scene([panels.surface(grid, view, theme.STEEL)], panels.camera_of(view, 0.5 * size[1] / px_per_mm))
+    surface = panels.surface(grid.points, grid.normals, view, theme.STEEL)
+    return Scene([surface], panels.camera_of(view, 0.5 * size[1] / px_per_mm))
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ def test_sensitivity_is_the_librarys() -> None:
     for case, changed in zip(data, (design, design.with_parabola(0.001, -0.001)), strict=True):
         for flank in ("right", "left"):
             found = path_sensitivity(changed, flank)
-            along, square, ratio, swing = (case.values(quantity) for quantity in charts.QUANTITIES)
+            along, square, ratio, swing = (charts.changes_of(case.found, q) for q in charts.QUANTITIES)
             for j, member in enumerate(("pinion", "gear")):
                 np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)
                 np.testing.assert_array_equal(square[flank, member], found.square_shift_by[1, j] * STEPS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from dataclasses import replace
 from functools import lru_cache
@@ -20,7 +21,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.status import FirstStatus
-from beveloid_viz.report.view_data import carried_phase, unpacked, view_data
+from beveloid_viz.report.view_data import carried_phase, view_data
 from tests.oracle.table1 import table1
 
 TABLE = table1()
@@ -40,6 +41,12 @@ TOLERANCE = 0.012
 """mm: what `view_data` takes for a module of 6 mm."""
 every_case = pytest.mark.parametrize("flank", ["right", "left"])
 every_design = pytest.mark.parametrize("name", DESIGNS)
+
+
+def unpacked(value: dict[str, Any]) -> NDArray[Any]:
+    """The values (n,) of a packed array, as the page reads them."""
+    kind = np.dtype(value["type"]).newbyteorder("<")
+    return np.frombuffer(base64.b64decode(value["data"]), dtype=kind)
 
 
 def of_path(view: dict[str, Any], flank: str, name: str) -> FloatArray:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom import Design, Member, first_contact
+from beveloid_geom import Design, first_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.contact.placing import frames_at
@@ -81,7 +81,7 @@ class Film:
 
 
 def film_of(design: Design, flank: str, frames: int) -> Film:
-    """The motion of a single design over one pitch in equal steps. Raises NoFilmError where the flanks
+    """Find the motion of a single design over one pitch in equal steps. Raises NoFilmError where the flanks
     share no contact, or where it is not known what touches first."""
     path = solved.solve(design, flank)
     reason = reason_of(path.path) or first_contact_fault(design)
@@ -95,7 +95,7 @@ def film_of(design: Design, flank: str, frames: int) -> Film:
 
 
 def motion_at(cycle: OperationReport, share: FloatArray) -> Motion:
-    """The pair at shares (n,) of the pitch; the cycle must be known."""
+    """Find the pair at shares (n,) of the pitch; the cycle must be known."""
     design, flank = cycle.design, cycle.flank
     roll = float(cycle.cycle.start) + cycle.cycle.pitch * share
     first = cycle.cycle.at(roll)
@@ -118,17 +118,12 @@ def motion_at(cycle: OperationReport, share: FloatArray) -> Motion:
 
 
 def _own_points(design: Design, flank: str, first: FirstContact) -> FloatArray:
-    """Contacts (2, n, 3) on tooth 0 of pinion and gear, own frames."""
+    """Give the contacts (2, n, 3), on flanks or fillets, on tooth 0 of pinion and gear, own frames, mm."""
     places = (first.l1, first.z1), (first.l2, first.z2)
-    return np.stack(
-        [_on_tooth(member, flank, *at) for member, at in zip(design.members, places, strict=True)]
-    )
-
-
-def _on_tooth(member: Member, flank: str, s: FloatArray, z: FloatArray) -> FloatArray:
-    """Points (n, 3) of flank or fillet at profile coordinates and z, mm, own frame."""
-    with np.errstate(invalid="ignore"):
-        cut = cut_at(surface_of(member, flank), s, z)
-        x, y, phi = (np.asarray(value, dtype=float) for value in (cut.x, cut.y, cut.phi))
-        cos, sin = np.cos(phi), np.sin(phi)
-    return np.stack((cos * x - sin * y, sin * x + cos * y, z), axis=-1)
+    points = []
+    for member, (s, z) in zip(design.members, places, strict=True):
+        with np.errstate(invalid="ignore"):
+            cut = cut_at(surface_of(member, flank), s, z)
+            cos, sin = np.cos(cut.phi), np.sin(cut.phi)
+        points.append(np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z), axis=-1))
+    return np.stack(points)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, repeat
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
 
 from ..parts import annotate, charts, panels
 from ..parts.panels import Panel, Trace
+from ..parts.solved import MEMBERS
 from ..stage import theme
 from ..stage.scene import Picture, Size
 from ..stage.theme import Box, Page
@@ -32,7 +32,6 @@ SIDE = 0.615
 FLANKS = 0.475
 """Share of the page's height at which the flanks begin."""
 BALL = theme.BLUE
-BALL_POINTS = 11.0
 NOTE = (
     "The gear stands where the first of all teeth, edges included, stops it on the driving side: rigid, no"
     " load. Seen from the {end}s along the teeth, the gear as if of glass; flanks square on, {how}, twice as"
@@ -70,7 +69,7 @@ class Sheet:
 
     page: Page
     box: Box
-    flanks: tuple[Panel | None, ...]
+    flanks: list[Panel | None]
     moving: Moving
 
 
@@ -99,45 +98,35 @@ def frames(film: Film, size: Size, pitches: int = 1) -> Iterator[Image]:
 def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
     """Make everything that stands still, and the artists of what moves, none of them placed yet."""
     flank = film.motion.flank
-    page = theme.new_page(
-        size,
-        "The pair in mesh",
-        f"{flank.capitalize()} flanks, the pinion drives; contact ratio {film.path.ratio:.3f} by Eq. 16"
-        + _operating(film),
-        PAGE_INCHES,
-    )
+    ratios = f"{film.path.ratio:.3f} by Eq. 16"
+    if np.isfinite(film.cycle.operating):
+        ratios += f", {film.cycle.operating:.3f} in operation"
     how = "through the tooth" if flank == "right" else "from outside"
     end = "heel" if zone.looks_from(film)[2] > 0.0 else "toe"
     note = NOTE.format(how=how, end=end, film=1e3 * FILM)
-    low = theme.caption(page, note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""), COLUMNS)
-    high = theme.top(page)
+    page, low, high = theme.new_page(
+        size,
+        "The pair in mesh",
+        f"{flank.capitalize()} flanks, the pinion drives; contact ratio {ratios}",
+        note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""),
+        columns=COLUMNS,
+        page_inches=PAGE_INCHES,
+    )
     box = theme.place(page, 0.03, low, SIDE - 0.06, high - low)
     axes = theme.overlay(page, box)
     flanks, balls = _flanks(page, film, high)
     marker = _curve(page, film, low, pitches)
-    moving = Moving(
-        (_line(axes, 1.6, 0.4), _line(axes, 3.2, 1.0)),
-        _words(axes, box),
-        (_balls(axes, clipped=True), *balls),
-        marker,
-        _numbers(page, low),
-    )
+    style: dict[str, Any] = {"color": theme.PATH, "animated": True}
+    faint, strong = (axes.plot([], [], lw=lw, alpha=a, **style)[0] for lw, a in ((1.6, 0.4), (3.2, 1.0)))
+    own = _balls(axes, clipped=True)
+    moving = Moving((faint, strong), _words(axes, box), (own, *balls), marker, _numbers(page))
     return Sheet(page, box, flanks, moving)
-
-
-def _operating(film: Film) -> str:
-    value = film.cycle.operating
-    return f", {value:.3f} in operation" if np.isfinite(value) else ""
-
-
-def _line(axes: Axes, width: float, alpha: float) -> Line2D:
-    return axes.plot([], [], color=theme.PATH, linewidth=width, alpha=alpha, animated=True)[0]
 
 
 def _balls(axes: Axes, clipped: bool = False) -> tuple[Line2D, Line2D]:
     """Make full and hollow balls, none yet."""
     full, hollow = (
-        axes.plot([], [], "o", ms=BALL_POINTS, mfc=face, mec=edge, mew=1.6, animated=True, clip_on=clipped)[0]
+        axes.plot([], [], "o", ms=11.0, mfc=face, mec=edge, mew=1.6, animated=True, clip_on=clipped)[0]
         for face, edge in ((BALL, "white"), ("white", BALL))
     )
     return full, hollow
@@ -152,9 +141,7 @@ def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
     return tuple(axes.texts)
 
 
-def _flanks(
-    page: Page, film: Film, high: float
-) -> tuple[tuple[Panel | None, ...], list[tuple[Line2D, Line2D]]]:
+def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], list[tuple[Line2D, Line2D]]]:
     """Draw both flanks with their path, and the balls on them."""
     design, flank = film.motion.design, film.motion.flank
     views = panels.flank_views(design, flank, panels.STRETCH)
@@ -163,22 +150,17 @@ def _flanks(
     step, bottom = 0.5 * (0.985 - SIDE), FLANKS + theme.inches(page, 0.35)
     top = high - theme.inches(page, 0.75)
     px_per_mm = min((top - bottom) * height / span[1], 0.74 * step * width / span[0])
-    found: list[Panel | None] = []
-    balls = []
+    found, balls = [], []
     for row, view in enumerate(views):
         left = SIDE + row * step
-        page.text(left + 0.5 * step, high, f"{('pinion', 'gear')[row]}'s flank", ha="center", va="top")
+        page.text(left + 0.5 * step, high, f"{MEMBERS[row]}'s flank", ha="center", va="top")
         edge = theme.inches(page, 0.3)
         box = theme.place(page, left, bottom - edge, step, top - bottom + 2.0 * edge)
         traces = [Trace(film.path.points[row], width=0.6)]
         drawn = panels.draw_flank(page, box, design, row, flank, view, traces, float(px_per_mm))
-        if drawn is None:
-            found.append(None)
-            balls.append(_balls(theme.overlay(page, box)))
-            continue
         found.append(drawn)
-        balls.append(_balls(drawn.axes))
-    return tuple(found), balls
+        balls.append(_balls(drawn.axes if drawn else theme.overlay(page, box)))
+    return found, balls
 
 
 def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
@@ -193,7 +175,7 @@ def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
     return _balls(axes)[0]
 
 
-def _numbers(page: Page, low: float) -> tuple[Text, ...]:
+def _numbers(page: Page) -> tuple[Text, ...]:
     """Write the names of the numbers, and where they are written."""
     texts = []
     for row, name in enumerate(ROWS):
@@ -207,9 +189,10 @@ def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> 
     """Put what moves where it is at a step of the motion."""
     motion, moving = film.motion, sheet.moving
     touching, near = motion.touching[:, step], motion.near[:, step]
-    paths = [picture.project(line) for line in zone.paths_on_teeth(film, step)]
+    paths = picture.project(zone.paths_on_teeth(film, step))
+    paths = np.pad(paths, ((0, 0), (1, 0), (0, 0)), constant_values=np.nan)  # a gap before each
     for line, shown in zip(moving.paths, (~near, near), strict=True):
-        _set(line, [path for path, wanted in zip(paths, shown, strict=True) if wanted])
+        line.set_data(*paths[shown].reshape(-1, 2).T)
     seen = [picture.project(motion.point[:, step])]
     for row, flank in enumerate(sheet.flanks):
         points = motion.own[row, :, step]
@@ -217,19 +200,13 @@ def _move(sheet: Sheet, film: Film, picture: Picture, step: int, pitch: int) -> 
     for pixels, balls in zip(seen, moving.balls, strict=True):
         for ball, shown in zip(balls, (touching, near & ~touching), strict=True):
             ball.set_data(*pixels[shown].T)
-    error = ARCSEC * motion.error[step]
-    moving.marker.set_data([motion.share[step] + pitch], [error])
+    moving.marker.set_data([motion.share[step] + pitch], [ARCSEC * motion.error[step]])
     for text, words in zip(moving.numbers, _readings(motion, step, pitch), strict=True):
         text.set_text(words)
 
 
-def _set(line: Line2D, pieces: list[FloatArray]) -> None:
-    """Draw polylines (n, 2) as one line with gaps."""
-    gap = np.full((1, 2), np.nan)
-    line.set_data(*np.concatenate([gap, *chain(*zip(pieces, repeat(gap), strict=False))]).T)
-
-
 def _readings(motion: Motion, step: int, pitch: int) -> tuple[str, ...]:
+    """Give the numbers of a step: roll, error, pairs in contact, and what carries."""
     share = motion.share[step] + pitch
     turn = 360.0 / float(motion.design.pinion.teeth) * share
     touching, near = int(motion.touching[:, step].sum()), int(motion.near[:, step].sum())

@@ -45,15 +45,8 @@ def write_gif(frames: Iterable[Image], path: Path, fps: float) -> None:
         Pillow.fromarray(image).quantize(palette=palette, dither=Pillow.Dither.NONE)
         for image in chain([first], images)
     )
-    next(reduced).save(
-        path,
-        format="GIF",
-        save_all=True,
-        append_images=reduced,
-        duration=round(1000.0 / fps),
-        loop=0,
-        disposal=1,
-    )
+    settings = {"duration": round(1000.0 / fps), "loop": 0, "disposal": 1}
+    next(reduced).save(path, format="GIF", save_all=True, append_images=reduced, **settings)
 
 
 def palette_of(image: Image) -> Pillow.Image:

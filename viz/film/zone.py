@@ -12,6 +12,7 @@ from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..parts import posed
+from ..parts.solved import MEMBERS
 from ..stage import theme
 from ..stage.scene import MESH_PX, Camera, Picture, Scene, Size, Surface, fit_camera, render_moving
 from .motion import Film, Motion, NoFilmError
@@ -53,22 +54,19 @@ def camera_of(film: Film, size: Size) -> Camera:
 def pictures(film: Film, size: Size) -> Iterator[Picture]:
     """Draw the teeth at every position of the film. Raises NoFilmError for teeth that cannot be made."""
     motion, camera = film.motion, camera_of(film, size)
-    tolerance = MESH_PX * 2.0 * camera.half_height / size[1]
+    tolerance = MESH_PX * camera.mm_per_px(size)
     items, far = [], "toe" if looks_from(film)[2] > 0.0 else "heel"
     for number, member in enumerate(motion.design.members):
         try:
             mesh = gear_mesh(member, tolerance, teeth_near(motion, number, camera))
         except ValueError as error:
-            raise NoFilmError(f"{('pinion', 'gear')[number]}: {error}") from None
+            raise NoFilmError(f"{MEMBERS[number]}: {error}") from None
         colour, opacity = theme.METALS[number], (1.0, GLASS)[number]
         skin = mesh.where(~mesh.is_of("bore", far, "first side", "last side"))
         items.append(Surface(skin.points, skin.faces, skin.normals, colour, opacity))
         items.append(outline(mesh))
-    (first, place), (second, other) = motion.frames
-    poses = (
-        ((first[k], place[k]), (first[k], place[k]), (second[k], other[k]), (second[k], other[k]))
-        for k in range(len(motion.share))
-    )
+    first, second = (list(zip(*frame, strict=True)) for frame in motion.frames)
+    poses = ((one, one, other, other) for one, other in zip(first, second, strict=True))  # skin and outline
     return render_moving(Scene(items, camera), size, poses)
 
 
@@ -86,18 +84,14 @@ def teeth_near(motion: Motion, number: int, camera: Camera) -> range | None:
 
 def outline(mesh: Mesh) -> Surface:
     """Make only the sharp edges of a mesh: a surface that is not seen itself."""
-    _, index, joined = np.unique(
-        np.round(mesh.points / WHOLE), axis=0, return_index=True, return_inverse=True
-    )
-    faces = joined.reshape(-1)[mesh.faces]
-    return Surface(mesh.points[index], faces, None, opacity=0.0, edges=True)
+    rounded = np.round(mesh.points / WHOLE)
+    _, index, joined = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return Surface(mesh.points[index], joined.reshape(-1)[mesh.faces], None, opacity=0.0, edges=True)
 
 
-def paths_on_teeth(film: Film, step: int) -> list[FloatArray]:
-    """Give the path of contact (n, 3) in S_f on the pinion tooth of every pair, at one position."""
-    motion = film.motion
-    rotation, origin = (part[step] for part in motion.frames[0])
-    points, member = film.path.points[0], motion.design.pinion
-    return [
-        to_fixed((rotation, origin), posed.on_tooth(points, member, pair)) for pair in motion.pairs.tolist()
-    ]
+def paths_on_teeth(film: Film, step: int) -> FloatArray:
+    """Give the path of contact on the pinion tooth of every pair, points (pairs, n, 3) in S_f, mm, at one
+    position."""
+    rotation, origin = (part[step] for part in film.motion.frames[0])
+    points, member, pairs = film.path.points[0], film.motion.design.pinion, film.motion.pairs.tolist()
+    return np.stack([to_fixed((rotation, origin), posed.on_tooth(points, member, pair)) for pair in pairs])

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from beveloid_geom.arrays import FloatArray
 
 from ..stage import theme
-from ..stage.scene import Picture
+from ..stage.scene import Camera, Item, Picture, Scene, render
 
 Offset = tuple[float, float]
 """To the right and up, in points of the page."""
@@ -28,16 +28,8 @@ END_ON = 0.12
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
     """Write words at a pixel, with a white rim so that they stay readable on metal."""
     settings = {"fontsize": theme.LABEL, "ha": "center", "va": "center", "color": theme.INK, **style}
-    axes.annotate(
-        words,
-        tuple(np.asarray(pixel, dtype=float)),
-        xytext=offset,
-        textcoords="offset points",
-        annotation_clip=False,
-        path_effects=[withStroke(linewidth=HALO, foreground="white")],
-        zorder=5,
-        **settings,
-    )
+    rim = [withStroke(linewidth=HALO, foreground="white")]
+    theme.beside(axes, pixel, words, offset, path_effects=rim, zorder=5, **settings)
 
 
 def arrow(
@@ -45,14 +37,9 @@ def arrow(
 ) -> None:
     """Draw an arrow between two pixels."""
     look = {"arrowstyle": ends, "color": colour, "linewidth": width, "mutation_scale": 7.0 + 5.0 * width}
-    axes.annotate(
-        "",
-        tuple(np.asarray(head, dtype=float)),
-        xytext=tuple(np.asarray(tail, dtype=float)),
-        annotation_clip=False,
-        zorder=4,
-        arrowprops={**look, "shrinkA": 0.0, "shrinkB": 0.0},
-    )
+    look |= {"shrinkA": 0.0, "shrinkB": 0.0}
+    start, end = (tuple(np.asarray(pixel, dtype=float)) for pixel in (tail, head))
+    axes.annotate("", end, start, annotation_clip=False, zorder=4, arrowprops=look)
 
 
 def arc(centre: ArrayLike, first: ArrayLike, second: ArrayLike, radius: float, count: int = 33) -> FloatArray:
@@ -72,6 +59,12 @@ class Overlay:
 
     axes: Axes
     picture: Picture
+
+    @classmethod
+    def drawn(cls, page: theme.Page, box: theme.Box, items: Sequence[Item], camera: Camera) -> Overlay:
+        """Draw a scene into a box of the page."""
+        picture = render(Scene(items, camera), box.size)
+        return cls(theme.show(page, box, picture), picture)
 
     def label(self, point: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
         """Write words beside a point."""
@@ -112,6 +105,25 @@ class Overlay:
         a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         self.label(a + at * (b - a), words, offset, **style)
 
+    def angle(
+        self,
+        foot: ArrayLike,
+        first: ArrayLike,
+        second: ArrayLike,
+        radius: float,
+        words: str,
+        reach: tuple[float, float],
+        offset: Offset,
+    ) -> None:
+        """Draw the angle at `foot` from the direction `first` (3,) to `second`: an arrow on a circle of a
+        radius (mm), and a dashed line along `first`. It ends, and has the words, at the shares `reach` of
+        the radius."""
+        start, end, beside = np.asarray(foot), *(share * radius * np.asarray(first) for share in reach)
+        self.line(start, start + end, color=theme.RED, linestyle="--")
+        self.arrow_along(arc(start, first, second, radius), theme.RED)
+        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
+        self.label(start + beside, words, offset, **style)
+
     def arrow_along(self, points: FloatArray, colour: str, width: float = 1.5) -> None:
         """Draw a curve (n, 3) with an arrow head at its end."""
         self.line(points, color=colour, linewidth=width)
@@ -150,12 +162,5 @@ class Overlay:
             reach = 5.0 if side != "center" else 12.0
             text(self.axes, tip, f"${name}$", (reach * shift[0], 11.0 * shift[1]), color=colour, ha=side)
         if title:
-            text(
-                self.axes,
-                start,
-                f"${title}$",
-                offset,
-                color=colour,
-                fontweight="bold",
-                fontsize=theme.HEADING,
-            )
+            bold: dict[str, Any] = {"fontweight": "bold", "fontsize": theme.HEADING}
+            text(self.axes, start, f"${title}$", offset, color=colour, **bold)

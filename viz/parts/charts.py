@@ -82,8 +82,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     else:
         axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
     axes.set_xlim(0.0, pitches)
-    axes.set_xlabel("pinion roll from the pitch point (pitches)")
-    axes.set_ylabel("error (arcsec)")
+    axes.set(xlabel="pinion roll from the pitch point (pitches)", ylabel="error (arcsec)")
     axes.grid(True)
 
 
@@ -98,8 +97,7 @@ def amplitudes(axes: Axes, report: OperationReport) -> None:
         axes.bar(orders, values, width=0.6, color=theme.BLUE)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, orders.size + 0.6)
-    axes.set_xlabel("multiple of the mesh frequency")
-    axes.set_ylabel("amplitude (arcsec)")
+    axes.set(xlabel="multiple of the mesh frequency", ylabel="amplitude (arcsec)")
     axes.set_axisbelow(True)
     axes.grid(True, axis="y")
 
@@ -131,9 +129,9 @@ def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named
     axes.set_ylabel("specific sliding")
     _over_rolls(axes, report, named)
     if named and np.isfinite(report.pitch_roll):
-        style: dict[str, Any] = {"color": theme.GREY, "fontsize": "small"}
-        at = float(np.degrees(report.pitch_roll)), 0.0
-        axes.annotate("pitch point", at, (4.0, 4.0), axes.get_xaxis_transform(), "offset points", **style)
+        at, across = (float(np.degrees(report.pitch_roll)), 0.0), axes.get_xaxis_transform()
+        style: dict[str, Any] = {"color": theme.GREY, "fontsize": "small", "annotation_clip": None}
+        theme.beside(axes, at, "pitch point", (4.0, 4.0), xycoords=across, **style)
 
 
 def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:
@@ -236,10 +234,9 @@ def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, An
             continue
         axes.plot([0.0, value], [y, y], color=colour, linewidth=2.0)
         axes.plot([value], [y], ms=6.5, mfc="white" if look["marker"] == "D" else colour, **look)
-        side = -1.0 if value < 0.0 else 1.0
-        style: dict[str, Any] = {"ha": "left" if side > 0.0 else "right", "va": "center", "color": colour}
-        style |= {"xytext": (8.0 * side, -0.5), "textcoords": "offset points", "fontsize": theme.SMALL}
-        axes.annotate(_three_digits(value), (value, y), **style)
+        away, ha = (-8.0, "right") if value < 0.0 else (8.0, "left")
+        style: dict[str, Any] = {"ha": ha, "va": "center", "color": colour, "fontsize": theme.SMALL}
+        theme.beside(axes, (value, y), _three_digits(value), (away, -0.5), **style)
 
 
 def _three_digits(value: float) -> str:
@@ -252,10 +249,10 @@ def _three_digits(value: float) -> str:
 
 def marks_of_changes(flanks: Sequence[str]) -> list[Line2D]:
     """Make entries of a legend for `changes_under_errors`: the flanks, if there are several, and members."""
-    entries = [Line2D([], [], color=COLOURS[flank], label=f"{flank} flank") for flank in flanks]
-    entries = entries if len(flanks) > 1 else []
+    several = flanks if len(flanks) > 1 else ()
+    entries = [Line2D([], [], color=COLOURS[flank], label=f"{flank} flank") for flank in several]
     for member, (marker, _) in MARKERS.items():
         face, label = "white" if marker == "D" else theme.INK, member or "pair"
-        line = Line2D([], [], color=theme.INK, lw=2.0, marker=marker, ms=6.5, mfc=face, label=label)
-        entries.append(line)
+        look: dict[str, Any] = {"marker": marker, "ms": 6.5, "mfc": face}
+        entries.append(Line2D([], [], color=theme.INK, lw=2.0, label=label, **look))
     return entries

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +13,6 @@ from matplotlib.transforms import Bbox
 
 from ..stage import theme
 
-HOLLOW = "white"
 GAP, MARK = 1.5, 3.0
 """Points between a label and any curve, and any point that has a mark."""
 Shift: TypeAlias = tuple[float, float, str]
@@ -31,25 +29,17 @@ class Look:
     variant: bool = False
     size: float = 6.0
 
-    def line(self, x: Sequence[float] = (), y: Sequence[float] = ()) -> Line2D:
+    def line(self, points: Sequence[tuple[float, float]] = ()) -> Line2D:
         """Make the curve through points, or without points its line for a legend."""
-        return Line2D(
-            x,
-            y,
-            color=self.colour,
-            linestyle="--" if self.variant else "-",
-            linewidth=1.6,
-            marker=self.marker,
-            markersize=self.size,
-            markerfacecolor=HOLLOW if self.variant else self.colour,
-            markeredgewidth=1.2,
-            label=self.label,
-        )
+        dashes, face = ("--", "white") if self.variant else ("-", self.colour)
+        mark: dict[str, Any] = {"marker": self.marker, "ms": self.size, "mfc": face, "mew": 1.2}
+        x, y = np.reshape(points, (-1, 2)).T
+        return Line2D(x, y, color=self.colour, ls=dashes, lw=1.6, label=self.label, **mark)
 
 
-def curve(axes: Axes, look: Look, x: Sequence[float], y: Sequence[float], order: int = 0) -> None:
-    """Draw a curve; those of higher order lie on top."""
-    line = look.line(x, y)
+def curve(axes: Axes, look: Look, points: Sequence[tuple[float, float]], order: int) -> None:
+    """Draw a curve through points; those of higher order lie on top."""
+    line = look.line(points)
     line.set_zorder(2.0 + 0.01 * order)
     axes.add_line(line)
 
@@ -76,26 +66,15 @@ class Labels:
         self.axes = axes
         self.taken: list[Bbox] = []
         self.lines = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
-        self.marks = np.concatenate(
-            [
-                path.vertices
-                for path, line in zip(self.lines, axes.lines, strict=True)
-                if line.get_marker() != "None"
-            ]
-            or [np.empty((0, 2))]
-        )
+        drawn = zip(self.lines, axes.lines, strict=True)
+        marked = [path.vertices for path, line in drawn if line.get_marker() != "None"]
+        self.marks = np.concatenate([np.empty((0, 2)), *marked])
 
     def put(self, text: str, at: tuple[float, float], shifts: Sequence[Shift], colour: str) -> bool:
         """Write the text at the first shift where it is free; not at all, and False, if at none."""
         for x, y, side in shifts:
-            label = self.axes.annotate(
-                *(text, at),
-                xytext=(x, y),
-                textcoords="offset points",
-                ha=side,
-                fontsize=theme.SMALL,
-                color=colour,
-            )
+            style = {"ha": side, "fontsize": theme.SMALL, "color": colour}
+            label = theme.beside(self.axes, at, text, (x, y), **style)
             box = label.get_window_extent()
             if self._free(box):
                 self.taken.append(box)
@@ -104,6 +83,7 @@ class Labels:
         return False
 
     def _free(self, box: Bbox) -> bool:
+        """Say whether a box, pixels, lies in the axes and off all labels, marks and curves."""
         room, point = self.axes.get_window_extent(), self.axes.figure.dpi / 72.0
         if box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0 or box.y1 > room.y1:
             return False
@@ -114,11 +94,6 @@ class Labels:
             return False
         near = box.padded(GAP * point)
         return not any(line.intersects_bbox(near, filled=False) for line in self.lines)
-
-
-def say(axes: Axes, reason: str) -> None:
-    """Write a reason in place of a chart."""
-    axes.text(0.5, 0.5, textwrap.fill(reason, 36), transform=axes.transAxes, ha="center", va="center")
 
 
 def duration(seconds: float) -> str:

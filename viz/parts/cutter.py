@@ -8,7 +8,7 @@ import numpy as np
 
 from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.fillet import ToolRound, tool_round
+from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import parameter_at_height, rack_of, section_point
 
 from ..stage.scene import Surface, grid_surface
@@ -39,10 +39,10 @@ def fitting(tool: Tool) -> Tool:
     return replace(tool, tip_radius=0.0, dedendum=0.2)
 
 
-def half_profile(tool: Tool, rounding: ToolRound) -> FloatArray:
+def half_profile(tool: Tool) -> FloatArray:
     """Give (x_n, y_n) (n, 2) from the middle of the tool's tip over round and right flank to the middle of
     its space, mm."""
-    module = float(tool.normal_module)
+    module, rounding = float(tool.normal_module), tool_round(tool, "right")
     height = module * float(tool.addendum) * TOP
     crossing = 0.25 * np.pi * module / np.sin(float(tool.normal_pressure_angle))
     top = min(float(parameter_at_height(tool, height)), 0.97 * crossing)
@@ -79,14 +79,7 @@ def block(
     top = np.stack((outline[:, 0], np.full(len(outline), back)), axis=-1)
     rows = np.stack((outline, top))
     section = frame.origin + rows[..., 1:] * frame.axes[0] + rows[..., :1] * frame.axes[1]
-    faces = []
-    for plane in ends:
-        u = (plane[3] - section @ plane[:3]) / (frame.axes[2] @ plane[:3])
-        faces.append(section + u[..., None] * frame.axes[2])
-    first, last = faces
-    surfaces = [
-        grid_surface(np.stack((first[0], last[0])), None, colour),
-        grid_surface(np.stack((first[1], last[1])), None, colour),
-        *(grid_surface(np.stack((first[:, end], last[:, end])), None, colour) for end in (0, -1)),
-    ]
-    return [*surfaces, *(grid_surface(face, None, colour) for face in faces)]
+    lengths = [(plane[3] - section @ plane[:3]) / (frame.axes[2] @ plane[:3]) for plane in ends]
+    solid = np.stack([section + u[..., None] * frame.axes[2] for u in lengths])  # (ends, heights, n, 3)
+    sides = solid[:, 0], solid[:, 1], solid[:, :, 0], solid[:, :, -1], solid[0], solid[1]
+    return [grid_surface(side, None, colour) for side in sides]

@@ -100,17 +100,8 @@ def outline(axes: Axes, flat: FlatFlank, scale: float, colour: str, width: float
         ("mm", (ticks[-1], low[1]), (14.0, -17.0), "left", "top"),
     )
     for word, at, away, ha, va in sides:
-        axes.annotate(
-            word,
-            at,
-            away,
-            textcoords="offset points",
-            ha=ha,
-            va=va,
-            fontsize=mpl.rcParams["legend.fontsize"],
-            color=theme.GREY,
-            annotation_clip=False,
-        )
+        style = {"fontsize": mpl.rcParams["legend.fontsize"], "color": theme.GREY}
+        theme.beside(axes, at, word, away, ha=ha, va=va, **style)
 
 
 def path(axes: Axes, flat: FlatFlank, found: ContactPath, number: int, width: float) -> None:
@@ -136,13 +127,8 @@ def contacts(axes: Axes, flat: FlatFlank, report: OperationReport, number: int) 
     l, z = ((first.l1, first.z1), (first.l2, first.z2))[number]
     for chosen, face, size in ((good & ~edge, theme.BLUE, 4.0), (good & edge, "none", 4.6)):
         if chosen.any():
-            style: dict[str, Any] = {
-                "markeredgecolor": theme.BLUE,
-                "markerfacecolor": face,
-                "markeredgewidth": 1.2,
-            }
-            points = flat.at(l[chosen], z[chosen])
-            axes.plot(*points.T, "o", markersize=size, clip_on=False, zorder=5, **style)
+            style: dict[str, Any] = {"mec": theme.BLUE, "mfc": face, "mew": 1.2, "ms": size}
+            axes.plot(*flat.at(l[chosen], z[chosen]).T, "o", clip_on=False, zorder=5, **style)
 
 
 def pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from beveloid_geom.analysis.maps import DesignMap, Mask
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.words import status_name
 
 from ..stage import theme
@@ -30,33 +32,26 @@ EDGE, CORNER = 0.46, 0.32
 """Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
 LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
 """Hatches of cells without a path, without a figure, and without use."""
-ARCSEC = math.degrees(3600.0)
 
 
 @dataclass(frozen=True)
 class Look:
-    """How a figure is mapped: heading, unit, scale, and the way its colours run."""
+    """How a figure is mapped: heading with the unit, scale, and the way its colours run."""
 
-    title: str
-    unit: str
+    heading: str
     scale: float
     way: str
     colours: str
 
-    @property
-    def heading(self) -> str:
-        """Title and unit."""
-        return f"{self.title} ({self.unit})" if self.unit else self.title
-
 
 LOOKS = {
-    "contact_ratio": Look("contact ratio (Eq. 16)", "", 1.0, "linear", "viridis"),
-    "angle": Look("angle to the axial direction", "deg", math.degrees(1.0), "angle", "twilight_shifted"),
-    "shift": Look("shift of the path under errors", "mm", 1.0, "log", "cividis"),
-    "peak_to_peak": Look("transmission error", "arcsec", ARCSEC, "linear", "magma"),
-    "centre": Look("middle of the path, pinion z", "mm", 1.0, "signed", "PuOr"),
-    "normal_backlash": Look("normal backlash", "mm", 1.0, "signed", "PuOr"),
-    "flank_share": Look("cycle carried by flanks", "%", 100.0, "share", "viridis"),
+    "contact_ratio": Look("contact ratio (Eq. 16)", 1.0, "linear", "viridis"),
+    "angle": Look("angle to the axial direction (deg)", math.degrees(1.0), "angle", "twilight_shifted"),
+    "shift": Look("shift of the path under errors (mm)", 1.0, "log", "cividis"),
+    "peak_to_peak": Look("transmission error (arcsec)", ARCSEC, "linear", "magma"),
+    "centre": Look("middle of the path, pinion z (mm)", 1.0, "signed", "PuOr"),
+    "normal_backlash": Look("normal backlash (mm)", 1.0, "signed", "PuOr"),
+    "flank_share": Look("cycle carried by flanks (%)", 100.0, "share", "viridis"),
 }
 
 
@@ -65,8 +60,7 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
     look, x, y = LOOKS[name], found.pinion, found.gear
     per = 1e3 if found.over == "parabola" else 1.0
     values = look.scale * getattr(found, name)
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0], y[-1])
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axis.set_major_formatter(lambda value, _: _plain(per * value))
@@ -78,9 +72,8 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
         return
     cells = found.sound if np.isfinite(values[found.sound]).any() else np.ones_like(found.solved)
     colours, norm, levels, extend = _colours(look, values[cells & np.isfinite(values)])
-    mesh = axes.pcolormesh(
-        x, y, values.T, cmap=colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
-    )
+    look_of: dict[str, Any] = {"cmap": colours, "norm": norm, "shading": "nearest", "zorder": 0.0}
+    mesh = axes.pcolormesh(x, y, values.T, rasterized=True, **look_of)
     scale = axes.figure.colorbar(mesh, cax=bar, extend=extend, ticks=levels, spacing="uniform")
     scale.ax.minorticks_off()
     scale.ax.set_yticklabels([_plain(level) for level in levels], fontsize=theme.SMALL)
@@ -89,13 +82,13 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
     _hatch(axes, found, ~found.solved, LOST)
     if found.over == "parabola":
         _hatch(axes, found, np.add.outer(x, y) / np.abs(x).max(), HOLLOW, 1e-9)
-    elif found.hollow.any():
+    else:
         _hatch(axes, found, found.hollow, HOLLOW)
     _hatch(axes, found, -found.normal_backlash, HOLLOW, 0.0)
 
 
 def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, FloatArray, str]:
-    """Give the colour map , norm, levels of lines and ticks, and which ends of the bar are open."""
+    """Give the colour map, norm, levels of lines and ticks, and which ends of the bar are open."""
     colours = mpl.colormaps[look.colours]
     low, high = (float(value) for value in np.percentile(values, [1.0, 99.0]))
     if look.way == "share":
@@ -137,15 +130,13 @@ def _contours(
     levels = levels[(share > ISLAND) & (share < 1.0 - ISLAND)]
     if not levels.size:
         return
-    lines = axes.contour(
-        x, y, shown.T, levels=levels, colors=theme.INK, linewidths=0.8, linestyles="solid", zorder=1.0
-    )
+    style: dict[str, Any] = {"colors": theme.INK, "linewidths": 0.8, "linestyles": "solid", "zorder": 1.0}
+    lines = axes.contour(x, y, shown.T, levels=levels, **style)
     labels = axes.clabel(lines, fontsize=9.0, fmt=_plain, inline=False)
     for label in labels:
         label.set_path_effects(HALO)
-        place = np.abs(
-            axes.transAxes.inverted().transform(axes.transData.transform(label.get_position())) - 0.5
-        )
+        seen = axes.transData.transform(label.get_position())
+        place = np.abs(axes.transAxes.inverted().transform(seen) - 0.5)
         if place.max() > EDGE or place.min() > CORNER:
             label.remove()  # cut off, or under the name of a quadrant
 
@@ -153,14 +144,11 @@ def _contours(
 def _jumps(angle: FloatArray) -> Mask:
     """Give cells beside which an angle (deg) turns over from 90 to -90, where it is the same."""
     cells = np.zeros(angle.shape, dtype=bool)
-    for one, other in (
-        ((slice(1, None), slice(None)), (slice(-1), slice(None))),
-        ((slice(None), slice(1, None)), (slice(None), slice(-1))),
-    ):
+    for values, marks in ((angle, cells), (angle.T, cells.T)):
         with np.errstate(invalid="ignore"):
-            far = np.abs(angle[one] - angle[other]) > ANGLES[-1]
-        cells[one] |= far
-        cells[other] |= far
+            far = np.abs(np.diff(values, axis=0)) > ANGLES[-1]
+        marks[1:] |= far
+        marks[:-1] |= far
     return cells
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import chain
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design, Member, sample_flank
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.shapes.sampling import FlankGrid, grid_faces
+from beveloid_geom.shapes.sampling import grid_faces
 
 from ..stage import theme
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
@@ -108,11 +108,23 @@ def flank_views(design: Design, flank: str, stretch: float) -> list[FlankView | 
     return [flank_view(member, flank, stretch) for member in design.members]
 
 
-def surface(grid: FlankGrid, view: FlankView, colour: str) -> Surface:
-    """Make the flank as a lit surface in the frame of the picture."""
-    faces = grid_faces(grid.points, grid.normals)[:, :: 1 if view.outside else -1]
-    points, normals = view.place(grid.points), view.turn(grid.normals)
-    return Surface(points.reshape(-1, 3), faces, normals.reshape(-1, 3), colour, edges=True)
+def shared_scale(
+    page: Page, views: Sequence[Sequence[FlankView | None]], width: float, height: float
+) -> float:
+    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
+    width and height, shares of the page, and draw the scale."""
+    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
+    px_per_mm = float(min(room.size / greatest_span(chain(*views))))
+    scale_bars(page, px_per_mm, next((view.stretch for view in chain(*views) if view), STRETCH))
+    return px_per_mm
+
+
+def surface(points: FloatArray, normals: FloatArray, view: FlankView, colour: str) -> Surface:
+    """Make a grid of points and normals (nl, nz, 3) of a flank, own frame, mm, a lit surface in the frame of
+    the picture."""
+    faces = grid_faces(points, normals)[:, :: 1 if view.outside else -1]
+    placed, turned = view.place(points).reshape(-1, 3), view.turn(normals).reshape(-1, 3)
+    return Surface(placed, faces, turned, colour, edges=True)
 
 
 def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]:
@@ -186,7 +198,7 @@ def draw_flank(
     except ValueError:
         theme.say(theme.overlay(page, box), "no flank to draw: is it undercut?", 24)
         return None
-    items: list[Item] = [surface(grid, view, theme.METALS[number])]
+    items: list[Item] = [surface(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)
     return show_items(page, box, view, items, px_per_mm, limits)
 
@@ -210,15 +222,14 @@ def show_items(
     picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show(page, box, picture)
     root, middle, tip = view.frame
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "color": theme.GREY, "annotation_clip": False}
     for text, place, offset, ha, va, rotation in (
         ("root", root[1] + limits * (root[2] - root[1]), (-10, 0), "right", "center", 90),
         ("tip", tip[1] + limits * (tip[2] - tip[1]), (10, 0), "left", "center", 90),
         ("heel", middle[2], (0, 5), "center", "bottom", 0),
         ("toe", middle[0], (0, -5), "center", "top", 0),
     ):
-        style |= {"xytext": offset, "ha": ha, "va": va, "rotation": rotation}
-        axes.annotate(text, tuple(picture.project(place)), textcoords="offset points", **style)
+        style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
+        theme.beside(axes, picture.project(place), text, offset, **style)
     return Panel(axes, picture, view)
 
 
@@ -254,10 +265,10 @@ def flank_rows(
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, STRETCH)
-    heights = [around + spare + px_per_mm * float(span) / page_height for span in spans[:, 1]]
-    bottoms = high - heights[0], high - heights[0] - heights[1]
-    for row, member in enumerate(MEMBERS):
-        middle = bottoms[row] + 0.5 * (heights[row] + under)
+    heights = around + spare + px_per_mm * spans[:, 1] / page_height
+    bottoms = high - np.cumsum(heights)
+    for member, bottom, height in zip(MEMBERS, bottoms, heights, strict=True):
+        middle = bottom + 0.5 * (height + under)
         page.text(0.012, middle, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
     pictures: dict[str, Picture] = {}
     for column, (heading, _, _) in enumerate(columns):
@@ -265,7 +276,7 @@ def flank_rows(
         at = x + 0.5 * width, high + theme.inches(page, 0.3)
         page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
         for row, member in enumerate(MEMBERS):
-            y, height = bottoms[row] + under, heights[row] - under
+            y, height = float(bottoms[row]) + under, float(heights[row]) - under
             box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
             picture = draw(Cell(row, column, box, views[row][column], px_per_mm, (x + 0.5 * width, y)))
             if picture is not None:
@@ -280,10 +291,10 @@ def how_drawn(flank: str, stretch: float) -> str:
         "left": "from outside",
         "right and left": "through the tooth, from its metal side (right) or from outside (left)",
     }[flank]
-    stretched = f"{stretch:g} times as large across as along" if stretch != 1.0 else "in true proportions"
     return (
-        f"Flanks are seen square on {side}, so that root is left, tip right and heel on top"
-        f" without mirroring, and drawn {stretched}. A path enters at the ball and leaves at the arrow head. "
+        f"Flanks are seen square on {side}, so that root is left, tip right and heel on top without"
+        f" mirroring, and drawn {stretch:g} times as large across as along. A path enters at the ball and"
+        " leaves at the arrow head. "
     )
 
 
@@ -297,11 +308,11 @@ def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
     axes = theme.overlay(page, box)
     x, y = 0.0, 0.68 * box.height
     axes.plot([x, x, x + across], [y - along, y, y], color=theme.INK, linewidth=2.5, clip_on=False)
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "annotation_clip": False, "textcoords": "offset points"}
-    ways = ("", "") if stretch == 1.0 else (" along", " across")
-    texts = [f"{length:g} mm{way}" for way in ways]
-    axes.annotate(texts[0], (x, y - 0.5 * along), xytext=(-6, 0), ha="right", va="center", **style)
-    axes.annotate(texts[1], (x + 0.5 * across, y), xytext=(0, -5), ha="center", va="top", **style)
+    for at, way, offset, ha, va in (
+        ((x, y - 0.5 * along), "along", (-6, 0), "right", "center"),
+        ((x + 0.5 * across, y), "across", (0, -5), "center", "top"),
+    ):
+        theme.beside(axes, at, f"{length:g} mm {way}", offset, ha=ha, va=va, fontsize=theme.SMALL)
 
 
 def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:

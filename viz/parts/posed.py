@@ -18,7 +18,8 @@ from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..stage.scene import Surface
 
-NAMES = ("pinion", "gear")
+VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
+"""Where one looks at a whole pair, in S_f, and what is upwards there."""
 SHAFT = "#9aa1a8"
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
@@ -37,6 +38,11 @@ class PosedPair:
     frames: tuple[Frame, Frame]
 
     @property
+    def touching(self) -> bool:
+        """Whether the flanks share a point."""
+        return bool(np.isfinite(self.contact).all())
+
+    @property
     def axis(self) -> FloatArray:
         """Unit vectors (2, 3) of the axes in S_f, towards the heels."""
         return np.stack([rotation[:, 2] for rotation, _ in self.frames])
@@ -53,7 +59,7 @@ def pose(design: Design, flank: str = "right") -> PosedPair:
     try:
         pair = meshing_pair(design, flank)
     except ValueError:
-        return _placed(design, mounting_of(design), _nominal_rolls(design, flank), np.full(3, np.nan))
+        return placed(design, mounting_of(design), _nominal_rolls(design, flank))
     return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
 
 
@@ -66,14 +72,15 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
     """Pose the pair under other assembly errors at the same rolls; its flanks need not touch."""
-    return _placed(pair.design.with_errors(errors), pair.mounting, pair.roll, np.full(3, np.nan))
+    return placed(pair.design.with_errors(errors), pair.mounting, pair.roll)
 
 
-def _placed(design: Design, mounting: Mounting, roll: FloatArray, contact: FloatArray) -> PosedPair:
+def placed(design: Design, mounting: Mounting, roll: FloatArray) -> PosedPair:
+    """Place the pair as mounted, its errors included, at `roll` (2,), rad, wherever its flanks are."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
     layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
-    return PosedPair(design, mounting, roll, position, contact, (first, second))
+    return PosedPair(design, mounting, roll, position, np.full(3, np.nan), (first, second))
 
 
 def rings(member: Member, count: int = 49) -> FloatArray:
@@ -92,16 +99,6 @@ def shaft_radius(member: Member) -> float:
     """Give the radius (mm) of the shaft drawn for a member."""
     half = 0.5 * float(member.face_width)
     return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
-
-
-def teeth_of(
-    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
-) -> tuple[Mesh | None, str]:
-    """Make the gear, or some of its teeth; without a mesh the reason why its teeth cannot be drawn."""
-    try:
-        return gear_mesh(member, tolerance, teeth, bore_radius), ""
-    except ValueError as error:
-        return None, str(error)
 
 
 def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
@@ -138,11 +135,6 @@ def gear_items(
     return [surface(part, frame, colour) for part, colour in parts], ""
 
 
-def with_lines(drawn: Surface) -> Surface:
-    """Make the same surface with the edges of its faces."""
-    return replace(drawn, mesh_lines=True)
-
-
 def lathe(
     profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
 ) -> list[Surface]:
@@ -173,14 +165,17 @@ def blank(
     return lathe(profile, frame, colour, opacity)
 
 
-def shaft(frame: Frame, radius: float, low: float, high: float, colour: str) -> list[Surface]:
+def shaft(frame: Frame, radius: float, low: float, high: float) -> list[Surface]:
     """Make a round shaft along the own axis from `low` to `high`, mm."""
-    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, colour)
+    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, SHAFT)
 
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
     """Give points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
-    turn = 2.0 * np.pi * tooth / float(member.teeth)
-    cos, sin = np.cos(turn), np.sin(turn)
-    about = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(points @ about.T)
+    return np.asarray(points @ turn_about_axis(2.0 * np.pi * tooth / float(member.teeth)).T)
+
+
+def turn_about_axis(angle: float) -> FloatArray:
+    """Give the rotation (3, 3) about the own axis by an angle, rad."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -6,14 +6,27 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
+import numpy as np
+
 from beveloid_geom import Design
 
 from ..stage.scene import Picture, Size
 from ..stage.theme import Page
 
+Rows: TypeAlias = Iterator[Sequence[object]]
 Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 """Header with units, and rows."""
 Data = TypeVar("Data")
+
+
+def stacked(cases: Iterable[Sequence[object]]) -> Rows:
+    """Give the rows of cases, one under another: each column of a case, a list or array (n,), goes down its
+    rows, and each single value stands in all of them; single values alone are one row."""
+    for case in cases:
+        cells = [cell.tolist() if isinstance(cell, np.ndarray) else cell for cell in case]
+        count = max((len(cell) for cell in cells if isinstance(cell, list)), default=1)
+        columns = (cell if isinstance(cell, list) else count * [cell] for cell in cells)
+        yield from zip(*columns, strict=True)
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:

@@ -10,9 +10,15 @@ import numpy as np
 from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.report.words import status_name
 from beveloid_geom.status import Limit
 
+from .recipe import Table
+
+FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
+MODIFIED = (0.001, -0.001)
+"""Parabola coefficients of pinion and gear, 1/mm, of the paper's modification."""
 COLUMNS = (
     "status",
     "index",
@@ -65,7 +71,7 @@ class SolvedPath:
     @property
     def ends(self) -> tuple[str, str]:
         """Where the path enters and leaves, as 'gear tip', 'pinion tip'; '' without a path."""
-        enter, leave = (limit_name(limit) for limit in (self.path.ends.enter, self.path.ends.leave))
+        enter, leave = (limit_name(code) for code in self.path.ends.limit.tolist())
         return enter, leave
 
     @property
@@ -74,9 +80,9 @@ class SolvedPath:
         return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
 
 
-def limit_name(limit: Limit | None) -> str:
-    """Give 'gear tip' and the like; '' for no limit."""
-    return "" if limit is None else str(limit)
+def limit_name(code: int) -> str:
+    """Give 'gear tip' and the like for the code of a limit; '' for none, -1."""
+    return str(Limit(code)) if code >= 0 else ""
 
 
 def points_on(path: ContactPath, member: int) -> FloatArray:
@@ -92,22 +98,21 @@ def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
     return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]))
 
 
-def solve_all(designs: Iterable[Design], flank: str) -> tuple[SolvedPath, ...]:
-    """Solve the paths of several designs."""
-    return tuple(solve(design, flank) for design in designs)
+def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:
+    """List every position of paths on both members, led by the values of the `case`, the names of which are
+    given. A path that was not found gives one row a member that says so."""
+    return (*case, "member", *COLUMNS), (row for values, path in paths for row in _rows(values, path))
 
 
-def path_rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
-    """List rows of `COLUMNS` for both members, each led by the values of the case. A path that was not found
-    gives one row that says so."""
+def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
+    """List the positions of one path on both members."""
     path, ends = solved.path, [solved.ratio, *solved.ends]
-    for member in MEMBERS:
+    pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
+    gear = path.gear_z, path.gear_r, path.l2, path.u2
+    for member, places in zip(MEMBERS, (pinion, gear), strict=True):
         if not solved.found:
-            yield [*case, member, Status(int(path.ends.status)).name.lower(), *[""] * 10, *ends]
+            yield [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
             continue
-        number = 1 + MEMBERS.index(member)
-        z, r = getattr(path, f"{member}_z"), getattr(path, f"{member}_r")
-        l, u = getattr(path, f"l{number}"), getattr(path, f"u{number}")
-        columns = np.stack((path.pinion_roll, path.transmission_error, z, r, l, u, *path.point.T), axis=-1)
+        columns = np.stack((path.pinion_roll, path.transmission_error, *places, *path.point.T), axis=-1)
         for index, (status, values) in enumerate(zip(path.status, columns.tolist(), strict=True)):
-            yield [*case, member, Status(int(status)).name.lower(), index, *values, *ends]
+            yield [*case, member, status_name(status), index, *values, *ends]

@@ -112,6 +112,5 @@ def ratio_chart(study: ToleranceStudy) -> Figure:
     chart = new_chart(180.0)
     axes = chart.add_subplot()
     charts.spread(axes, study, "contact_ratio", 1.0, theme.BLUE)
-    axes.set_xlabel("contact ratio by Eq. 16")
-    axes.set_ylabel("mountings at most (%)")
+    axes.set(xlabel="contact ratio by Eq. 16", ylabel="mountings at most (%)")
     return chart

@@ -35,7 +35,8 @@ from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_geom.studies.statements import paper_statements
 
-FLANKS = ("right", "left")
+from ..parts.solved import FLANKS
+
 POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 """What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
 CLOUD, CLOUD_POINTS = 240, 9
@@ -71,14 +72,14 @@ class FlankResults:
 
     flank: str
     contact: ContactReport
+    study: ToleranceStudy | None
+    cloud: ContactPath | None
+    numbers: dict[str, Any]
+    reasons: dict[str, str]
     operation: OperationReport | None
     sliding: SlidingReport | None
     sensitivity: SensitivityReport | None
-    study: ToleranceStudy | None
-    cloud: ContactPath | None
     pattern: PatternReport | None
-    numbers: dict[str, Any]
-    reasons: dict[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +103,8 @@ class PageData:
 def is_papers(design: Design) -> bool:
     """Say whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
     them aside."""
-
-    def bare(one: Design) -> Design:
-        return replace(one.with_parabola(0.0, 0.0), errors=Errors())
-
-    return bare(design) == bare(builtin_design())
+    one, other = (replace(d.with_parabola(0.0, 0.0), errors=Errors()) for d in (design, builtin_design()))
+    return one == other
 
 
 def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:
@@ -147,69 +145,40 @@ def _flank_results(
         found[section], numbers[section] = result, json.loads(text)
         if reason:
             reasons[section] = reason
+    contact = found.pop("tca")
     known = {section: None if section in reasons else result for section, result in found.items()}
-    return FlankResults(
-        flank=flank,
-        contact=found["tca"],
-        operation=known["operation"],
-        sliding=known["sliding"],
-        sensitivity=known["sensitivity"],
-        study=known["tolerance"],
-        cloud=_cloud(design, known["tolerance"]) if known["tolerance"] is not None else None,
-        pattern=known["pattern"],
-        numbers=numbers,
-        reasons=reasons,
-    )
+    study = known.pop("tolerance")
+    cloud = None if study is None else _cloud(design, study)
+    return FlankResults(flank, contact, study, cloud, numbers, reasons, **known)
 
 
 def _missing(name: str, flank: str, reason: str) -> Section:
     return None, json_text({"design": name, "flank": flank, "reason": reason}), reason
 
 
-def _tca(name: str, design: Design, flank: str, *_: object) -> Section:
-    found = contact_report(name, design, flank, POSITIONS)
+def _reported(found: ContactReport | OperationReport | SlidingReport | SensitivityReport) -> Section:
     return found, json_text(found.data()), found.reason
 
 
 def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
     if fault := first_contact_fault(design):
         return _missing(name, flank, f"no first contact: {fault}")
-    found = operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM)
-    return found, json_text(found.data()), found.reason
-
-
-def _sliding(name: str, design: Design, flank: str, *_: object) -> Section:
-    found = sliding_report(name, design, flank, POSITIONS)
-    return found, json_text(found.data()), found.reason
-
-
-def _sensitivity(name: str, design: Design, flank: str, *_: object) -> Section:
-    found = sensitivity_report(name, design, flank)
-    return found, json_text(found.data()), found.reason
+    return _reported(operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM))
 
 
 def _tolerance(
     name: str, design: Design, flank: str, settings: Settings, unit_done: Callable[[], object]
 ) -> Section:
+    """Study the tolerances; those that were not given may not suit the design."""
+    drawn: dict[str, Any] = {"seed": settings.seed, "progress": lambda _: unit_done()}
     try:
-        study = tolerance_study(
-            design,
-            settings.tolerances,
-            flank,
-            settings.cases,
-            seed=settings.seed,
-            progress=lambda _: unit_done(),
-        )
+        study = tolerance_study(design, settings.tolerances, flank, settings.cases, **drawn)
     except ValueError as error:
         if settings.given:
             raise
         return _missing(name, flank, str(error))
-    none = f"no mounting has a path on the {flank} flanks"
-    return (
-        study,
-        json_text(ToleranceReport(name, design, study).data()),
-        None if study.mountings.solved.any() else none,
-    )
+    none = None if study.mountings.solved.any() else f"no mounting has a path on the {flank} flanks"
+    return study, json_text(ToleranceReport(name, design, study).data()), none
 
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
@@ -221,10 +190,10 @@ def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
 
 
 SECTIONS: dict[str, Callable[[str, Design, str, Settings, Callable[[], object]], Section]] = {
-    "tca": _tca,
+    "tca": lambda name, design, flank, *_: _reported(contact_report(name, design, flank, POSITIONS)),
     "operation": _operation,
-    "sliding": _sliding,
-    "sensitivity": _sensitivity,
+    "sliding": lambda name, design, flank, *_: _reported(sliding_report(name, design, flank, POSITIONS)),
+    "sensitivity": lambda name, design, flank, *_: _reported(sensitivity_report(name, design, flank)),
     "tolerance": _tolerance,
     "pattern": _pattern,
 }

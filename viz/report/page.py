@@ -10,12 +10,14 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from datetime import datetime
+from functools import partial
 from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.cli.options import BUILTIN_DESIGN
@@ -23,8 +25,9 @@ from beveloid_geom.findings.remarks import quiet
 from beveloid_geom.report.sensitivity import STEPS
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 
+from ..parts.solved import FLANKS
 from . import charts
-from .data import FLANKS, HARMONICS, POSITIONS, FlankResults, PageData
+from .data import HARMONICS, POSITIONS, FlankResults, PageData
 from .svg import style, svg_of
 
 NOT_KNOWN = "\u2013"
@@ -75,52 +78,39 @@ def asset(name: str) -> Markup:
     return Markup(text.replace("</script", "<\\/script"))
 
 
-def _drawings(results: FlankResults) -> list[tuple[str, str, Callable[[], Any]]]:
-    """Name, title and drawing of each chart that there is something to draw for."""
-    found: list[tuple[str, str, Callable[[], Any]]] = [
-        ("path", "Path of contact, points of first contact and pattern", lambda: charts.flank_chart(results))
-    ]
-    operation, sliding = results.operation, results.sliding
-    sensitivity, study = results.sensitivity, results.study
-    if operation is not None:
-        found += [
-            ("error", "Transmission error over two mesh cycles", lambda: charts.error_chart(operation)),
-            ("spectrum", "Amplitudes of the transmission error", lambda: charts.spectrum_chart(operation)),
-        ]
-    if sliding is not None:
-        words = "Sliding speed and specific sliding over the pinion's roll"
-        found.append(("sliding", words, lambda: charts.sliding_chart(sliding)))
-    if sensitivity is not None:
-        words = "Change of path, contact ratio and transmission error by each assembly error"
-        found.append(("sensitivity", words, lambda: charts.sensitivity_chart(sensitivity)))
-    if study is not None:
-        found += [
-            ("cloud", "Paths of contact under drawn errors", lambda: charts.flank_chart(results, True)),
-            ("ratio", "Spread of the contact ratio under drawn errors", lambda: charts.ratio_chart(study)),
-        ]
-    return found
+def _drawn(results: FlankResults) -> dict[str, Markup]:
+    """Draw, by name, each chart of a flank pair that there is something to draw for."""
+    operation, study = results.operation, results.study
+    cloud_chart = partial(charts.flank_chart, cloud=True)
+    over_roll = "Sliding speed and specific sliding over the pinion's roll"
+    by_error = "Change of path, contact ratio and transmission error by each assembly error"
+    drawings: tuple[tuple[str, str, Any, Callable[[Any], Figure | None]], ...] = (
+        ("path", "Path of contact, points of first contact and pattern", results, charts.flank_chart),
+        ("error", "Transmission error over two mesh cycles", operation, charts.error_chart),
+        ("spectrum", "Amplitudes of the transmission error", operation, charts.spectrum_chart),
+        ("sliding", over_roll, results.sliding, charts.sliding_chart),
+        ("sensitivity", by_error, results.sensitivity, charts.sensitivity_chart),
+        ("cloud", "Paths of contact under drawn errors", study and results, cloud_chart),
+        ("ratio", "Spread of the contact ratio under drawn errors", study, charts.ratio_chart),
+    )
+    drawn = {}
+    for name, title, found, draw in drawings:
+        if found is not None and (chart := draw(found)) is not None:
+            drawn[name] = Markup(svg_of(chart, f"{name}-{results.flank}", f"{title}, {results.flank} flanks"))
+    return drawn
 
 
 def draw_charts(data: PageData) -> Charts:
     """Draw the charts by flank and name; what cannot be drawn is left out."""
-    drawn: Charts = {}
     with style():
-        for flank, results in data.flanks.items():
-            drawn[flank] = {}
-            for name, title, draw in _drawings(results):
-                chart = draw()
-                if chart is not None:
-                    text = svg_of(chart, f"{name}-{flank}", f"{title}, {flank} flanks")
-                    drawn[flank][name] = Markup(text)
-    return drawn
+        return {flank: _drawn(results) for flank, results in data.flanks.items()}
 
 
 def with_code(text: str) -> Markup:
     """Make text with what stands in backticks as code."""
-    parts = [
-        f"<code>{escape(part)}</code>" if k % 2 else escape(part) for k, part in enumerate(text.split("`"))
-    ]
-    return Markup("".join(parts))
+    parts = [escape(part) for part in text.split("`")]
+    parts[1::2] = [Markup("<code>{}</code>").format(part) for part in parts[1::2]]
+    return Markup("").join(parts)
 
 
 def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -143,22 +133,16 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         keep_trailing_newline=True,
     )
     environment.filters["code"] = with_code
-    stamp = {
-        "name": data.name,
-        "version": version("beveloid-geom"),
-        "made": made.isoformat(timespec="seconds"),
-    }
+    release = version("beveloid-geom")
+    stamp = {"name": data.name, "version": release, "made": made.isoformat(timespec="seconds")}
     numbers = stamp | data.numbers
-
-    def number(key: str, digits: int, scale: float = 1.0, general: bool = False) -> Markup:
-        return number_of(numbers, key, digits, scale, general)
-
+    radians = {"deg": RAD}
     return environment.get_template("report.html").render(
         name=data.name,
         data=data,
         numbers=numbers,
-        number=number,
-        get=lambda key: looked_up(numbers, key),
+        number=partial(number_of, numbers),
+        get=partial(looked_up, numbers),
         known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
         charts=drawn,
         flanks=FLANKS,
@@ -166,7 +150,7 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         positions=POSITIONS,
         quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
         statements=by_statement(numbers.get("statements", [])),
-        version=stamp["version"],
+        version=release,
         made=made,
         builtin=BUILTIN_DESIGN,
         clean=quiet(data.remarks),
@@ -175,7 +159,5 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         view=view,
         deg=1.0 / RAD,
         arcsec=3600.0 / RAD,
-        steps=[
-            (f"{what} {size:g} {unit}", size * (RAD if unit == "deg" else 1.0)) for what, size, unit in STEPS
-        ],
+        steps=[(f"{what} {size:g} {unit}", size * radians.get(unit, 1.0)) for what, size, unit in STEPS],
     )

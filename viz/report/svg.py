@@ -94,6 +94,6 @@ def _short(found: re.Match[str]) -> str:
 
 
 def _font(found: re.Match[str]) -> str:
-    """Give the size , and weight if there is one, in the page's own font."""
+    """Give the size, and weight if there is one, in the page's own font."""
     weight = "; font-weight: bold" if "bold" in found[1] or "700" in found[1] else ""
     return f"font-size: {found[2]}{weight}"

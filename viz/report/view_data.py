@@ -18,7 +18,7 @@ from beveloid_geom import ContactPath, Design, Member, MeshCycle, Status, mesh_c
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.findings.path import reason_of
-from beveloid_geom.gear.flank import flank_point, tip_radius
+from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
 from beveloid_geom.operation.pieces import DEGREE
 from beveloid_geom.pair.mounting import mounting_of
@@ -26,8 +26,8 @@ from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 from beveloid_geom.status import FirstStatus, Limit
 
-NAMES = ("pinion", "gear")
-FLANKS = ("right", "left")
+from ..parts.solved import FLANKS, MEMBERS, points_on
+
 TOLERANCE = 1.0 / 500.0
 """Normal modules by which triangles may miss the teeth unless told otherwise: a fifth of a pixel where the
 view stands closest, ten modules on a thousand pixels."""
@@ -37,7 +37,7 @@ CYCLE_STEPS = 120
 
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
-    """The view of a single design, ready for `json.dumps`: mm, rad, no NaN.
+    """Make the view of a single design, ready for `json.dumps`: mm, rad, no NaN.
 
     `members`: pinion and gear, each with its frame at roll 0 in S_f, its tooth, or without one the reason.
     `flanks`: right and left, each with the path of contact of tooth pair 0 and one mesh `cycle`, or
@@ -48,7 +48,7 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     frames = frames_at(design, 0.0, 0.0)
     members = [
         _member(name, member, frame, tolerance)
-        for name, member, frame in zip(NAMES, design.members, frames, strict=True)
+        for name, member, frame in zip(MEMBERS, design.members, frames, strict=True)
     ]
     flanks = {flank: _flank(design, flank) for flank in FLANKS}
     return {
@@ -61,40 +61,35 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
 
 
 def packed(values: NDArray[Any]) -> dict[str, Any]:
-    """An array as the page reads it: its bytes, low byte first, in base64."""
+    """Give an array as the page reads it: its bytes, low byte first, in base64."""
     array = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     return {"type": values.dtype.name, "data": base64.b64encode(array.tobytes()).decode()}
 
 
-def unpacked(value: dict[str, Any]) -> NDArray[Any]:
-    """The values (n,) of a packed array."""
-    kind = np.dtype(value["type"]).newbyteorder("<")
-    return np.frombuffer(base64.b64decode(value["data"]), dtype=kind)
-
-
 def _member(name: str, member: Member, frame: Frame, tolerance: float | None) -> dict[str, Any]:
+    """Give sizes, frame at roll 0, and tooth of a member."""
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
     rotation, origin = (np.nan_to_num(part) for part in frame)
-    tips = [float(tip_radius(member, z)) for z in (-half, half)]
-    data: dict[str, Any] = {
+    tooth, note = None, ""
+    try:
+        mesh = gear_mesh(member, TOLERANCE * module if tolerance is None else tolerance, (0,))
+        tooth = _tooth(mesh.where(~mesh.is_of(*SIDES)))
+    except ValueError as error:
+        note = f"The {name} is drawn without teeth: {error}."
+    return {
         "name": name,
         "teeth": int(member.teeth),
         "half_width": half,
-        "tip_radius": tips,
+        "tip_radius": [float(tip_radius(member, z)) for z in (-half, half)],
         "rotation": rotation.ravel().tolist(),
         "origin": origin.tolist(),
-        "tooth": None,
-        "note": "",
+        "tooth": tooth,
+        "note": note,
     }
-    try:
-        tooth = gear_mesh(member, TOLERANCE * module if tolerance is None else tolerance, (0,))
-    except ValueError as error:
-        return data | {"note": f"The {name} is drawn without teeth: {error}."}
-    return data | {"tooth": _tooth(tooth.where(~tooth.is_of(*SIDES)))}
 
 
 def _tooth(mesh: Mesh) -> dict[str, Any]:
-    """Its triangles, those of the end faces last, and the corners of its flanks."""
+    """Give the triangles of a tooth, those of the end faces last, and the corners of its flanks."""
     ends = mesh.is_of("toe", "heel")
     faces = np.concatenate((mesh.faces[~ends], mesh.faces[ends]))
     corners = {flank: _corners(mesh.of(f"{flank} flank").points).tolist() for flank in FLANKS}
@@ -108,7 +103,7 @@ def _tooth(mesh: Mesh) -> dict[str, Any]:
 
 
 def _corners(points: FloatArray) -> FloatArray:
-    """Root and tip at the toe, root and tip at the heel, (4, 3)."""
+    """Find root and tip at the toe, root and tip at the heel, (4, 3)."""
     radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
     found = []
     for end in (z.min(), z.max()):
@@ -118,35 +113,37 @@ def _corners(points: FloatArray) -> FloatArray:
 
 
 def _flank(design: Design, flank: str) -> dict[str, Any]:
+    """Give the path of contact of tooth pair 0, and one mesh cycle."""
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path)
     middle = cycle["start"] + 0.5 * cycle["pitch"] * (cycle["by"] != "first contact")
     data: dict[str, Any] = {"path": None, "middle": middle, "lever": 0.0, "note": "", "cycle": cycle}
-    if solved.sum() > 1:
-        data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
-        data["lever"] = _lever(path)
-        data["path"] = {
-            "roll": packed(path.pinion_roll[solved]),
-            "phase": packed(_phase(design, path.pinion_roll, path.gear_roll)[solved]),
-            "point": packed(path.point[solved]),
-            "normal": packed(path.normal[solved]),
-            "pinion": packed(flank_point(design.pinion, flank, path.l1, path.u1)[solved]),
-            "gear": packed(flank_point(design.gear, flank, path.l2, path.u2)[solved]),
-        }
-    else:
+    if solved.sum() < 2:
         reason = reason_of(path) or f"the {flank} flanks have no path of contact"
-        data["note"] = f"{reason[0].upper()}{reason[1:]}."
-    return data
+        return data | {"note": f"{reason[0].upper()}{reason[1:]}."}
+    shown = {
+        "roll": path.pinion_roll,
+        "phase": _phase(design, path.pinion_roll, path.gear_roll),
+        "point": path.point,
+        "normal": path.normal,
+        "pinion": points_on(path, 0),
+        "gear": points_on(path, 1),
+    }
+    data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
+    packed_path = {name: packed(values[solved]) for name, values in shown.items()}
+    return data | {"lever": _lever(path), "path": packed_path}
 
 
 def _phase(design: Design, pinion_roll: FloatArray, gear_roll: FloatArray) -> FloatArray:
-    """Gear roll plus N1/N2 pinion roll, rad: constant where the transmission is, the same for all pairs."""
+    """Give gear roll plus N1/N2 pinion roll, rad: constant where the transmission is, the same for all
+    pairs."""
     return np.asarray(gear_roll + float(design.pinion.teeth) / float(design.gear.teeth) * pinion_roll)
 
 
 def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
-    """Where to look for the mesh, (3,) in S_f: at the pitch point, or on the pinion's side to the gear."""
+    """Say where to look for the mesh, (3,) in S_f, mm: at the pitch point, or on the pinion's side to the
+    gear."""
     pitch_point, tip = mounting_of(design).pitch_point, float(tip_radius(design.pinion, 0.0))
     if np.hypot(*pitch_point[:2]) < 1.5 * tip:
         return np.asarray(pitch_point)
@@ -154,7 +151,8 @@ def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
 
 
 def _lever(path: ContactPath) -> float:
-    """Moment of the normal about the gear's axis in the middle of the path: mm of gap for each rad of it."""
+    """Give the moment of the normal about the gear's axis in the middle of the path: mm of gap for each rad
+    of it."""
     rotation, origin = frames_at(path.design, 0.0, 0.0)[1]
     middle = len(path.point) // 2
     moment = np.cross(path.point[middle] - origin, path.normal[middle]) @ rotation[:, 2]
@@ -162,24 +160,22 @@ def _lever(path: ContactPath) -> float:
 
 
 def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
-    """Who touches first at rolls from `start` over one `pitch`, in pieces that end at `ends` beyond it: the
-    `phase` that poses the gear, and where an edge carries, the `point` in S_f and the edge's name. Phases and
-    coordinates are Chebyshev coefficients, each piece from -1 to 1.
+    """Say who touches first at rolls from `start` over one `pitch`, in pieces that end at `ends` beyond it:
+    the `phase` that poses the gear, and where an edge carries, the `point` in S_f and the edge's name. Phases
+    and coordinates are Chebyshev coefficients, each piece from -1 to 1.
 
     The gear is posed by first contacts, all teeth, edges and fillets included. Where none is known, as for
     undercut members, by the path of the pair that turns it furthest, or as if unmodified: `by` says so."""
-    pitch, start = 2.0 * np.pi / float(design.pinion.teeth), 0.0
+    pitch, start, cycle = 2.0 * np.pi / float(design.pinion.teeth), 0.0, None
     try:
         start = float(np.nan_to_num(middle_roll(design, flank)))
         cycle = mesh_cycle(design, flank)
-    except ValueError:  # the tool's rounds overlap: there are no fillets
-        start -= 0.5 * pitch
-    else:
-        if cycle.status == FirstStatus.SOLVED:
-            phase = cycle.phase_series()
-            data = {"start": start, "pitch": pitch, "ends": packed(cycle.pieces.high - start)}
-            return data | {"phase": packed(phase), "edges": _edges(cycle), "by": "first contact"}
-        start -= 0.5 * pitch
+    except ValueError:
+        pass  # the tool's rounds overlap: there are no fillets
+    if cycle is not None and cycle.status == FirstStatus.SOLVED:
+        data = {"start": start, "pitch": pitch, "ends": packed(cycle.pieces.high - start)}
+        return data | {"phase": packed(cycle.phase_series()), "edges": _edges(cycle), "by": "first contact"}
+    start -= 0.5 * pitch
     steps = pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
     by, phase = "path", carried_phase(path, start + steps)
     if not np.isfinite(phase).any():
@@ -192,7 +188,7 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
 
 
 def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
-    """Of each piece the edges that carry and the coordinates of their contact, None for flanks."""
+    """Give of each piece the edges that carry and the coordinates of their contact, None for flanks."""
     found: list[dict[str, Any] | None] = []
     nodes = chebpts1(DEGREE + 1)
     for roll, limit in zip(cycle.pieces.rolls(nodes), cycle.pieces.limit.T, strict=True):
@@ -203,8 +199,8 @@ def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
 
 
 def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Phase (rad) at pinion rolls (n,) by the path of contact alone: that of the tooth pair that turns the
-    gear furthest, on right flanks down and on left ones up; NaN where no pair is on its path."""
+    """Give the phase (rad) at pinion rolls (n,) by the path of contact alone: that of the tooth pair that
+    turns the gear furthest, on right flanks down and on left ones up; NaN where no pair is on its path."""
     design, good = path.design, path.status == Status.SOLVED
     if good.sum() < 2:
         return np.full(roll.shape, np.nan)

@@ -103,6 +103,10 @@ class Camera:
         right = right / np.linalg.norm(right)
         return np.stack((right, np.cross(back, right), back))
 
+    def mm_per_px(self, size_px: Size) -> float:
+        """Give mm in the plane of a picture of this size for each of its pixels."""
+        return float(2.0 * self.half_height / size_px[1])
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -198,6 +202,7 @@ def _shot(plotter: Any) -> NDArray[np.uint8]:
 
 
 def _aim(plotter: Any, camera: Camera) -> None:
+    """Set lights and camera."""
     import pyvista as pv
 
     right, up, back = camera.axes
@@ -225,6 +230,7 @@ def _add(plotter: Any, item: Item) -> int:
 
 
 def _add_surface(plotter: Any, surface: Surface) -> int:
+    """Add a surface with its edges; the number of its triangles."""
     import pyvista as pv
 
     faces = np.asarray(surface.faces)
@@ -234,16 +240,9 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
     look = {"color": surface.colour} if surface.paint is None else _bands(surface.paint, surface.colour)
-    actor = plotter.add_mesh(
-        mesh,
-        opacity=surface.opacity,
-        smooth_shading=smooth,
-        show_edges=surface.mesh_lines,
-        edge_color=EDGE_COLOUR,
-        line_width=1.0,
-        **look,
-        **(DULL if surface.mesh_lines else METAL),
-    )
+    look |= {"opacity": surface.opacity, "smooth_shading": smooth} | (DULL if surface.mesh_lines else METAL)
+    look |= {"show_edges": surface.mesh_lines, "edge_color": EDGE_COLOUR, "line_width": 1.0}
+    actor = plotter.add_mesh(mesh, **look)
     actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
         lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
@@ -281,16 +280,10 @@ def _arrow(arrow: Arrow) -> Any:
 
     length = float(np.linalg.norm(arrow.vector))
     tip = min(7.0 * arrow.radius, 0.6 * length)
-    return pv.Arrow(
-        start=arrow.start,
-        direction=arrow.vector,
-        scale=length,
-        shaft_radius=arrow.radius / length,
-        tip_radius=2.6 * arrow.radius / length,
-        tip_length=tip / length,
-        shaft_resolution=24,
-        tip_resolution=24,
-    )
+    thin, thick = arrow.radius / length, 2.6 * arrow.radius / length
+    place: dict[str, Any] = {"start": arrow.start, "direction": arrow.vector, "scale": length}
+    shape: dict[str, Any] = {"shaft_radius": thin, "tip_radius": thick, "tip_length": tip / length}
+    return pv.Arrow(**place, **shape, shaft_resolution=24, tip_resolution=24)
 
 
 def grid_surface(
@@ -302,11 +295,9 @@ def grid_surface(
     index = np.arange(rows * columns).reshape(rows, columns)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
     faces = np.stack([corner.ravel() for corner in corners], axis=1)
-    flat = points.reshape(-1, 3)
-    if normals is None:
-        return Surface(flat, faces, None, colour, opacity, edges)
-    a, b, c, d = flat[faces.T]
-    facing = np.einsum("ni,ni->", np.cross(c - a, d - b), normals.reshape(-1, 3)[faces[:, 0]])
-    return Surface(
-        flat, faces if facing >= 0.0 else faces[:, ::-1], normals.reshape(-1, 3), colour, opacity, edges
-    )
+    flat, lit = points.reshape(-1, 3), None if normals is None else normals.reshape(-1, 3)
+    if lit is not None:
+        a, b, c, d = flat[faces.T]
+        facing = np.einsum("ni,ni->", np.cross(c - a, d - b), lit[faces[:, 0]])
+        faces = faces if facing >= 0.0 else faces[:, ::-1]
+    return Surface(flat, faces, lit, colour, opacity, edges)

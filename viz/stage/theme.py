@@ -14,10 +14,13 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, cast
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+from numpy.typing import ArrayLike
 
 from .scene import Picture, Size as Size
 
@@ -102,12 +105,18 @@ class Box:
 
 
 def new_page(
-    size_px: Size, title: str, subtitle: str = "", page_inches: tuple[float, float] = PAGE_INCHES
-) -> Page:
-    """Make a white page with a title, and below it a subtitle, at the top left; on a smaller page all text is
-    larger in pixels.
-
-    Content belongs below `top(page)`."""
+    size_px: Size,
+    title: str,
+    subtitle: str,
+    note: str,
+    below: float = 0.0,
+    above: float = 0.0,
+    columns: int = 158,
+    page_inches: tuple[float, float] = PAGE_INCHES,
+) -> tuple[Page, float, float]:
+    """Make a white page with a title and a subtitle at the top left, and a note in lines of `columns`
+    characters at the foot; on a smaller page all text is larger in pixels. Give with it where the room
+    between them begins and ends, shares of its height, less inches `below` and `above`."""
     width, height = size_px
     dpi = min(width / page_inches[0], height / page_inches[1])
     page = Page(figsize=((width + 1e-6) / dpi, (height + 1e-6) / dpi), dpi=dpi, facecolor="white")
@@ -115,15 +124,22 @@ def new_page(
     x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
     heading = page.text(x, y, title, fontsize=TITLE, fontweight="bold", va="top", ha="left")
     heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
-    if subtitle:
-        y -= 0.42 / page.get_figheight()
-        page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
-    return page
+    y -= 0.42 / page.get_figheight()
+    page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
+    low = caption(page, note, columns) + inches(page, below)
+    return page, low, top(page) - inches(page, above)
 
 
-def top(page: Page, subtitle_lines: int = 1) -> float:
-    """Give the height , as a share of the page, below title and subtitle."""
-    return float(1.0 - (MARGIN + 0.45 + 0.3 * subtitle_lines + 0.1) / page.get_figheight())
+def rows(low: float, high: float, count: int, gap: float = 0.0) -> tuple[list[float], float]:
+    """Split the room between two heights of a page into rows `gap` apart: where each begins, the upper one
+    first, and how high they are, all shares of the page."""
+    height = (high - low - gap * (count - 1)) / count
+    return [high - height - row * (height + gap) for row in range(count)], height
+
+
+def top(page: Page) -> float:
+    """Give the height, as a share of the page, below title and subtitle."""
+    return float(1.0 - (MARGIN + 0.45 + 0.3 + 0.1) / page.get_figheight())
 
 
 def inches(page: Page, length: float) -> float:
@@ -163,6 +179,13 @@ def signed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:{sign}.{digits}f}".replace("-", "\u2212")
 
 
+def beside(axes: Axes, at: ArrayLike, words: str, offset: tuple[float, float], **style: Any) -> Annotation:
+    """Write words beside a place (2,) of the axes, moved to the right and up by points of the page."""
+    place: Any = tuple(np.asarray(at, dtype=float))
+    settings = {"textcoords": "offset points", "annotation_clip": False, **style}
+    return axes.annotate(words, place, offset, **settings)
+
+
 def place(page: Page, left: float, bottom: float, width: float, height: float) -> Box:
     """Find the box of whole pixels nearest to these shares of the page."""
     page_width, page_height = page.canvas.get_width_height()
@@ -199,17 +222,8 @@ def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float
     """Draw a bar `length_mm` long, starting at pixel (x, y), with its length written below."""
     end = x + length_mm * px_per_mm
     axes.plot([x, end], [y, y], color=colour, linewidth=3.0, solid_capstyle="butt", clip_on=False)
-    axes.annotate(
-        f"{length_mm:g} mm",
-        ((x + end) / 2.0, y),
-        xytext=(0, -4),
-        textcoords="offset points",
-        ha="center",
-        va="top",
-        fontsize=SMALL,
-        color=colour,
-        annotation_clip=False,
-    )
+    middle = (x + end) / 2.0, y
+    beside(axes, middle, f"{length_mm:g} mm", (0, -4), ha="center", va="top", fontsize=SMALL, color=colour)
 
 
 def round_length(length: float) -> float:

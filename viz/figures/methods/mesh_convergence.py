@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +11,11 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.mesh_contact import Convergence, convergence
 
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.curves import log_axes
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS
 from ...stage import theme
-from ...stage.scene import Size
 
-FLANKS = ("right", "left")
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
 SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Poses: how far along the path, in pinion roll."""
@@ -45,7 +43,7 @@ class ConvergenceFigure:
 
 
 def compute(design: Design) -> ConvergenceFigure:
-    """Meshes of all tolerances at all poses, both flanks."""
+    """Measure meshes of all tolerances at all poses, both flanks."""
     found, reasons = {}, {}
     for flank in FLANKS:
         try:
@@ -59,27 +57,26 @@ def compute(design: Design) -> ConvergenceFigure:
 
 
 def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
-    """Errors (poses, tolerances) of one kind, mm."""
+    """Give the errors (poses, tolerances) of one kind, mm."""
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
-def draw(data: ConvergenceFigure, size: Size) -> Drawing:
-    """A chart for each flank."""
-    page = theme.new_page(
+def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
+    """Draw a chart for each flank."""
+    page, low, high = theme.new_page(
         size,
         "Error of the mesh method against the mesh tolerance",
         "Contact point and separation found by proximity queries on sampled flanks, before and after the"
         " polish on the exact flanks",
+        NOTE.format(poses=len(SHARES), finding=finding(data)),
+        below=0.75,
+        above=0.5,
     )
-    low = theme.caption(page, NOTE.format(poses=len(SHARES), finding=finding(data)))
-    low += theme.inches(page, 0.75)
-    height = theme.top(page) - theme.inches(page, 0.5) - low
     for column, flank in enumerate(FLANKS):
-        axes = page.add_axes((0.075 + 0.485 * column, low, 0.4, height))
+        axes = page.add_axes((0.075 + 0.485 * column, low, 0.4, high - low))
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
-            text = textwrap.fill(data.reasons[flank], 40)
-            axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center")
+            theme.say(axes, data.reasons[flank], 40)
         else:
             _panel(axes, data, flank)
             if column == 0 or FLANKS[0] in data.reasons:
@@ -88,27 +85,24 @@ def draw(data: ConvergenceFigure, size: Size) -> Drawing:
 
 
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
+    """Draw the errors (mm) of one flank over the tolerance, at every pose and the greatest of them."""
     for polish in (False, True):
         for kind, (name, colour, marker) in LOOKS.items():
             errors = np.maximum(errors_of(data.found[flank, polish], kind), FLOOR)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
-            axes.plot(
-                TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=("none", colour)[polish]
-            )
+            face = colour if polish else "none"
+            axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
             worst = errors.max(axis=0)
             axes.plot(TOLERANCES, worst, "-" if polish else "--", color=colour, marker=marker, label=label)
     axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    log_axes(axes)
     axes.invert_xaxis()
     axes.set_ylim(0.1 * FLOOR, 1e3)
-    axes.set_xlabel("tolerance of the meshes (mm), finer to the right")
-    axes.set_ylabel("error (mm)")
-    axes.grid(True)
+    axes.set(xlabel="tolerance of the meshes (mm), finer to the right", ylabel="error (mm)")
 
 
 def finding(data: ConvergenceFigure) -> str:
-    """What the chart shows, in numbers of this run."""
+    """Say what the chart shows, in numbers of this run."""
     parts = []
     for flank in FLANKS:
         if flank in data.reasons:
@@ -124,18 +118,17 @@ def finding(data: ConvergenceFigure) -> str:
 
 
 def rows(data: ConvergenceFigure) -> Table:
-    """Errors at every tolerance and pose."""
+    """List the errors at every tolerance and pose."""
     setting = ("flank", "polished", "share_of_path", "tolerance_mm", "triangles")
     header = (*setting, "contact_point_error_mm", "separation_error_mm")
 
-    def body() -> Iterator[list[object]]:
+    def cases() -> Rows:
         for (flank, polish), results in data.found.items():
-            for share, result in zip(SHARES, results, strict=True):
-                columns = (result.tolerance, result.faces, result.point_error, result.separation_error)
-                for values in zip(*(column.tolist() for column in columns), strict=True):
-                    yield [flank, polish, share, *values]
+            for share, found in zip(SHARES, results, strict=True):
+                errors = found.point_error, found.separation_error
+                yield flank, polish, share, found.tolerance, found.faces, *errors
 
-    return header, body()
+    return header, stacked(cases())
 
 
 RECIPES = {"mesh-convergence": Recipe(compute, draw, rows)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,16 +12,13 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design
 from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
 
-from ...parts.curves import Labels, Look, curve, duration, log_axes, say, whole_decades
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decades
+from ...parts.recipe import Drawing, Recipe, Rows, Table
+from ...parts.solved import FLANKS, MODIFIED
 from ...stage import theme
-from ...stage.scene import Size
-from ...stage.theme import Page
 
-FLANKS = ("right", "left")
 COLUMNS = 176
 """Characters in a line of the caption."""
-MODIFIED = (0.001, -0.001)
 FIVE = "five equations, warm"
 BATCHES = (0.6, 3e5)
 """Limits of panel (e)."""
@@ -85,25 +83,24 @@ class SpeedCase:
         return f"{self.flank} flanks, {values}".replace("-", "\u2212")
 
     def curve(self, method: str) -> list[Row]:
-        """The rows of a method in the chart of accuracy: Newton's over its steps, without its batches."""
+        """Give the rows of a method in the chart of accuracy: Newton's over its steps, without its
+        batches."""
         own = [row for row in self.rows if row.method == method]
         return [row for row in own if row.kind == "iterations"] or own
 
     @property
     def failures(self) -> list[str]:
         """Methods that failed, with at how many of their settings."""
-        methods = dict.fromkeys(row.method for row in self.rows)
-        lost = {
-            method: [row.status != SOLVED for row in self.rows if row.method == method] for method in methods
-        }
-        counts = {
-            m: "all" if all(bad) else f"{sum(bad)} of {len(bad)}" for m, bad in lost.items() if any(bad)
-        }
-        return [f"{_plain(LOOKS[m].label)} ({count})".replace(" ", "\u00a0") for m, count in counts.items()]
+        words = []
+        for method in dict.fromkeys(row.method for row in self.rows):
+            lost = [row.status != SOLVED for row in self.rows if row.method == method]
+            count = "all" if all(lost) else f"{sum(lost)} of {len(lost)}"
+            words += [f"{_plain(LOOKS[method].label)} ({count})".replace(" ", "\u00a0")] if any(lost) else []
+        return words
 
 
 def compute(design: Design) -> tuple[SpeedCase, ...]:
-    """Both flanks of the design as given, and with opposite parabola coefficients."""
+    """Measure both flanks of the design as given, and with opposite parabola coefficients."""
     cases = []
     for changed in (design, design.with_parabola(*MODIFIED)):
         parabola = float(changed.pinion.tool.parabola), float(changed.gear.tool.parabola)
@@ -115,49 +112,57 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[SpeedCase, ...], size: Size) -> Drawing:
-    """A chart for each case; the legend and the cost of a batch beside them."""
-    page = theme.new_page(
+def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
+    """Draw a chart for each case; the legend and the cost of a batch beside them."""
+    page, low, high = theme.new_page(
         size,
         "Speed against accuracy of every way to find the contact",
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",
+        NOTE.format(finding=finding(data), failures=failures(data)),
+        below=0.75,
+        above=0.4,
+        columns=COLUMNS,
     )
-    note = NOTE.format(finding=finding(data), failures=failures(data))
-    low = theme.caption(page, note, COLUMNS) + theme.inches(page, 0.75)
-    gap = theme.inches(page, 0.95)
-    height = (theme.top(page) - theme.inches(page, 0.4) - low - gap) / 2.0
+    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 0.95))
     shown = next((number for number in (2, 3, 0, 1) if data[number].rows), None)
     for number, case in enumerate(data):
         row, column = divmod(number, len(FLANKS))
-        axes = page.add_axes((0.065 + 0.325 * column, low + (1 - row) * (height + gap), 0.265, height))
+        axes = page.add_axes((0.065 + 0.325 * column, bottoms[row], 0.265, height))
         axes.set_title(f"({'abcd'[number]})  {case.title}", loc="left", pad=8.0)
         _panel(axes, case, limits(data), number == shown)
         if column == 0:
             axes.set_ylabel("error of the contact point (mm)")
         if row == 1:
             axes.set_xlabel(COST)
-    _legend(page, low + 2.0 * height + gap)
+    _legend(page, high)
     axes = page.add_axes((0.75, low, 0.235, height))
     _batches(axes, data, shown)
     return Drawing(page, {})
 
 
 def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Limits of times and of errors, alike in all panels: the usual ones, widened to hold every mark."""
-    found = [row for case in data for row in case.rows if np.isfinite(row.error_mm)]
-    times = [row.seconds_per_position for row in found]
-    errors = [max(FLOOR, row.error_mm) for row in found]
+    """Find the limits of times (s) and of errors (mm), alike in all panels: the usual ones,
+    widened to hold every mark."""
+    found = [at for case in data for row in case.rows if (at := place(row))]
+    times, errors = np.reshape(found, (-1, 2)).T
     (fast, slow), (low, high) = USUAL
     return (
-        (min([fast, *(0.5 * time for time in times)]), max([slow, *(2.0 * time for time in times)])),
-        (low, max([high, *(10.0 * error for error in errors)])),
+        (0.5 * times.min(initial=2.0 * fast), 2.0 * times.max(initial=0.5 * slow)),
+        (low, 10.0 * errors.max(initial=0.1 * high)),
     )
+
+
+def place(row: Row) -> tuple[float, float] | None:
+    """Say where a row is drawn: its time (s) and its error (mm), not under the FLOOR; None without an
+    error."""
+    return (row.seconds_per_position, max(FLOOR, row.error_mm)) if np.isfinite(row.error_mm) else None
 
 
 def _panel(
     axes: Axes, case: SpeedCase, within: tuple[tuple[float, float], tuple[float, float]], labelled: bool
 ) -> None:
+    """Draw the errors (mm) of one case over the times (s), both `within` limits; settings if `labelled`."""
     log_axes(axes)
     for axis, set_limits, ends, step in (
         (axes.xaxis, axes.set_xlim, within[0], 1),
@@ -168,47 +173,37 @@ def _panel(
         axis.set_ticks(10.0 ** np.arange(first + first % step, last + 1, step, dtype=float))
     axes.minorticks_off()
     if case.reason:
-        say(axes, case.reason)
+        theme.say(axes, case.reason)
     for order, (method, look) in enumerate(LOOKS.items()):
-        rows = [row for row in case.curve(method) if np.isfinite(row.error_mm)]
-        x, y = [row.seconds_per_position for row in rows], [max(FLOOR, row.error_mm) for row in rows]
-        curve(axes, look, x, y, order)
+        curve(axes, look, [at for row in case.curve(method) if (at := place(row))], order)
     labels = Labels(axes)
     for method, index, text, shifts in LABELS if labelled else ():
         rows = case.curve(method)
-        if rows and np.isfinite(rows[index].error_mm):
-            at = (rows[index].seconds_per_position, max(FLOOR, rows[index].error_mm))
+        if rows and (at := place(rows[index])):
             labels.put(text.format(rows[index].value), at, shifts, LOOKS[method].colour)
 
 
-def _legend(page: Page, top: float) -> None:
-    page.legend(
-        handles=[look.line() for look in LOOKS.values()],
-        title="method (what varies along its curve)",
-        title_fontsize=theme.SMALL,
-        alignment="left",
-        loc="upper left",
-        bbox_to_anchor=(0.7, top + theme.inches(page, 0.4)),
-        fontsize=theme.SMALL,
-        labelspacing=0.6,
-        handlelength=3.2,
-    )
+def _legend(page: theme.Page, top: float) -> None:
+    corner, title = (0.7, top + theme.inches(page, 0.4)), "method (what varies along its curve)"
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "labelspacing": 0.6, "handlelength": 3.2}
+    style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
+    page.legend(handles=[look.line() for look in LOOKS.values()], bbox_to_anchor=corner, **style)
 
 
 def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
-    """Time of a position over the batch, with that of the five equations, which have none, as a level."""
-    axes.set_xlabel("positions in a call (batch)")
-    axes.set_ylabel(COST)
+    """Draw the time of a position over the batch, with that of the five equations, which have none, as
+    a level."""
+    axes.set(xlabel="positions in a call (batch)", ylabel=COST)
     log_axes(axes)
     if shown is None:
         axes.set_title("(e)  time over the batch", loc="left", pad=8.0)
-        say(axes, "no case with a contact")
+        theme.say(axes, "no case with a contact")
         return
     axes.set_title(f"(e)  time over the batch, as ({'abcd'[shown]})", loc="left", pad=8.0)
     for order, (method, look) in enumerate(LOOKS.items()):
         rows = [row for row in data[shown].rows if row.method == method and row.kind == "batch"]
-        rows = [row for row in rows if np.isfinite(row.seconds_per_position)]
-        curve(axes, look, [row.value for row in rows], [row.seconds_per_position for row in rows], order)
+        timed = [(row.value, row.seconds_per_position) for row in rows]
+        curve(axes, look, [at for at in timed if np.isfinite(at[1])], order)
     axes.autoscale_view()
     exact = fastest(data[shown].rows, FIVE)
     level = exact.seconds_per_position if exact else np.nan
@@ -225,38 +220,33 @@ def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
 
 
 def fastest(rows: Sequence[Row], method: str) -> Row | None:
-    """The fastest row of a method whose error is under EXACT."""
+    """Find the fastest row of a method whose error is under EXACT."""
     own = [row for row in rows if row.method == method and row.error_mm < EXACT]
     return min(own, key=lambda row: row.seconds_per_position, default=None)
 
 
 def finding(data: Sequence[SpeedCase]) -> str:
-    """What the chart shows, in numbers of this run: of the last case of each flank."""
+    """Say what the chart shows, in numbers of this run: of the last case of each flank."""
     last = {case.flank: case for case in data if case.rows}
-    texts = []
-    for case in last.values():
-        title = _plain(case.title)
-        texts.append(f"{title[:1].upper()}{title[1:]}: {'; '.join(_parts(case.rows))}.")
-    return " ".join(texts)
+    titles = {_plain(case.title): "; ".join(_parts(case.rows)) for case in last.values()}
+    return " ".join(f"{title[:1].upper()}{title[1:]}: {words}." for title, words in titles.items())
 
 
 def _plain(text: str) -> str:
-    """A title, or the label of a method without what varies, for the caption."""
+    """Give a title, or the label of a method without what varies, for the caption."""
     return text.split(" (")[0].replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
 
 
 def failures(data: Sequence[SpeedCase]) -> str:
-    """Which methods did not find all positions, and where there was nothing to find."""
+    """Say which methods did not find all positions, and where there was nothing to find."""
     lost = {letter: "; ".join(case.failures) for letter, case in zip("abcd", data, strict=True)}
     texts = ". ".join(f"({letter}) {words}" for letter, words in lost.items() if words)
-    return (
-        f" Not found at some of their settings, or at all, for reasons in the table: {texts}."
-        if texts
-        else ""
-    )
+    where = " Not found at some of their settings, or at all, for reasons in the table: "
+    return f"{where}{texts}." if texts else ""
 
 
 def _parts(rows: Sequence[Row]) -> Iterator[str]:
+    """Say what the methods take, in numbers of one case."""
     meshes = [row for row in rows if row.method == "mesh alone" and np.isfinite(row.error_mm)]
     if meshes:
         last = meshes[-1]
@@ -280,7 +270,7 @@ def _parts(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def _steps(rows: Sequence[Row]) -> Iterator[str]:
-    """How many Newton steps give point and rolls."""
+    """Say how many Newton steps give point and rolls."""
     steps = [row for row in rows if row.method == "Newton on F" and row.kind == "iterations"]
     exact = [row for row in steps if row.error_mm < EXACT and row.transmission_error_arcsec < EXACT_TURN]
     if exact and exact[0].value > 0:
@@ -291,20 +281,19 @@ def _steps(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def rows(data: tuple[SpeedCase, ...]) -> Table:
-    """Every method at every setting; the status says why an error is missing."""
+    """List every method at every setting; the status says why an error is missing."""
     where = ("flank", "a1_per_mm", "a2_per_mm", "status")
     setting = ("method", "setting", "error_mm", "transmission_error_arcsec")
     header = (*where, *setting, "seconds_per_position", "setup_seconds")
 
-    def body() -> Iterator[list[object]]:
-        nothing = float("nan")
+    def body() -> Rows:
         for case in data:
             if case.reason:
-                yield [case.flank, *case.parabola, case.reason, "", "", nothing, nothing, nothing, nothing]
+                yield case.flank, *case.parabola, case.reason, "", "", *4 * [float("nan")]
             for row in case.rows:
                 errors = (row.error_mm, row.transmission_error_arcsec)
                 cost = (row.seconds_per_position, row.setup_seconds)
-                yield [case.flank, *case.parabola, row.status, row.method, row.setting, *errors, *cost]
+                yield case.flank, *case.parabola, row.status, row.method, row.setting, *errors, *cost
 
     return header, body()
 

@@ -12,17 +12,15 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import transverse_section
 
-from ...parts import annotate, posed
+from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Scene, Size, fit_camera, render
-from ...stage.theme import Box, Page
+from ...stage.scene import MESH_PX, Camera, Item, Size, fit_camera
 
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
-VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
 SECTION_TOLERANCE = 0.001
@@ -36,11 +34,6 @@ class PairFigure:
 
     pair: PosedPair
     sections: tuple[FloatArray, ...]
-
-    @property
-    def touching(self) -> bool:
-        """Whether the right flanks share a point."""
-        return bool(np.isfinite(self.pair.contact).all())
 
 
 def compute(design: Design) -> PairFigure:
@@ -67,7 +60,7 @@ def _ends(pair: PosedPair) -> FloatArray:
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
     """Make the camera that shows the whole pair in a picture of this size."""
-    return fit_camera(posed.reach(pair), VIEW, UP, size, 0.06)
+    return fit_camera(posed.reach(pair), posed.VIEW, posed.UP, size, 0.06)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
@@ -79,35 +72,36 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
         bore = posed.shaft_radius(member)
         gear, reason = posed.gear_items(member, frame, tolerance, (theme.METALS[number], FACES[number]), bore)
         if reason:
-            remarks.append(f"The {posed.NAMES[number]} is drawn without teeth: {reason}.")
-        items += [*gear, *posed.shaft(frame, bore, lengths[number, 0], lengths[number, 1], posed.SHAFT)]
+            remarks.append(f"The {solved.MEMBERS[number]} is drawn without teeth: {reason}.")
+        items += [*gear, *posed.shaft(frame, bore, *lengths[number].tolist())]
     return items, remarks
 
 
 def draw(data: PairFigure, size: Size) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
     pair = data.pair
-    page = theme.new_page(
+    page, _, high = theme.new_page(
         size,
         "Fig. 1   The crossed beveloid gear pair in mesh",
         "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
         " shaft angle $\\delta$",
+        "",
     )
-    box = theme.place(page, 0.14, 0.06, 0.83, theme.top(page) - 0.06)
+    box = theme.place(page, 0.14, 0.06, 0.83, high - 0.06)
     camera = camera_of(pair, box.size)
-    items, remarks = items_of(pair, MESH_PX * 2.0 * camera.half_height / box.height)
+    items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
         "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
-        if data.touching
+        if pair.touching
         else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
-    picture = render(Scene(items, camera), box.size)
-    _annotate(Overlay(theme.show(page, box, picture), picture), pair)
-    if data.touching and len(data.sections) == 2:
-        shown = picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+    over = Overlay.drawn(page, box, items, camera)
+    _annotate(over, pair)
+    if pair.touching and len(data.sections) == 2:
+        shown = over.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
         _draw_section(page, _free_corner(page, shown), data)
-    return Drawing(page, {"pair": picture})
+    return Drawing(page, {"pair": over.picture})
 
 
 def _annotate(over: Overlay, pair: PosedPair) -> None:
@@ -119,7 +113,9 @@ def _annotate(over: Overlay, pair: PosedPair) -> None:
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
-    _shaft_angle(over, pair)
+    degrees = np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
+    words, reach = f"$\\delta$ = {degrees:.4g}\u00b0", 0.65 * abs(float(ends[1, 0]))
+    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
@@ -133,36 +129,23 @@ def _kind(pair: PosedPair, member: int) -> str:
     one = pair.design.members[member]
     angle, cone = float(np.degrees(one.helix_angle)), float(np.degrees(one.cone_angle))
     hand = "right hand" if angle > 0.0 else "left hand" if angle < 0.0 else "straight"
-    text = f"{int(one.teeth)} teeth, {hand}\nhelix {angle:g}\u00b0, cone {cone:g}\u00b0".replace(
-        "-", "\u2212"
-    )
-    return f"{posed.NAMES[member]}\n{text}"
+    angles = f"helix {angle:g}\u00b0, cone {cone:g}\u00b0".replace("-", "\u2212")
+    return f"{solved.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _shaft_angle(over: Overlay, pair: PosedPair) -> None:
-    """Draw the gear axis against a parallel to the pinion axis through its foot."""
-    reach = 0.65 * abs(float(_ends(pair)[1, 0]))
-    foot, (first, second) = pair.foot[1], pair.axis
-    over.line(foot, foot + 1.2 * reach * first, color=theme.RED, linestyle="--")
-    over.arrow_along(annotate.arc(foot, first, second, reach), theme.RED)
-    degrees = np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0)))
-    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
-    over.label(foot + 0.75 * reach * first, f"$\\delta$ = {degrees:.4g}\u00b0", (-6.0, 2.0), **style)
-
-
-def _free_corner(page: Page, shown: FloatArray) -> Box:
+def _free_corner(page: theme.Page, shown: FloatArray) -> theme.Box:
     """Find the box for the section: in the corner of the page that covers least of what is shown, pixels (n,
     2) from the lower left."""
     corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
 
-    def covered(box: Box) -> int:
+    def covered(box: theme.Box) -> int:
         inside = np.abs(shown - (box.left, box.bottom) - 0.5 * np.array(box.size)) < 0.55 * np.array(box.size)
         return int(inside.all(axis=1).sum())
 
     return min(corners, key=covered)
 
 
-def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
+def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
     """Draw both transverse sections, seen along the middle of the two axes."""
     pair = data.pair
     axes = theme.overlay(page, box)
@@ -176,22 +159,17 @@ def _draw_section(page: Page, box: Box, data: PairFigure) -> None:
         axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
     axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
     high = half * box.height / box.width
-    axes.set_xlim(-half, half)
-    axes.set_ylim(-high, high)
     axes.set_axis_on()
-    axes.set(xticks=[], yticks=[])
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=theme.GREY, linewidth=1.0)
+    axes.set(xlim=(-half, half), ylim=(-high, high), xticks=[], yticks=[])
+    axes.spines[:].set(visible=True, color=theme.GREY, linewidth=1.0)
     axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
     annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
-    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.SMALL}
-    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), **style)
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), color=theme.RED, fontsize=theme.SMALL)
     length = theme.round_length(0.6 * half)
     axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
-    annotate.text(
-        axes, (0.9 * half - 0.5 * length, -0.9 * high), f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL
-    )
+    middle = 0.9 * half - 0.5 * length, -0.9 * high
+    annotate.text(axes, middle, f"{length:g} mm", (0.0, 9.0), fontsize=theme.SMALL)
 
 
 def rows(data: PairFigure) -> Table:
@@ -201,7 +179,7 @@ def rows(data: PairFigure) -> Table:
     return quantities(
         ("offset", "mm", pair.foot[1, 0]),
         ("shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))),
-        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(posed.NAMES) for name, unit, v in named),
+        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(solved.MEMBERS) for name, unit, v in named),
         *vector("contact_{}_f", "mm", pair.contact),
     )
 

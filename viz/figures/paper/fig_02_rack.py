@@ -15,7 +15,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...parts import annotate, cutter
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
 
 EXAGGERATED = 0.09
@@ -36,7 +36,7 @@ class RackFigure:
 
     tools: tuple[Tool, Tool]
     profiles: tuple[FloatArray, FloatArray]
-    rounds: tuple[ToolRound, ToolRound]
+    tip_round: ToolRound
 
     @property
     def module(self) -> float:
@@ -52,37 +52,32 @@ class RackFigure:
 def compute(design: Design) -> RackFigure:
     """Find profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
     tool = design.pinion.tool
-    tools = [
-        cutter.fitting(replace(tool, parabola=a)) for a in (0.0, EXAGGERATED / float(tool.normal_module))
-    ]
-    rounds = [tool_round(one, "right") for one in tools]
-    profiles = [cutter.half_profile(one, rounding) for one, rounding in zip(tools, rounds, strict=True)]
-    return RackFigure((tools[0], tools[1]), (profiles[0], profiles[1]), (rounds[0], rounds[1]))
+    bent = cutter.fitting(replace(tool, parabola=EXAGGERATED / float(tool.normal_module)))
+    straight = cutter.fitting(replace(tool, parabola=0.0))
+    profiles = cutter.half_profile(straight), cutter.half_profile(bent)
+    return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
 def draw(data: RackFigure, size: theme.Size) -> Drawing:
     """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0",
-    )
-    text = (
         "The space of the tool is the tooth it generates: $x_n$ points from that tooth's root to its tip,"
         " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
         " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
-        " its flank becomes concave. The round of the parabolic tool is reduced to what fits."
+        " its flank becomes concave. The round of the parabolic tool is reduced to what fits.",
     )
-    low = theme.caption(page, text)
-    box = theme.place(page, 0.02, low, 0.96, theme.top(page) - low)
+    box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
     half = max(2.7 * module, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
-    axes.set_xlim(-half, half)
-    axes.set_ylim(*(ends.mean() + np.array([-half, half]) * box.height / box.width))
+    high_half = half * box.height / box.width
+    axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
     _draw_tool(axes, data)
     _draw_lines(axes, data)
     _draw_frames(axes, data)
@@ -118,7 +113,7 @@ def _span(
 
 def _draw_lines(axes: Axes, data: RackFigure) -> None:
     """Draw pitch line, addendum and dedendum lines, space width, tip round."""
-    module, tool, straight = data.module, data.tools[0], data.rounds[0]
+    module, tool, tip = data.module, data.tools[0], data.tip_round
     heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
     edge = 2.45 * module
     for height, style in zip(heights, ((4, 4), (14, 3, 2, 3), (4, 4)), strict=True):
@@ -135,44 +130,32 @@ def _draw_lines(axes: Axes, data: RackFigure) -> None:
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
     words = f"$s_0$ = $\\pi m_n/2$ = {2.0 * half:.5g} mm"
     _span(axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING)
-    if straight.radius > 0.0:
-        centre = np.array([-straight.centre[1], straight.centre[0]])
+    if tip.radius > 0.0:
+        centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-118.0)
-        rim = centre + straight.radius * np.array([np.cos(turn), np.sin(turn)])
+        rim = centre + tip.radius * np.array([np.cos(turn), np.sin(turn)])
         axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5)
         annotate.arrow(axes, centre, rim, theme.RED, 1.2)
         words = f"tip round {float(tool.tip_radius):g} $m_n$"
         annotate.text(axes, rim, words, (0.0, -22.0), color=theme.RED)
 
 
-def _frame(
-    axes: Axes, origin: ArrayLike, x: ArrayLike, y: ArrayLike, name: str, colour: str, length: float
-) -> None:
-    start = np.asarray(origin, dtype=float)
-    for letter, way in (("x", np.asarray(x, dtype=float)), ("y", np.asarray(y, dtype=float))):
-        annotate.arrow(axes, start, start + length * way, colour, 2.2)
-        annotate.text(
-            axes,
-            start + length * way,
-            f"${letter}_{{{name}}}$",
-            (13.0 * way[0], 13.0 * way[1]),
-            color=colour,
-            fontsize=theme.HEADING,
-        )
-
-
 def _draw_frames(axes: Axes, data: RackFigure) -> None:
     """Draw S_n, S_ar and S_al; the page shows y_n to the right and x_n upwards."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
-    _frame(axes, (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5 * module)
-    _frame(axes, (half, 0.0), (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12 * module)
-    _frame(axes, (-half, 0.0), (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12 * module)
-    names = ((0.0, "n", theme.INK, -15.0), (half, "ar", theme.GREEN, 24.0), (-half, "al", theme.GREEN, -24.0))
-    for place, name, colour, shift in names:
+    for place, x, y, name, colour, length, shift in (
+        (0.0, (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5, -15.0),
+        (half, (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12, 24.0),
+        (-half, (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12, -24.0),
+    ):
+        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
+        for letter, way in zip("xy", np.array((x, y)), strict=True):
+            tip = (place, 0.0) + length * module * way
+            annotate.arrow(axes, (place, 0.0), tip, colour, 2.2)
+            annotate.text(axes, tip, f"${letter}_{{{name}}}$", (13.0 * way[0], 13.0 * way[1]), **style)
         axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
-        style = {"color": colour, "fontsize": theme.HEADING, "fontweight": "bold"}
-        annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), **style)
+        annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 
 
 def _draw_parameters(axes: Axes, data: RackFigure) -> None:
@@ -205,7 +188,7 @@ def _draw_parameters(axes: Axes, data: RackFigure) -> None:
 def rows(data: RackFigure) -> Table:
     """List the points of both right profiles."""
     named = zip(("straight", "parabolic"), data.tools, data.profiles, strict=True)
-    lines = [(name, float(tool.parabola), *xy) for name, tool, points in named for xy in points.tolist()]
+    lines = stacked((name, float(tool.parabola), *points.T) for name, tool, points in named)
     return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.fillet import tool_round
 from beveloid_geom.gear.rack import reference_radius
 
 from ...parts import annotate, cutter, posed
@@ -17,12 +16,10 @@ from ...parts.annotate import Overlay
 from ...parts.cutter import SectionFrame
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import MESH_PX, Item, Picture, Scene, Surface, fit_camera, render
-from ...stage.theme import Page
+from ...stage.scene import MESH_PX, Item, Picture, Surface, fit_camera
 
 TOOL = "#f2cf99"
 FACE = "#d3dce4"
-PLANE = theme.SKY
 LEAST_DRAWN = np.radians((18.0, 15.0))
 """Helix and cone angle that panel (a) draws at least, so that its frames can be told apart."""
 ROLL_PITCHES = 0.9
@@ -65,7 +62,7 @@ def compute(design: Design) -> GenerationFigure:
     """Find frames of the pinion's generation."""
     member = design.pinion
     tool = cutter.fitting(member.tool)
-    half = cutter.half_profile(tool, tool_round(tool, "right"))
+    half = cutter.half_profile(tool)
     angles = [
         np.copysign(max(abs(angle), least), angle) if angle else 0.0
         for angle, least in zip(
@@ -85,28 +82,26 @@ def compute(design: Design) -> GenerationFigure:
 
 def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
     """Draw panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
-    page = theme.new_page(
-        size,
-        "Fig. 3   Frames of the generation by a rack cutter",
-        "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
-        " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
-    )
     angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
-    changed = bool(np.any(angles[0] != angles[1]))
     text = (
         "(b) is the pinion of this design in true proportions: rack and gear touch along a line on each"
         " flank. $S_b$ is fixed, $S_c$ slides with the rack and $S_j$ turns with the gear; all three stand at"
         " mid-face and are drawn at the heel; $S_j$ has turned by $-\\varphi$ about $z_b$."
-        + (
+    )
+    if np.any(angles[0] != angles[1]):
+        text += (
             f" (a) is drawn with $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0"
             f" instead of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0, so that the frames can be"
             " told apart."
-            if changed
-            else ""
         )
+    page, low, high = theme.new_page(
+        size,
+        "Fig. 3   Frames of the generation by a rack cutter",
+        "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
+        " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
+        text,
+        above=0.35,
     )
-    low = theme.caption(page, text)
-    high = theme.top(page) - theme.inches(page, 0.35)
     pictures = {}
     for name, left, width, panel in (("a", 0.01, 0.46, _rack_panel), ("b", 0.48, 0.51, _gear_panel)):
         box = theme.place(page, left, low, width, high - low)
@@ -115,7 +110,7 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
     length = LENGTH * module
@@ -124,36 +119,31 @@ def _rack_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     inner = data.profile[np.abs(data.profile[:, 0]) < 1.01 * np.pi * module]
     items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
     corners = _plane_corners(data, length)
-    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, PLANE, 0.45))
+    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, theme.SKY, opacity=0.45))
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
-    picture = render(Scene(items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09)), box.size)
-    _annotate_rack(Overlay(theme.show(page, box, picture), picture), data)
-    return picture
+    over = Overlay.drawn(page, box, items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09))
+    _annotate_rack(over, data)
+    return over.picture
 
 
 def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
     """Give the rack's pitch plane around the frames, corners (4, 3)."""
     slope = np.array([np.sin(float(data.drawn.cone_angle)), 0.0, np.cos(float(data.drawn.cone_angle))])
-    wide, deep = 1.25 * np.pi * data.module, 0.95 * length
-    across = np.array([0.0, wide, 0.0])
-    return np.stack(
-        (-across - deep * slope, across - deep * slope, across + deep * slope, -across + deep * slope)
-    )
+    across, deep = np.array([0.0, 1.25 * np.pi * data.module, 0.0]), 0.95 * length * slope
+    return np.stack((-across - deep, across - deep, across + deep, -across + deep))
 
 
 def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
+    """Draw S_n, S_P and S_c, and the angles between them."""
     frame, module = data.frames[0], data.module
-    gamma = float(data.drawn.cone_angle)
-    y = np.array([0.0, 1.0, 0.0])
-    normal, slope = (
-        np.array([np.cos(gamma), 0.0, -np.sin(gamma)]),
-        np.array([np.sin(gamma), 0.0, np.cos(gamma)]),
-    )
+    sin, cos = np.sin(float(data.drawn.cone_angle)), np.cos(float(data.drawn.cone_angle))
+    tilted = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
+    slope = tilted[2]
     frames = (
         ("c", np.eye(3), 6.3, ("x_c", "y_c = y_P", "z_c")),
-        ("P", np.stack((normal, y, slope)), 5.2, ("", "", "z_P")),
+        ("P", tilted, 5.2, ("", "", "z_P")),
         ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
     )
     for name, vectors, length, names in frames:
@@ -170,11 +160,10 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
         if np.linalg.norm(curve[-1] - curve[0]) > 0.05 * module:
             over.arrow_along(curve, colour)
             outward = 0.6 * module * curve[16] / np.linalg.norm(curve[16])
-            style = {"color": colour, "fontsize": theme.HEADING}
-            over.label(curve[16] + outward, words, (0.0, 0.0), **style)
+            over.label(curve[16] + outward, words, color=colour, fontsize=theme.HEADING)
 
 
-def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the gear turned by -phi and the rack slid by -r_P phi, in S_b."""
     member, half = data.member, 0.5 * float(data.member.face_width)
     origin = np.array([data.pitch_radius, -data.slide, 0.0])
@@ -189,20 +178,17 @@ def _gear_panel(page: Page, box: theme.Box, data: GenerationFigure) -> Picture:
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
     rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
     above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
-    camera = fit_camera(
-        np.concatenate((*reach, rim, above, np.zeros((1, 3)))), -back, (1.0, 0.0, 0.0), box.size, 0.07
-    )
-    px_per_mm = box.height / (2.0 * camera.half_height)
-    items += _gear_items(data, count, MESH_PX / px_per_mm)
-    picture = render(Scene(items, camera), box.size)
-    _annotate_gear(Overlay(theme.show(page, box, picture), picture), data)
-    return picture
+    shown = np.concatenate((*reach, rim, above, np.zeros((1, 3))))
+    camera = fit_camera(shown, -back, (1.0, 0.0, 0.0), box.size, 0.07)
+    items += _gear_items(data, count, MESH_PX * camera.mm_per_px(box.size))
+    over = Overlay.drawn(page, box, items, camera)
+    _annotate_gear(over, data)
+    return over.picture
 
 
 def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[Item]:
     """Make some teeth around the rack, or a blank where teeth cannot be drawn."""
-    cos, sin = np.cos(data.roll), np.sin(data.roll)
-    frame = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3)
+    frame = posed.turn_about_axis(-data.roll), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
     bore = 0.1 * data.pitch_radius
     teeth = range(first, first + count)
@@ -210,11 +196,10 @@ def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[It
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
+    """Draw pitch circle and pitch line, S_b, S_j and S_c, roll and slide."""
     radius, roll = data.pitch_radius, data.roll
     place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
-    turned = np.array(
-        [[np.cos(roll), -np.sin(roll), 0.0], [np.sin(roll), np.cos(roll), 0.0], [0.0, 0.0, 1.0]]
-    )
+    turned = posed.turn_about_axis(roll)
     length = 0.33 * radius
     x, y = np.eye(3)[:2]
     pitch = place + radius * x
@@ -228,8 +213,7 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.line(place, place + radius * turned[0], color=theme.RED)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
     over.arrow_along(curve, theme.RED)
-    style = {"color": theme.RED, "fontsize": theme.HEADING}
-    over.label(curve[16], "$\\varphi$", (0.0, 12.0), **style)
+    over.label(curve[16], "$\\varphi$", (0.0, 12.0), color=theme.RED, fontsize=theme.HEADING)
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,18 +10,15 @@ import numpy as np
 from beveloid_geom import Design, Errors
 from beveloid_geom.design.model import unchecked
 
-from ...parts import annotate, posed
+from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import MESH_PX, Item, Picture, Scene, fit_camera, render
-from ...stage.theme import Page
+from ...stage.scene import MESH_PX, Item, Picture, fit_camera
 
 STILL = theme.STEEL
 MOVED = "#e8a04c"
-NOMINAL = "#8c96a0"
-NOMINAL_OPACITY = 0.3
 FACES = {STILL: "#d3dce4", MOVED: "#f3c48a"}
 DRAWN_SHARE = 0.16
 """Displacements drawn, as a share of the offset."""
@@ -68,27 +64,21 @@ def compute(design: Design) -> ErrorFigure:
     nominal = posed.pose(plain)
     length = DRAWN_SHARE * float(plain.pair.offset)
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
-    displaced = []
-    for panel, size in zip(PANELS, drawn, strict=True):
-        displaced.append(posed.displaced(nominal, unchecked(Errors(), **{panel.key: float(size)})))
-    return ErrorFigure(nominal, tuple(drawn), tuple(displaced))
+    errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
+    return ErrorFigure(nominal, tuple(drawn), tuple(posed.displaced(nominal, error) for error in errors))
 
 
 def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
     """Draw a panel for each error: the nominal pose grey and translucent, the displaced one orange."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Grey and translucent: where the member belongs; orange: displaced, much exaggerated",
-    )
-    text = (
         "Errors are taken from the pair as mounted, seen from the pinion: the pinion's axis stays, offset and"
         " shaft-angle errors move the gear's; axial errors move a member along its own axis towards its heel."
         " The paper lays the shaft-angle error on the pinion's side, which is the same pair. (c) and (d)"
-        " are seen from the heels."
+        " are seen from the heels.",
     )
-    low = theme.caption(page, text)
-    high = theme.top(page)
     height = 0.5 * (high - low)
     pictures = {}
     for index, panel in enumerate(PANELS):
@@ -100,7 +90,8 @@ def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
+def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
+    """Write letter, name and size of the error of a panel, below a place x, y of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
     times = drawn / TYPICAL[panel.key]
     if panel.key == "shaft_angle":
@@ -109,9 +100,8 @@ def _heading(page: Page, x: float, y: float, data: ErrorFigure, index: int) -> N
         words = f"{drawn:.3g} mm, {times:.3g} times {TYPICAL[panel.key]:g} mm"
     head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
     page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
-    page.text(
-        x, y - theme.inches(page, 0.27), f"drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top"
-    )
+    below = y - theme.inches(page, 0.27)
+    page.text(x, below, f"drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top")
 
 
 def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[Item]:
@@ -120,27 +110,27 @@ def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[I
     bore = posed.shaft_radius(member)
     over = 0.5 * float(member.face_width) + 0.3 * bore
     gear, _ = posed.gear_items(member, frame, tolerance, (colour, FACES[colour]), bore)
-    return [*gear, *posed.shaft(frame, bore, -over, over, posed.SHAFT)]
+    return [*gear, *posed.shaft(frame, bore, -over, over)]
 
 
-def _panel(page: Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
+def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
+    """Draw the pair with one error, and where the member belongs."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     camera = fit_camera(posed.reach(nominal, moved), panel.view, panel.up, box.size, 0.05)
-    tolerance = MESH_PX * 2.0 * camera.half_height / box.height
+    tolerance = MESH_PX * camera.mm_per_px(box.size)
     member = nominal.design.members[panel.member]
     # Shorter by a little, so that its ends do not fall into those of the displaced member.
     short = replace(member, face_width=0.98 * float(member.face_width))
-    ghost = posed.blank(
-        short, nominal.frames[panel.member], NOMINAL, posed.shaft_radius(member), NOMINAL_OPACITY
-    )
+    radius, frame = posed.shaft_radius(member), nominal.frames[panel.member]
+    ghost = posed.blank(short, frame, "#8c96a0", radius, opacity=0.3)
     items: list[Item] = [
         *_gear(nominal, 1 - panel.member, STILL, tolerance),
         *_gear(moved, panel.member, MOVED, tolerance),
         *ghost,
     ]
-    picture = render(Scene(items, camera), box.size)
-    _annotate(Overlay(theme.show(page, box, picture), picture), data, index)
-    return picture
+    over = Overlay.drawn(page, box, items, camera)
+    _annotate(over, data, index)
+    return over.picture
 
 
 def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
@@ -149,7 +139,7 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
     still, number = 1 - panel.member, panel.member
     _axis(over, nominal, still, theme.INK)
     _axis(over, nominal, number, theme.GREY)
-    if panel.key != f"{posed.NAMES[number]}_axial":
+    if panel.key != f"{solved.MEMBERS[number]}_axial":
         _axis(over, moved, number, theme.RED)
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
@@ -161,20 +151,14 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
         return
     start, end = (pair.foot[number] for pair in (nominal, moved))
     if panel.key != "offset":
-        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * _tip(nominal, number)
-        start, end = (
-            pair.foot[number] + pair.position[number] * pair.axis[number] + out for pair in (nominal, moved)
-        )
-        for pair, place in ((nominal, start), (moved, end)):
-            centre = pair.foot[number] + pair.position[number] * pair.axis[number]
-            over.line(centre, centre + 1.05 * (place - centre), linewidth=0.9)
+        tip = np.hypot(*posed.rings(nominal.design.members[number]).T[:2]).max()
+        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * tip
+        centres = [pair.foot[number] + pair.position[number] * pair.axis[number] for pair in (nominal, moved)]
+        start, end = (centre + out for centre in centres)
+        for centre in centres:
+            over.line(centre, centre + 1.05 * out, linewidth=0.9)
     over.arrow(start, end, theme.RED, 2.4)
     over.label(0.5 * (start + end), words, (0.0, -16.0), **style)
-
-
-def _tip(pair: PosedPair, number: int) -> float:
-    rings = posed.rings(pair.design.members[number])
-    return float(np.hypot(rings[..., 0], rings[..., 1]).max())
 
 
 def _axis(over: Overlay, pair: PosedPair, number: int, colour: str) -> None:
@@ -189,16 +173,13 @@ def rows(data: ErrorFigure) -> Table:
     vectors = [f"{letter}_{component}" for letter in "xyz" for component in "xyz"]
     header = ("error", "drawn_mm_or_rad", "member", "origin_x_mm", "origin_y_mm", "origin_z_mm", *vectors)
 
-    def lines() -> Iterator[tuple[object, ...]]:
-        poses = (
-            ("none", 0.0, data.nominal),
-            *zip([p.key for p in PANELS], data.drawn, data.displaced, strict=True),
-        )
-        for key, size, pair in poses:
-            for name, (rotation, origin) in zip(posed.NAMES, pair.frames, strict=True):
-                yield key, size, name, *origin.tolist(), *rotation.T.ravel().tolist()
-
-    return header, lines()
+    keys = ["none", *(panel.key for panel in PANELS)]
+    poses = zip(keys, (0.0, *data.drawn), (data.nominal, *data.displaced), strict=True)
+    return header, [
+        (key, size, name, *origin.tolist(), *rotation.T.ravel().tolist())
+        for key, size, pair in poses
+        for name, (rotation, origin) in zip(solved.MEMBERS, pair.frames, strict=True)
+    ]
 
 
 RECIPES = {"fig-05": Recipe(compute, draw, rows)}

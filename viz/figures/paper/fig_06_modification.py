@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,19 +13,30 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.gear.undercut import regular_start
 
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.annotate import Overlay
+from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
-from ...stage.scene import Item, Picture, Scene, Size, Tube, fit_camera, grid_surface, render
-from ...stage.theme import Page
+from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
 
 FLANK = "right"
-COEFFICIENTS = (-0.01, 0.0, 0.01)
-"""1/mm, in the order of the flanks from the metal outwards."""
-NAMES = ("convex", "involute", "concave")
-COLOURS = ("#f0b98a", "#c4ccd4", "#8fc3e8")
-LINES = (theme.RED, theme.BLACK, theme.BLUE)
-CUTS = (1.0, 0.36, -0.3, -1.0)
-"""Ends of the terraces as shares of half the face width, from the heel."""
+
+
+class Look(NamedTuple):
+    """How the flank of a coefficient is called and drawn: name, colours of metal and of lines, and between
+    which shares of half the face width, from the heel, its terrace lies."""
+
+    name: str
+    colour: str
+    line: str
+    ends: tuple[float, float]
+
+
+LOOKS = {
+    -0.01: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
+    0.0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
+    0.01: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
+}
+"""By the coefficient, 1/mm, in the order of the flanks from the metal outwards."""
 POINTS = 241
 VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
@@ -62,7 +73,7 @@ class ModificationFigure:
 
 def compute(design: Design) -> ModificationFigure:
     """Find sections at mid-face; a coefficient so strong that the flank ends short of its tip is left out."""
-    members = {a: design.with_parabola(a).pinion for a in COEFFICIENTS}
+    members = {a: design.with_parabola(a).pinion for a in LOOKS}
     members = {a: member for a, member in members.items() if _reaches_tip(member)}
     if 0.0 not in members:
         return ModificationFigure({}, {}, {})
@@ -84,6 +95,7 @@ def _patch(member: Member, share: FloatArray, z: FloatArray) -> tuple[FloatArray
 
 
 def _section(member: Member, involute: Member) -> Section:
+    """Find the profile at mid-face, and how far it is from the involute one."""
     share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
     l, patch = _patch(member, share, middle)
     _, base = _patch(involute, np.linspace(-0.1, 1.1, POINTS), middle)
@@ -101,14 +113,14 @@ def _section(member: Member, involute: Member) -> Section:
 
 def draw(data: ModificationFigure, size: Size) -> Drawing:
     """Draw three flanks in one scene; the section and its deviations beside it."""
-    page = theme.new_page(
+    cut_short = [LOOKS[a].name for a, short in data.undercut.items() if short]
+    page, low, high = theme.new_page(
         size,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
+        NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short),
+        above=0.3,
     )
-    cut_short = [NAMES[COEFFICIENTS.index(a)] for a, short in data.undercut.items() if short]
-    low = theme.caption(page, NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short))
-    high = theme.top(page) - theme.inches(page, 0.3)
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
         return Drawing(page, {})
@@ -120,7 +132,8 @@ def draw(data: ModificationFigure, size: Size) -> Drawing:
     return Drawing(page, {"overlay": picture})
 
 
-def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> Picture:
+def _overlay(page: theme.Page, data: ModificationFigure, low: float, high: float) -> Picture:
+    """Draw the flanks of all coefficients as terraces between two heights of the page."""
     box = theme.place(page, 0.01, low, 0.625, high - low)
     half = 0.5 * float(data.members[0.0].face_width)
     _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
@@ -128,15 +141,14 @@ def _overlay(page: Page, data: ModificationFigure, low: float, high: float) -> P
     parts = patch.normal[4, 4], depth, length
     stand = sum(share * part / np.linalg.norm(part) for share, part in zip(VIEW, parts, strict=True))
     camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
-    px_per_mm = box.height / (2.0 * camera.half_height)
-    points_per_mm = px_per_mm * 72.0 / page.dpi
-    items, labels = _terraces(data, 0.25 / px_per_mm, 1.3 / points_per_mm)
-    picture = render(Scene(items, camera), box.size)
-    axes = theme.show(page, box, picture)
-    _label_overlay(axes, picture, patch.point, labels)
-    bar = theme.round_length(120.0 / points_per_mm)
-    theme.scale_bar(axes, 0.05 * box.width, 0.9 * box.height, px_per_mm, bar)
-    return picture
+    mm_per_px = camera.mm_per_px(box.size)
+    mm_per_point = mm_per_px * page.dpi / 72.0
+    items, labels = _terraces(data, 0.25 * mm_per_px, 1.3 * mm_per_point)
+    over = Overlay.drawn(page, box, items, camera)
+    _label_overlay(over, patch.point, labels)
+    bar = theme.round_length(120.0 * mm_per_point)
+    theme.scale_bar(over.axes, 0.05 * box.width, 0.9 * box.height, over.picture.px_per_mm, bar)
+    return over.picture
 
 
 def _stations(member: Member, tolerance: float) -> tuple[int, int]:
@@ -147,10 +159,9 @@ def _stations(member: Member, tolerance: float) -> tuple[int, int]:
     def sagitta(points: FloatArray) -> float:
         return float(np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=-1).max()) / 8.0
 
-    across, along = sagitta(patch.point), sagitta(patch.point.swapaxes(0, 1))
-    return int(np.ceil(8.0 * np.sqrt(across / tolerance))) + 1, int(
-        np.ceil(3.0 * np.sqrt(along / tolerance))
-    ) + 1
+    bent = np.array([sagitta(patch.point), sagitta(patch.point.swapaxes(0, 1))])
+    across, along = np.ceil(np.array([8.0, 3.0]) * np.sqrt(bent / tolerance)).astype(int)
+    return int(across) + 1, int(along) + 1
 
 
 def _terraces(
@@ -162,23 +173,22 @@ def _terraces(
     share = np.linspace(0.0, 1.0, 1 + int(cells[0]))
     items: list[Item] = []
     labels: dict[float, FloatArray] = {}
-    below: int | None = None
-    for index, a in enumerate(COEFFICIENTS):
-        if a not in data.members:
-            continue
-        z = half * np.linspace(CUTS[index], CUTS[index + 1], 1 + int(cells[1]))
-        patch = _patch(data.members[a], share, z)[1]
+    below: float | None = None
+    for a, member in data.members.items():
+        look = LOOKS[a]
+        z = half * np.linspace(*look.ends, 1 + int(cells[1]))
+        patch = _patch(member, share, z)[1]
         front = patch.point[:, 0]
-        items.append(grid_surface(patch.point, patch.normal, COLOURS[index]))
-        items += [Tube(edge, LINES[index], radius) for edge in (front, patch.point[0], patch.point[-1])]
+        items.append(grid_surface(patch.point, patch.normal, look.colour))
+        items += [Tube(edge, look.line, radius) for edge in (front, patch.point[0], patch.point[-1])]
         if below is None:
             items += _heel_profiles(data, share, radius)
         else:
-            under = _patch(data.members[COEFFICIENTS[below]], share, z[:1])[1].point[:, 0]
-            items.append(grid_surface(np.stack((under, front)), None, LINES[index]))
-            items.append(Tube(under, LINES[below], radius))
+            under = _patch(data.members[below], share, z[:1])[1].point[:, 0]
+            items.append(grid_surface(np.stack((under, front)), None, look.line))
+            items.append(Tube(under, LOOKS[below].line, radius))
         labels[a] = patch.point[-1, patch.point.shape[1] // 3]
-        below = index
+        below = a
     return items, labels
 
 
@@ -186,83 +196,66 @@ def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -
     """Make the profiles of all flanks in the plane of the heel, and what lies between them."""
     z = np.array([0.5 * float(data.members[0.0].face_width)])
     profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
-    items: list[Item] = [Tube(points, LINES[COEFFICIENTS.index(a)], radius) for a, points in profiles.items()]
-    for a, points in profiles.items():
-        if a:
-            colour = COLOURS[COEFFICIENTS.index(a)]
-            items.append(grid_surface(np.stack((points, profiles[0.0])), None, colour, opacity=0.75))
-    return items
+    items: list[Item] = [Tube(points, LOOKS[a].line, radius) for a, points in profiles.items()]
+    between = {a: np.stack((points, profiles[0.0])) for a, points in profiles.items() if a}
+    return items + [grid_surface(grid, None, LOOKS[a].colour, opacity=0.75) for a, grid in between.items()]
 
 
 def coefficient_name(a: float) -> str:
     """Give the coefficient and shape."""
     value = theme.signed(a, 2) if a else "0"
-    return f"$a$ = {value} mm$^{{\u22121}}$: {NAMES[COEFFICIENTS.index(a)]}"
+    return f"$a$ = {value} mm$^{{\u22121}}$: {LOOKS[a].name}"
 
 
-def _label_overlay(axes: Axes, picture: Picture, points: FloatArray, labels: dict[float, FloatArray]) -> None:
-    style: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
+def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatArray]) -> None:
+    """Name the flanks at the points `labels` (3,), mm, and the sides of the flank whose points (9, 9, 3) are
+    given."""
+    axes, picture = over.axes, over.picture
     places = {a: picture.project(point) for a, point in labels.items()}
     steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
     crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
     for rank, (a, place) in enumerate(places.items()):
-        colour = LINES[COEFFICIENTS.index(a)]
-        axes.annotate(
-            coefficient_name(a),
-            tuple(place),
-            xytext=(-24, 28 + 21 * rank if crowded else 40),
-            color=colour,
-            fontsize=theme.HEADING,
-            ha="left",
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)},
-            **style,
-        )
+        colour = LOOKS[a].line
+        style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
+        lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
+        offset = -24, 28 + 21 * rank if crowded else 40
+        theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
     for text, point, offset in (
         ("toe", points[4, 0], (-26, 0)),
         ("heel", points[4, -1], (30, 0)),
         ("root", points[0, 4], (0, -24)),
         ("tip", points[-1, -1], (26, 8)),
     ):
-        axes.annotate(
-            text,
-            tuple(picture.project(point)),
-            xytext=offset,
-            ha="center",
-            va="center",
-            color=theme.GREY,
-            **style,
-        )
+        style = {"ha": "center", "va": "center", "color": theme.GREY}
+        theme.beside(axes, picture.project(point), text, offset, **style)
 
 
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     """Draw the profiles in true proportions."""
     for a, section in reversed(data.sections.items()):
-        colour = LINES[COEFFICIENTS.index(a)]
-        axes.plot(section.across, section.up, color=colour, linewidth=2.2)
+        axes.plot(section.across, section.up, color=LOOKS[a].line, linewidth=2.2)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Section at mid-face, true proportions", loc="left")
-    axes.set_xlabel("across the tooth (mm)")
-    axes.set_ylabel("from the axis (mm)")
+    axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
-    for text, x in (("space", 0.08), ("tooth", 0.92)):
-        axes.text(
-            x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha="left" if x < 0.5 else "right"
-        )
+    for text, x, side in (("space", 0.08, "left"), ("tooth", 0.92, "right")):
+        axes.text(x, 0.08, text, transform=axes.transAxes, color=theme.GREY, ha=side)
 
 
 def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
     """Draw the distance from the involute flank against the radius."""
     for a, section in data.sections.items():
-        colour = LINES[COEFFICIENTS.index(a)]
+        colour = LOOKS[a].line
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
-    for text, x, a in (("convex:\nmetal taken off", 0.04, -0.01), ("concave:\nmetal left on", 0.96, 0.01)):
-        style: dict[str, Any] = {"color": LINES[COEFFICIENTS.index(a)], "ha": "left" if x < 0.5 else "right"}
-        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", **style)
+    for text, x, side, colour in (
+        ("convex:\nmetal taken off", 0.04, "left", LOOKS[-0.01].line),
+        ("concave:\nmetal left on", 0.96, "right", LOOKS[0.01].line),
+    ):
+        axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute flank", loc="left")
-    axes.set_xlabel("out of the tooth (mm)")
-    axes.set_ylabel("radius (mm)")
+    axes.set(xlabel="out of the tooth (mm)", ylabel="radius (mm)")
     axes.margins(0.08)
     axes.grid(True)
 
@@ -270,8 +263,8 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
 def rows(data: ModificationFigure) -> Table:
     """List the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
-    columns = {a: (s.l, s.radius, s.deviation, s.across, s.up) for a, s in data.sections.items()}
-    return header, [(a, *line) for a, part in columns.items() for line in np.stack(part, axis=-1).tolist()]
+    cases = data.sections.items()
+    return header, stacked((a, s.l, s.radius, s.deviation, s.across, s.up) for a, s in cases)
 
 
 RECIPES = {"fig-06": Recipe(compute, draw, rows)}

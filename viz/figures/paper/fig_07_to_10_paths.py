@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -75,20 +74,20 @@ class PathFigure:
 def compute(case: SignCase, design: Design) -> PathFigure:
     """Solve the path of contact for every column."""
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
-    return PathFigure(case, solved.solve_all(designs, FLANK))
+    return PathFigure(case, tuple(solved.solve(changed, FLANK) for changed in designs))
 
 
 def draw(data: PathFigure, size: Size) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case = data.case
-    page = theme.new_page(
+    doubt = NOT_OPERATING if min(case.pinion, case.gear) > 0.0 else ""
+    page, low, _ = theme.new_page(
         size,
         f"Fig. {case.number}   {case.title}",
         f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
+        f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}{doubt}.",
     )
-    doubt = NOT_OPERATING if min(case.pinion, case.gear) > 0.0 else ""
-    low = theme.caption(page, f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}{doubt}.")
 
     def panel(cell: Cell) -> Picture | None:
         path, row = data.paths[cell.column], cell.row
@@ -115,13 +114,7 @@ def _under(path: SolvedPath, row: int, view: FlankView) -> str:
 
 def rows(data: PathFigure) -> Table:
     """List every position of every path on both members."""
-    header = ("a1_per_mm", "a2_per_mm", "member", *solved.COLUMNS)
-
-    def body() -> Iterator[list[object]]:
-        for (a1, a2), path in zip(data.case.coefficients, data.paths, strict=True):
-            yield from solved.path_rows((a1, a2), path)
-
-    return header, body()
+    return solved.table(("a1_per_mm", "a2_per_mm"), zip(data.case.coefficients, data.paths, strict=True))
 
 
 RECIPES = {f"fig-{case.number:02d}": Recipe(partial(compute, case), draw, rows) for case in CASES}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,16 +11,13 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.status import Limit
 
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import limit_name
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
-from ...stage.scene import Size
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
 POINTS = 161
-FLANKS = ("right", "left")
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
@@ -51,22 +48,22 @@ def compute(design: Design) -> RatioFigure:
     return RatioFigure(size, ends)
 
 
-def draw(data: RatioFigure, size: Size) -> Drawing:
+def draw(data: RatioFigure, size: theme.Size) -> Drawing:
     """Draw four panels, as in the paper."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Fig. 11   Contact ratio against the parabola coefficient",
         "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
+        NOTE,
+        below=0.55,
+        above=0.55,
     )
-    low = theme.caption(page, NOTE) + theme.inches(page, 0.55)
-    high, gap = theme.top(page) - theme.inches(page, 0.55), theme.inches(page, 1.35)
-    height, width = (high - low - gap) / 2.0, 0.405
+    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.35))
     values = np.concatenate([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])
-    values = values[np.isfinite(values)]
-    limits = _limits(values)
+    limits = _limits(values[np.isfinite(values)])
     for index, case in enumerate(CASES):
         row, column = divmod(index, 2)
-        axes = page.add_axes((0.065 + 0.5 * column, high - height - row * (height + gap), width, height))
+        axes = page.add_axes((0.065 + 0.5 * column, bottoms[row], 0.405, height))
         _panel(axes, data, index, case)
         axes.set_ylim(*limits)
     return Drawing(page, {})
@@ -80,6 +77,7 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
+    """Draw the contact ratio of both flanks over the coefficient of the pinion, 1/mm."""
     a = case.pinion * data.size[index]
     for flank in reversed(FLANKS):
         colour, width, style = LOOKS[flank]
@@ -110,35 +108,26 @@ def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
     for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
         place = (a[at], ends.contact_ratio[at])
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
-        text = " \u2192 ".join(limit_name(Limit(int(code))) for code in ends.limit[at])
-        axes.annotate(
-            text, place, xytext=(0, 8), textcoords="offset points", ha="center", fontsize=theme.SMALL
-        )
+        text = " \u2192 ".join(limit_name(code) for code in ends.limit[at].tolist())
+        theme.beside(axes, place, text, (0, 8), ha="center", fontsize=theme.SMALL)
 
 
 def _name(case: SignCase) -> str:
-    def word(sign: float) -> str:
-        return "positive" if sign > 0.0 else "negative"
-
-    if case.pinion == case.gear:
-        return f"both coefficients {word(case.pinion)}"
-    return f"pinion {word(case.pinion)}, gear {word(case.gear)}"
+    pinion, gear = ("positive" if sign > 0.0 else "negative" for sign in (case.pinion, case.gear))
+    return f"both coefficients {pinion}" if pinion == gear else f"pinion {pinion}, gear {gear}"
 
 
 def rows(data: RatioFigure) -> Table:
     """List contact ratio and limits of the path at every coefficient."""
     header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
 
-    def body() -> Iterator[list[object]]:
-        for index, case in enumerate(CASES):
-            for flank in FLANKS:
-                ends = data.ends[flank][index]
-                columns = data.size[index].tolist(), ends.contact_ratio.tolist(), ends.limit
-                for a, ratio, codes in zip(*columns, strict=True):
-                    names = [limit_name(Limit(int(code)) if code >= 0 else None) for code in codes]
-                    yield [case.pinion * a + 0.0, case.gear * a + 0.0, flank, ratio, *names]
+    def cases() -> Rows:
+        for (index, case), flank in product(enumerate(CASES), FLANKS):
+            ends, a = data.ends[flank][index], data.size[index]
+            names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]
+            yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names
 
-    return header, body()
+    return header, stacked(cases())
 
 
 RECIPES = {"fig-11": Recipe(compute, draw, rows)}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,15 +16,12 @@ from beveloid_geom.arrays import FloatArray
 from ...parts import panels, solved
 from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
+from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
-from ...stage.theme import Page
 
 FLANK = "right"
 STRETCH = 3.0
-MODIFIED = (0.001, -0.001)
-"""Parabola coefficients of pinion and gear, 1/mm."""
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -40,7 +37,7 @@ class Look(NamedTuple):
 
 LOOKS = (
     Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5)),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, ()),
+    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0)),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2)),
 )
 LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
@@ -93,39 +90,33 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
         errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
-        return solved.solve_all((base.with_errors(error) for error in errors), FLANK)
+        return tuple(solved.solve(base.with_errors(error), FLANK) for error in errors)
 
-    return MisalignmentFigure(
-        case, (paths(design.with_parabola(0.0, 0.0)), paths(design.with_parabola(*MODIFIED)))
-    )
+    plain, modified = (design.with_parabola(*coefficients) for coefficients in ((0.0, 0.0), MODIFIED))
+    return MisalignmentFigure(case, (paths(plain), paths(modified)))
 
 
 def draw(data: MisalignmentFigure, size: Size) -> Drawing:
     """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
     case = data.case
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{FLANK.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
+        panels.how_drawn(FLANK, STRETCH) + NOTE + case.note,
+        above=0.3,
     )
-    low = theme.caption(page, panels.how_drawn(FLANK, STRETCH) + NOTE + case.note)
-    high = theme.top(page) - theme.inches(page, 0.3)
-    width, height = (RIGHT - LEFT) / 2.0, (high - low) / 2.0
+    width, (bottoms, height) = (RIGHT - LEFT) / 2.0, theme.rows(low, high, 2)
     views = [panels.flank_views(paths[1].design, FLANK, STRETCH) for paths in data.paths]
-    around = theme.inches(page, 2.0 * panels.LABEL + 0.15)
-    room = theme.place(page, 0.0, 0.0, FLANK_SHARE * width, height - around)
-    px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
-    panels.scale_bars(page, px_per_mm, STRETCH)
+    own_height = height - theme.inches(page, 0.15)
+    px_per_mm = panels.shared_scale(page, views, FLANK_SHARE * width, own_height)
     _legend(page, case)
     pictures: dict[str, Picture] = {}
     for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
-        bottom = high - (row + 1) * height
-        _row_heading(page, bottom + 0.5 * height, name)
+        _row_heading(page, bottoms[row] + 0.5 * height, name)
         for column, member in enumerate(solved.MEMBERS):
             left, view = LEFT + column * width, views[row][column]
-            box = theme.place(
-                page, left, bottom, (FLANK_SHARE + 0.12) * width, height - theme.inches(page, 0.15)
-            )
+            box = theme.place(page, left, bottoms[row], (FLANK_SHARE + 0.12) * width, own_height)
             traces = [
                 Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
                 for path, look in zip(paths, LOOKS, strict=True)
@@ -141,7 +132,7 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _row_heading(page: Page, y: float, name: str) -> None:
+def _row_heading(page: theme.Page, y: float, name: str) -> None:
     a1, a2 = (theme.signed(a, 3) for a in MODIFIED)
     values = "$a_1$ = $a_2$ = 0" if name == "without" else f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
     style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
@@ -149,11 +140,11 @@ def _row_heading(page: Page, y: float, name: str) -> None:
     page.text(0.041, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
 
 
-def _legend(page: Page, case: ErrorCase) -> None:
-    handles = []
-    for look, sign in zip(LOOKS, SIGNS, strict=True):
-        style: dict[str, Any] = {"color": look.colour, "dashes": look.legend or (1.0, 0.0), "linewidth": 4.0}
-        handles.append(Line2D([], [], label=case.label(sign), **style))
+def _legend(page: theme.Page, case: ErrorCase) -> None:
+    handles = [
+        Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
+        for look, sign in zip(LOOKS, SIGNS, strict=True)
+    ]
     theme.legend(page, handles, 3, 0.8, handlelength=2.8)
 
 
@@ -168,15 +159,13 @@ def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], c
     wanted = [spare if end is None else end[1] for end in ends]
     gap = 46.0 if all(path.found for path in paths) else 62.0  # points: two lines, or three
     order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
-    heights = spread(
-        np.array(wanted)[order], gap * point, 24.0 * point, picture.image.shape[0] - 34.0 * point
-    )
+    lowest = picture.image.shape[0] - 34.0 * point
+    heights = spread(np.array(wanted)[order], gap * point, 24.0 * point, lowest)
     for index, y in zip(order, heights, strict=True):
-        text = f"{case.label(SIGNS[index])}"
+        text, detail = case.label(SIGNS[index]), _detail(paths[index], paths[1], column)
         style: dict[str, Any] = {"color": LOOKS[index].colour, "annotation_clip": False, "ha": "left"}
         start = (x + 34.0 * point, y)
         axes.annotate(text, start, va="bottom", fontsize=theme.LABEL, fontweight="bold", **style)
-        detail = _detail(paths[index], paths[1], column)
         axes.annotate(detail, (start[0], y + 2.0 * point), va="top", fontsize=theme.SMALL, **style)
         end = ends[index]
         if end is not None:
@@ -214,14 +203,9 @@ def _detail(path: SolvedPath, zero: SolvedPath, column: int) -> str:
 
 def rows(data: MisalignmentFigure) -> Table:
     """List every position of every path on both members."""
-    header = ("modified", f"{data.case.field}_error_{data.case.unit}", "member", *solved.COLUMNS)
-
-    def body() -> Iterator[list[object]]:
-        for modified, paths in zip(("no", "yes"), data.paths, strict=True):
-            for sign, path in zip(SIGNS, paths, strict=True):
-                yield from solved.path_rows((modified, sign * data.case.shown + 0.0), path)
-
-    return header, body()
+    cases = [(modified, sign * data.case.shown + 0.0) for modified in ("no", "yes") for sign in SIGNS]
+    header = "modified", f"{data.case.field}_error_{data.case.unit}"
+    return solved.table(header, zip(cases, chain(*data.paths), strict=True))
 
 
 RECIPES = {f"fig-{case.number:02d}": Recipe(partial(compute, case), draw, rows) for case in CASES}

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from beveloid_geom import Design, map_of
-from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, ROLLS, DesignMap, Mask, Over, own_values
+from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, ROLLS, DesignMap, Over, own_values
 from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words
@@ -21,8 +22,6 @@ from beveloid_geom.report.words import error_words
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Size
-from ...stage.theme import Page
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"
@@ -31,43 +30,46 @@ STEPS, FIRST_STEPS = 33, 13
 COLUMNS_OF_TEXT = 172
 ROW_OF_TEXT = 125
 """Characters that the entries of a legend may have in one row."""
-DOT: dict[str, Any] = {
-    "linestyle": "",
-    "marker": "o",
-    "markersize": 8.0,
-    "markerfacecolor": "white",
-    "markeredgecolor": theme.INK,
-}
+DOT: dict[str, Any] = {"ls": "", "marker": "o", "ms": 8.0, "mfc": "white", "mec": theme.INK}
 """How the design is marked."""
-TITLES = {
-    "parabola": "Map over the parabola coefficients",
-    "mounting": "Map over the mounting distances",
-    "shift": "Map over the profile shift",
-}
-AXES = {
-    "parabola": (
-        "$a_1$ of the pinion (10$^{\u22123}$ mm$^{\u22121}$)",
-        "$a_2$ of the gear (10$^{\u22123}$ mm$^{\u22121}$)",
-    ),
-    "mounting": ("pinion moved to its heel (mm)", "gear moved to its heel (mm)"),
-    "shift": ("$x_1$ of the pinion", "$x_2$ of the gear"),
-}
 DEFINED = (
     "Angle: of the chord in the pinion's side view (z, r), positive if z rises with r. Shift: at mid-roll on"
     " the pinion's flank, square to the path, under {errors}, each alone and both ways (root of the sum of"
     " squares). Transmission error: peak to peak, of one tooth pair over its path. Colours cover what is not"
     " hatched. "
 )
-NOTES = {
-    "parabola": (
+
+
+class Words(NamedTuple):
+    """What a map is called, what stands along its axes for pinion and gear, and what is to be known of it."""
+
+    title: str
+    pinion: str
+    gear: str
+    note: str
+
+
+WORDS = {
+    "parabola": Words(
+        "Map over the parabola coefficients",
+        "$a_1$ of the pinion (10$^{\u22123}$ mm$^{\u22121}$)",
+        "$a_2$ of the gear (10$^{\u22123}$ mm$^{\u22121}$)",
         "Where $a_1$ + $a_2$ > 0 the flanks are hollow against each other: edges take over, and the path"
         f" mapped there is not where a pair runs; (f) is the share of {ROLLS} rolls of a mesh cycle at which"
-        " flanks touch first. "
+        " flanks touch first. ",
     ),
-    "mounting": ("Both members are moved along their axes: lines of action stay, flanks move under them. "),
-    "shift": (
+    "mounting": Words(
+        "Map over the mounting distances",
+        "pinion moved to its heel (mm)",
+        "gear moved to its heel (mm)",
+        "Both members are moved along their axes: lines of action stay, flanks move under them. ",
+    ),
+    "shift": Words(
+        "Map over the profile shift",
+        "$x_1$ of the pinion",
+        "$x_2$ of the gear",
         "Offset and shaft angle stay as given, and so do the mounting distances: shifted flanks are the same"
-        " surfaces, turned, so that the pitch point stays. Backlash depends on $x_1$ + $x_2$ alone, nearly. "
+        " surfaces, turned, so that the pitch point stays. Backlash depends on $x_1$ + $x_2$ alone, nearly. ",
     ),
 }
 
@@ -82,9 +84,7 @@ class MapFigure:
 
     def panels(self) -> list[tuple[str, DesignMap]]:
         """Say what is mapped in each panel."""
-        names = [
-            name for name in FIGURES if name not in ("normal_backlash", "mounted_backlash", "flank_share")
-        ]
+        names = [name for name in FIGURES if "backlash" not in name and name != "flank_share"]
         last = ("normal_backlash", self.found) if self.first is None else ("flank_share", self.first)
         return [*((name, self.found) for name in names), last]
 
@@ -102,27 +102,25 @@ def compute(over: Over, design: Design) -> MapFigure:
     return MapFigure(map_of(design, over, FLANK, steps=STEPS), None, modified)
 
 
-def draw(data: MapFigure, size: Size) -> Drawing:
+def draw(data: MapFigure, size: theme.Size) -> Drawing:
     """Draw six maps of one design."""
-    found = data.found
-    page = theme.new_page(size, TITLES[found.over], _subtitle(data))
-    errors = error_words(found.errors).replace("+", "\u00b1")
-    note = DEFINED.format(errors=errors) + NOTES[found.over] + finding(found)
-    low = theme.caption(page, note, COLUMNS_OF_TEXT) + theme.inches(page, 1.25)
-    high, gap = theme.top(page) - theme.inches(page, 0.4), theme.inches(page, 1.05)
-    height = (high - low - gap) / 2.0
+    found, words = data.found, WORDS[data.found.over]
+    note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
+    note += words.note + finding(found)
+    page, low, high = theme.new_page(size, words.title, _subtitle(data), note, 1.25, 0.4, COLUMNS_OF_TEXT)
+    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.05))
     for index, (name, shown) in enumerate(data.panels()):
         row, column = divmod(index, 3)
-        left, bottom = 0.062 + 0.328 * column, high - height - row * (height + gap)
+        left, bottom = 0.062 + 0.328 * column, bottoms[row]
         axes = page.add_axes((left, bottom, 0.222, height))
         bar = page.add_axes((left + 0.228, bottom, 0.009, height))
-        axes.set_title(
-            f"({'abcdef'[index]})  {LOOKS[name].heading}", loc="left", pad=8.0, fontsize=theme.LABEL
-        )
+        heading = f"({'abcdef'[index]})  {LOOKS[name].heading}"
+        axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.LABEL)
         panel(axes, bar, name, shown)
-        axes.set_xlabel(AXES[found.over][0])
-        axes.set_ylabel(AXES[found.over][1])
-        _marks(axes, shown, first=index == 0)
+        axes.set(xlabel=words.pinion, ylabel=words.gear)
+        if found.over == "parabola":
+            _cases(axes, shown, named=index == 0)
+        axes.plot(*own_values(shown.design, shown.over), **DOT, zorder=6.0)
     _legend(page, data, low - theme.inches(page, 0.95))
     return Drawing(page, {})
 
@@ -151,13 +149,6 @@ def finding(found: DesignMap) -> str:
     return f"{text}The greatest contact ratio is {ratios[i, j]:.2f} at {where}."
 
 
-def _marks(axes: Axes, found: DesignMap, first: bool) -> None:
-    """Draw the design, and on a map of coefficients the paper's cases."""
-    if found.over == "parabola":
-        _cases(axes, found, first)
-    axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
-
-
 def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
     """Draw quadrants, the recommended one in a frame, and the lines of the paper's figures."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
@@ -169,17 +160,11 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
         for colour, width in (("white", 4.5), (theme.INK, 2.2)):
             axes.plot([0.0, pinion * size], [0.0, gear * size], color=colour, linewidth=width, zorder=3.0)
         text = f"{name} (Fig. {case.number})" if named else name
-        axes.annotate(
-            text,
-            (0.97 if pinion > 0 else 0.03, 0.97 if gear > 0 else 0.03),
-            xycoords="axes fraction",
-            ha="right" if pinion > 0 else "left",
-            va="top" if gear > 0 else "bottom",
-            fontsize=theme.SMALL,
-            fontweight="bold" if name == "C3" else "normal",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5},
-            zorder=7.0,
-        )
+        x, ha = (0.97, "right") if pinion > 0 else (0.03, "left")
+        y, va = (0.97, "top") if gear > 0 else (0.03, "bottom")
+        style: dict[str, Any] = {"fontsize": theme.SMALL, "fontweight": "bold" if name == "C3" else "normal"}
+        style["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+        axes.text(x, y, text, transform=axes.transAxes, ha=ha, va=va, zorder=7.0, **style)
     if right > 0.0 > low:
         x, y = max(left, 0.0), min(high, 0.0)
         for colour, width in (("white", 4.5), (theme.RED, 2.5)):
@@ -187,44 +172,32 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
             axes.plot(*corners, color=colour, linewidth=width, clip_on=False, zorder=4.0)
 
 
-def _unknown(data: MapFigure) -> Mask:
-    """Give cells of the last panel with a path of which first contacts are not known."""
-    first = data.first
-    return np.zeros(0, dtype=bool) if first is None else first.solved & np.isnan(first.flank_share)
-
-
-def _legend(page: Page, data: MapFigure, height: float) -> None:
-    found = data.found
-    entries: list[tuple[Any, str]] = [(Line2D([], [], **DOT), "the design")]
+def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
+    """Name marks and hatches, those that are there, at a height of the page."""
+    found, first = data.found, data.first
+    unknown = first.solved & np.isnan(first.flank_share) if first else np.zeros(0, dtype=bool)
+    entries: list[Artist] = [Line2D([], [], **DOT, label="the design")]
     if found.over == "parabola":
-        entries.append(
-            (Patch(facecolor="none", edgecolor=theme.RED, linewidth=2.5), "C3, which the paper recommends")
-        )
-        entries.append(
-            (Line2D([], [], color=theme.INK, linewidth=2.2), "coefficients of the paper's Figs. 7 to 10")
-        )
+        frame: dict[str, Any] = {"facecolor": "none", "edgecolor": theme.RED, "linewidth": 2.5}
+        entries.append(Patch(**frame, label="C3, which the paper recommends"))
+        line: dict[str, Any] = {"color": theme.INK, "linewidth": 2.2}
+        entries.append(Line2D([], [], **line, label="coefficients of the paper's Figs. 7 to 10"))
     hatched = (
         (~found.solved, LOST, f"no path: {statuses(found)}"),
         (found.solved & np.isnan(found.shift), ASTRAY, "an error carries the path off the flanks"),
-        (_unknown(data), UNKNOWN, "not known what touches first"),
+        (unknown, UNKNOWN, "not known what touches first"),
         (found.hollow, HOLLOW, "hollow against each other"),
         (found.interferes, HOLLOW, "backlash negative: other flanks interfere"),
     )
     for cells, pattern, text in hatched:
         if cells.any():
             face = theme.PALE if pattern == HOLLOW else "white"
-            entries.append((Patch(facecolor=face, edgecolor=theme.GREY, hatch=pattern, linewidth=0.5), text))
-    handles, texts = zip(*entries, strict=True)
-    page.legend(
-        handles,
-        texts,
-        loc="center",
-        bbox_to_anchor=(0.5, height),
-        ncols=min(len(texts), 5 if sum(map(len, texts)) < ROW_OF_TEXT else 4),
-        fontsize=theme.SMALL,
-        handlelength=2.4,
-        columnspacing=1.8,
-    )
+            look: dict[str, Any] = {"facecolor": face, "edgecolor": theme.GREY, "hatch": pattern}
+            entries.append(Patch(**look, linewidth=0.5, label=text))
+    written = sum(len(str(entry.get_label())) for entry in entries)
+    columns = min(len(entries), 5 if written < ROW_OF_TEXT else 4)
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "handlelength": 2.4, "columnspacing": 1.8}
+    page.legend(handles=entries, loc="center", bbox_to_anchor=(0.5, height), ncols=columns, **style)
 
 
 def rows(data: MapFigure) -> Table:

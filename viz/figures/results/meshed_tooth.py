@@ -12,10 +12,10 @@ from beveloid_geom import Design, Member, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 
+from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Picture, Scene, Size, Surface, fit_camera, render
-from ...stage.theme import Page
+from ...stage.scene import Picture, Size, Surface, fit_camera
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -37,6 +37,11 @@ VIEWS = (
 """Directions of sight (radial, along the circumference, axial, at the tooth), and how far below the
 tip the picture must show, in tooth depths."""
 UP = np.array([1.0, 0.0, 0.0])
+NOTE = (
+    "Lines are the edges of the elements, drawn straight between corner nodes. The tooth carries its part of"
+    " the body, from the bore to the middle of the tooth spaces beside it, where the first and the last side"
+    " are cut; (a) shows its upper part."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,41 +72,37 @@ def surface_of(mesh: VolumeMesh, name: str) -> Surface:
 
 def draw(data: MeshedFigure, size: Size) -> Drawing:
     """Draw the tooth from either side."""
-    page = theme.new_page(
+    mesh = data.mesh
+    page, low, high = theme.new_page(
         size,
         "A tooth of the pinion meshed for finite elements",
         "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
+        ""
+        if mesh is None
+        else f"{len(mesh.hexahedra):,} elements, {len(mesh.points):,} nodes; scaled Jacobian of the elements"
+        f" {data.quality.min():.2f} to {data.quality.max():.2f}. {NOTE}",
+        below=0.75,
+        above=0.35,
     )
-    if data.mesh is None:
+    if mesh is None:
         page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
         return Drawing(page, {})
-    note = (
-        f"{len(data.mesh.hexahedra):,} elements, {len(data.mesh.points):,} nodes; scaled Jacobian of the"
-        f" elements {data.quality.min():.2f} to {data.quality.max():.2f}. Lines are the edges of the"
-        " elements, drawn straight between corner nodes. The tooth carries its part of the body, from the"
-        " bore to the middle of the tooth spaces beside it, where the first and the last side are cut; (a)"
-        " shows its upper part."
-    )
-    low = theme.caption(page, note) + theme.inches(page, 0.75)
     pictures: dict[str, Picture] = {}
-    items = [surface_of(data.mesh, name) for name in COLOURS]
-    radius = np.hypot(*data.mesh.points[:, :2].T)
+    items = [surface_of(mesh, name) for name in COLOURS]
+    radius = np.hypot(*mesh.points[:, :2].T)
     depth = 2.25 * float(data.member.tool.normal_module)
     for column, (name, direction, below) in enumerate(VIEWS):
-        box = theme.place(
-            page, 0.02 + 0.49 * column, low, 0.47, theme.top(page) - low - theme.inches(page, 0.35)
-        )
-        shown = data.mesh.points[radius > radius.max() - below * depth]
+        box = theme.place(page, 0.02 + 0.49 * column, low, 0.47, high - low)
+        shown = mesh.points[radius > radius.max() - below * depth]
         camera = fit_camera(shown, direction, UP, box.size, 0.03)
-        pictures[name] = render(Scene(items, camera), box.size)
-        theme.show(page, box, pictures[name])
-        y = theme.top(page) - theme.inches(page, 0.2)
+        pictures[name] = Overlay.drawn(page, box, items, camera).picture
+        y = high + theme.inches(page, 0.15)
         page.text(0.255 + 0.49 * column, y, f"({'ab'[column]})  {name}", ha="center", fontsize=theme.HEADING)
     _legend(page, low)
     return Drawing(page, pictures)
 
 
-def _legend(page: Page, low: float) -> None:
+def _legend(page: theme.Page, low: float) -> None:
     named: dict[str, str] = {}
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -18,18 +17,15 @@ from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter,
 from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.report.pattern import pattern_report
-from beveloid_geom.shapes.sampling import grid_faces
 
 from ...parts import panels, solved
 from ...parts.panels import Cell, FlankView, Trace
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Item, Paint, Picture, Size, Surface
-from ...stage.theme import Page
+from ...stage.scene import Item, Paint, Picture, Size
 
 TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
-MODIFIED = (0.001, -0.001)
 GRID = (81, 161)
 """Points along depth and face at which a separation is drawn."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
@@ -48,14 +44,14 @@ PAIRS = (-1, 0, 1)
 @dataclass(frozen=True, eq=False)
 class Layer:
     """Values (nl, nz) in micrometres over a flank's points and normals (nl, nz, 3), own frame, mm,
-    where they stand, `l` and `z` in mm; with the lines to be drawn over them."""
+    where they stand, `l` and `z` in mm; with the path and the rings to be drawn over them."""
 
     l: FloatArray
     z: FloatArray
     points: FloatArray
     normals: FloatArray
     values: FloatArray
-    traces: tuple[Trace, ...]
+    trace: Trace
     rings: tuple[FloatArray, ...]
     under: str
 
@@ -113,23 +109,16 @@ def compute_pattern(design: Design) -> BandFigure:
 
 
 def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
+    """Make the pattern on pinion and gear, with the path and its ellipses."""
     path = solved.solve(design, flank)
-    first, second = (
-        Layer(
-            side.l,
-            side.z,
-            side.points,
-            flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal,
-            1e3 * side.least,
-            (Trace(path.points[number], width=0.7),),
-            _rings(design, flank, path, number),
-            f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2",
-        )
-        for number, (member, side) in enumerate(
-            zip(design.members, (pattern.pinion, pattern.gear), strict=True)
-        )
-    )
-    return first, second
+    layers = []
+    for number, side in enumerate((pattern.pinion, pattern.gear)):
+        member, trace = design.members[number], Trace(path.points[number], width=0.7)
+        normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
+        under = f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2"
+        rings = _rings(design, flank, path, number)
+        layers.append(Layer(side.l, side.z, side.points, normals, 1e3 * side.least, trace, rings, under))
+    return layers[0], layers[1]
 
 
 def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
@@ -149,22 +138,18 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
 
 def compute_separation(design: Design) -> BandFigure:
     """Find three neighbouring tooth pairs at one position of the right flanks."""
-    flank, columns, under = "right", [], ""
-    path = solved.solve(design, flank)
+    path, under = solved.solve(design, "right"), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
-    for pair in PAIRS:
-        heading = "tooth pair in the middle" if pair == 0 else f"tooth pair {theme.signed(pair, 0)}"
-        if reason:
-            columns.append(Column(heading, design, flank, None, reason))
-            continue
+    layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
+    if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
         l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
-        at = path_of_contact(design, flank, l1=[l1])
+        at = path_of_contact(design, "right", l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
-        first, second = (_separation_layer(design, flank, number, pose, pair) for number in (0, 1))
-        columns.append(Column(heading, design, flank, (first, second)))
+        layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
         under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
+    headings = ["in the middle" if pair == 0 else theme.signed(pair, 0) for pair in PAIRS]
     return BandFigure(
         "Separation of the flanks at one position",
         f"Right flanks of three neighbouring tooth pairs{under}; pinion (top) and gear (bottom)",
@@ -174,12 +159,16 @@ def compute_separation(design: Design) -> BandFigure:
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
-        tuple(columns),
+        tuple(
+            Column(f"tooth pair {heading}", design, "right", own, reason)
+            for heading, own in zip(headings, layers, strict=True)
+        ),
     )
 
 
-def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float, float], pair: int) -> Layer:
-    """Say how far one member's flank is from the other one's."""
+def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:
+    """Say how far the flank of pinion (0) or gear (1) is from the other one at rolls (rad), over the path."""
+    design, flank = path.design, path.path.flank
     member = design.members[number]
     half = 0.5 * float(member.face_width)
     z = np.linspace(-half, half, GRID[1])
@@ -193,16 +182,15 @@ def _separation_layer(design: Design, flank: str, number: int, pose: tuple[float
         nearest = float(np.nanmin(gap))
         near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
         under = near if nearest > TOUCHING else "in contact"
-    traces = (Trace(solved.solve(design, flank).points[number], width=0.7),)
-    grid = np.broadcast_to(z, l.shape)
-    return Layer(l, grid, patch.point, patch.normal, gap, traces, (), under)
+    trace = Trace(path.points[number], width=0.7)
+    return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under)
 
 
 def draw(data: BandFigure, size: Size) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
-    page = theme.new_page(size, data.title, data.subtitle)
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    low = theme.caption(page, panels.how_drawn(flanks, panels.STRETCH) + data.note)
+    note = panels.how_drawn(flanks, panels.STRETCH) + data.note
+    page, low, _ = theme.new_page(size, data.title, data.subtitle, note)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -212,7 +200,7 @@ def draw(data: BandFigure, size: Size) -> Drawing:
             return None
         layer = column.layers[cell.row]
         items = _painted(data, layer, cell.view, theme.METALS[cell.row])
-        items += panels.path_items(page, layer.traces, cell.view, cell.px_per_mm)
+        items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm)
         rim = drawn.place(_rim(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
@@ -238,15 +226,15 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
     these may be uneven; one more band, of bare metal, takes what lies beyond."""
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
     values = np.interp(layer.values, bands, np.arange(bands.size)).ravel()
-    faces = grid_faces(layer.points, layer.normals)[:, :: 1 if view.outside else -1]
-    points, normals = view.place(layer.points).reshape(-1, 3), view.turn(layer.normals).reshape(-1, 3)
-    known = np.isfinite(values)[faces].all(axis=1)
+    flank = panels.surface(layer.points, layer.normals, view, metal)
+    known = np.isfinite(values)[flank.faces].all(axis=1)
     paint = Paint(values, (*data.colours, metal), (0.0, bands.size - 1.0))
-    items: list[Item] = [Surface(points, faces[~known], normals, metal)] if not known.all() else []
-    return [*items, Surface(points, faces[known], normals, metal, paint=paint)] if known.any() else items
+    parts = (~known, None), (known, paint)
+    return [replace(flank, faces=flank.faces[of], edges=False, paint=own) for of, own in parts if of.any()]
 
 
-def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
+def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
+    """Draw the bands of the quantity, above `low`, a share of the page."""
     axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
@@ -254,24 +242,21 @@ def _colour_bar(page: Page, data: BandFigure, low: float) -> None:
     axes.set_xticks(np.arange(norm.N), [f"{band:g}" for band in data.bands])
     axes.set_yticks([])
     axes.tick_params(length=3.0)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
     axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
 
 
 def rows(data: BandFigure) -> Table:
     """List the value at every point of every flank."""
-    header = ("case", "flank", "member", "l_mm", "z_mm", f"{data.quantity.split(' (')[0]}_um")
+    quantity = data.quantity.split(" (")[0].replace(" ", "_")
 
-    def body() -> Iterator[Sequence[object]]:
+    def cases() -> Rows:
         for column in data.columns:
             for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
-                values = np.stack([part.ravel() for part in (layer.l, layer.z, layer.values)], axis=-1)
-                case = column.heading.replace("$", "")
-                for point in values.tolist():
-                    yield [case, column.flank, name, *point]
+                values = (part.ravel() for part in (layer.l, layer.z, layer.values))
+                yield column.heading.replace("$", ""), column.flank, name, *values
 
-    return tuple(name.replace(" ", "_") for name in header), body()
+    return ("case", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"), stacked(cases())
 
 
 RECIPES = {

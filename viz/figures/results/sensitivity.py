@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -11,25 +11,12 @@ from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.report.sensitivity import STEPS
 
-from ...parts.charts import (
-    MIDDLE,
-    QUANTITIES,
-    STEP_SIZES,
-    Changes,
-    Quantity,
-    changes_of,
-    changes_under_errors,
-    greatest_of,
-    marks_of_changes,
-)
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import REASONS
+from ...parts import charts
+from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
-from ...stage.scene import Size
 
-FLANKS = ("right", "left")
-MODIFIED = (0.001, -0.001)
-"""Parabola coefficients of pinion and gear in the second case, 1/mm."""
 LEFT, RIGHT = 0.1, 0.995  # shares of the page's width
 NOTE = (
     "Exact derivatives at the design's own errors, times the errors named. The shift is that of the middle"
@@ -46,10 +33,6 @@ class Case:
 
     name: str
     found: tuple[Sensitivity, ...]
-
-    def values(self, quantity: Quantity) -> Changes:
-        """Give the changes (4 errors,) by flank and member, or by flank and ""; NaN where not known."""
-        return changes_of(self.found, quantity)
 
     @property
     def remarks(self) -> str:
@@ -73,45 +56,43 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
 
 
-def draw(data: tuple[Case, ...], size: Size) -> Drawing:
+def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
     """Draw a row of panels for each case, a column for each quantity."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
+        NOTE,
+        below=0.45,
+        above=0.75,
     )
-    low = theme.caption(page, NOTE) + theme.inches(page, 0.45)
-    high, gap = theme.top(page) - theme.inches(page, 0.75), theme.inches(page, 1.1)
-    height = (high - low - gap * (len(data) - 1)) / len(data)
+    bottoms, height = theme.rows(low, high, len(data), theme.inches(page, 1.1))
     step = (RIGHT - LEFT) / len(QUANTITIES)
-    for row, case in enumerate(data):
-        bottom = high - height - row * (height + gap)
+    for row, (case, bottom) in enumerate(zip(data, bottoms, strict=True)):
         y = bottom + height + theme.inches(page, 0.42)
         page.text(0.025, y, f"({'ab'[row]})  {case.name}", fontsize=theme.HEADING, va="bottom")
         page.text(RIGHT, y, case.remarks, fontsize=theme.SMALL, va="bottom", ha="right")
         for column, quantity in enumerate(QUANTITIES):
             axes = page.add_axes((LEFT + column * step, bottom, 0.9 * step, height))
-            greatest = greatest_of(one.values(quantity) for one in data)
-            changes_under_errors(axes, quantity, case.values(quantity), greatest)
+            greatest = charts.greatest_of(changes_of(one.found, quantity) for one in data)
+            charts.changes_under_errors(axes, quantity, changes_of(case.found, quantity), greatest)
             axes.tick_params(labelleft=column == 0)
-    theme.legend(page, marks_of_changes(FLANKS), 5)
+    theme.legend(page, charts.marks_of_changes(FLANKS), 5)
     return Drawing(page, {})
 
 
 def rows(data: tuple[Case, ...]) -> Table:
     """List every value, and its derivative by mm or rad."""
     header = ("case", "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
+    steps = [list(column) for column in zip(*STEPS, strict=True)]
 
-    def body() -> Iterator[list[object]]:
-        for case in data:
-            name = case.name.replace("$", "")
-            for quantity in QUANTITIES:
-                for (flank, member), row in case.values(quantity).items():
-                    for step, true, value in zip(STEPS, STEP_SIZES.tolist(), row.tolist(), strict=True):
-                        rate = value / true / quantity.scale
-                        yield [name, flank, quantity.name, member, *step, value, quantity.unit, rate]
+    def cases() -> Rows:
+        for case, quantity in product(data, QUANTITIES):
+            for (flank, member), row in changes_of(case.found, quantity).items():
+                who = case.name.replace("$", ""), flank, quantity.name, member
+                yield *who, *steps, row, quantity.unit, row / STEP_SIZES / quantity.scale
 
-    return (*header, "derivative_per_mm_or_rad"), body()
+    return (*header, "derivative_per_mm_or_rad"), stacked(cases())
 
 
 RECIPES = {"sensitivity": Recipe(compute, draw, rows)}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,15 +14,13 @@ from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
 from ...parts import charts
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import REASONS
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
-from ...stage.scene import Size
 
-FLANKS = ("right", "left")
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, "-"),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001), "--"),
+    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED, "--"),
 )
 """Name, parabola coefficients and line style of each case."""
 POINTS = 201
@@ -54,31 +52,32 @@ class Curve:
 
 def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     """Find sliding of every case on either flank."""
-    changed = [design if case[1] is None else design.with_parabola(*case[1]) for case in CASES]
+    changed = [
+        (name, style, design.with_parabola(*parabola) if parabola else design)
+        for name, parabola, style in CASES
+    ]
     return {
-        flank: tuple(
-            Curve(name, style, sliding_report("", one, flank, POINTS))
-            for (name, _, style), one in zip(CASES, changed, strict=True)
-        )
-        for flank in FLANKS
+        side: tuple(Curve(name, style, sliding_report("", one, side, POINTS)) for name, style, one in changed)
+        for side in FLANKS
     }
 
 
-def draw(data: dict[str, tuple[Curve, ...]], size: Size) -> Drawing:
+def draw(data: dict[str, tuple[Curve, ...]], size: theme.Size) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
+        NOTE,
+        below=0.6,
+        above=0.4,
     )
-    low = theme.caption(page, NOTE) + theme.inches(page, 0.6)
-    gap, high = theme.inches(page, 0.65), theme.top(page) - theme.inches(page, 0.4)
-    height, width = (high - low - gap) / 2.0, 0.42
+    (upper, lower), height = theme.rows(low, high, 2, theme.inches(page, 0.65))
     columns = []
     for column, (flank, curves) in enumerate(data.items()):
         left = 0.065 + 0.5 * column
-        speed = page.add_axes((left, high - height, width, height))
-        specific = page.add_axes((left, low, width, height), sharex=speed)
+        speed = page.add_axes((left, upper, 0.42, height))
+        specific = page.add_axes((left, lower, 0.42, height), sharex=speed)
         speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
         specific.set_xlabel("pinion roll (deg)")
         if any(curve.found for curve in curves):
@@ -116,17 +115,14 @@ def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
     names = tuple(next(iter(data.values()))[0].report.columns)
     header = ("case", "flank", *(header_of(name) for name in names), "reason")
 
-    def body() -> Iterator[list[object]]:
-        for flank, curves in data.items():
-            for curve in curves:
-                case = curve.name.replace("$", "")
-                if not curve.found:
-                    yield [case, flank, *[""] * len(names), curve.report.reason]
-                columns = curve.report.columns.values()
-                for values in zip(*(column.tolist() for column in columns), strict=True):
-                    yield [case, flank, *values, ""]
+    def cases() -> Rows:
+        for curve in chain(*data.values()):
+            case = curve.name.replace("$", ""), curve.report.path.flank
+            if not curve.found:
+                yield *case, *[""] * len(names), curve.report.reason
+            yield *case, *curve.report.columns.values(), ""
 
-    return header, body()
+    return header, stacked(cases())
 
 
 RECIPES = {"sliding": Recipe(compute, draw, rows)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,23 +9,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from beveloid_geom import Design, Status, Tolerances, path_of_contact, tolerance_study
+from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import ERROR_NAMES, PLACES, USUAL, ToleranceStudy, drawn_errors, mounted
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.words import status_name
 
 from ...parts import charts, panels, solved
 from ...parts.panels import Panel
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS, MODIFIED, SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture, Size
-from ...stage.theme import Page
 
-FLANKS = ("right", "left")
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, theme.BLUE),
-    ("$a_1$ = 0.001, $a_2$ = \u22120.001 mm$^{\u22121}$", (0.001, -0.001), theme.RED),
+    ("$a_1$ = 0.001, $a_2$ = \u22120.001 mm$^{\u22121}$", MODIFIED, theme.RED),
 )
 MOUNTINGS, DRAWN, SEED = 1024, 300, 0
 """Mountings of a study, and how many are drawn."""
@@ -102,7 +100,8 @@ def compute(design: Design) -> tuple[Side, ...]:
 def _case(
     design: Design, flank: str, name: str, parabola: tuple[float, float] | None, colour: str
 ) -> CaseStudy:
-    changed = design if parabola is None else design.with_parabola(*parabola)
+    """Study a case on a flank, with the tolerances and with FACTORS times as much."""
+    changed = design.with_parabola(*parabola) if parabola else design
     shares = np.full((2, len(FACTORS)), np.nan)
     try:
         study = tolerance_study(changed, USUAL, flank, FEWER, seed=SEED)
@@ -141,39 +140,40 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
 
 def draw(data: tuple[Side, ...], size: Size) -> Drawing:
     """Draw a row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
+        _note(),
+        below=0.3,
+        above=0.3,
+        columns=146,
     )
-    low = theme.caption(page, _note(), 146) + theme.inches(page, 0.3)
-    high, heading = theme.top(page) - theme.inches(page, 0.3), theme.inches(page, 0.5)
-    height = (high - low) / len(data)
+    bottoms, height = theme.rows(low, high, len(data))
+    height -= theme.inches(page, 0.5)
     views = [panels.flank_views(side.nominal.design, side.flank, panels.STRETCH) for side in data]
-    room = theme.place(page, 0.0, 0.0, CLOUD, height - heading - theme.inches(page, 2.0 * panels.LABEL + 0.1))
-    px_per_mm = float(min(room.size / panels.greatest_span(view for row in views for view in row)))
+    px_per_mm = panels.shared_scale(page, views, CLOUD, height - theme.inches(page, 0.1))
     pictures: dict[str, Picture] = {}
-    for row, side in enumerate(data):
-        bottom = high - (row + 1) * height
-        middle, words = bottom + 0.5 * (height - heading), f"{side.flank.capitalize()} flanks"
-        page.text(0.012, middle, words, rotation=90, va="center", fontsize=theme.HEADING)
+    for row, (side, bottom) in enumerate(zip(data, bottoms, strict=True)):
+        words = f"{side.flank.capitalize()} flanks"
+        page.text(0.012, bottom + 0.5 * height, words, rotation=90, va="center", fontsize=theme.HEADING)
         for column, member in enumerate(solved.MEMBERS):
             left, view = LEFT + column * (CLOUD + 0.012), views[row][column]
-            box = theme.place(page, left, bottom, CLOUD, height - heading)
+            box = theme.place(page, left, bottom, CLOUD, height)
             design = side.nominal.design
             drawn = panels.draw_flank(page, box, design, column, side.flank, view, (), px_per_mm)
             if drawn is not None:
                 _cloud(drawn, side, column)
                 pictures[f"{member}-{side.flank}"] = drawn.picture
-            y = bottom + height - heading + theme.inches(page, 0.08)
+            y = bottom + height + theme.inches(page, 0.08)
             page.text(left + 0.5 * CLOUD, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
-        _charts(page, side, bottom, height - heading)
+        _charts(page, side, bottom, height)
     _legend(page, data)
-    panels.scale_bars(page, px_per_mm, panels.STRETCH)
     return Drawing(page, pictures)
 
 
 def _note() -> str:
+    """Say what is drawn, under which tolerances."""
     sizes = (
         f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
         f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
@@ -197,7 +197,8 @@ def _cloud(drawn: Panel, side: Side, number: int) -> None:
         theme.say(drawn.axes, reason, 12, fontsize=theme.SMALL)
 
 
-def _charts(page: Page, side: Side, bottom: float, height: float) -> None:
+def _charts(page: theme.Page, side: Side, bottom: float, height: float) -> None:
+    """Draw how three quantities of a flank spread, and what larger tolerances do."""
     start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
     width = (RIGHT - start - 3.0 * GAP) / 4.0
     base, high = bottom + theme.inches(page, 0.6), height - theme.inches(page, 0.95)
@@ -227,10 +228,8 @@ def _counts(case: CaseStudy) -> str:
         return f"{case.name}: not studied"
     count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
     share = f"{count} of {every}" if count < every else f"all {every}"
-    return (
-        f"{case.name}: {share} mountings have a path on the flanks, {case.study.limits_changed()} of these"
-        + (" ended by another limit")
-    )
+    changed = f"{case.study.limits_changed()} of these ended by another limit"
+    return f"{case.name}: {share} mountings have a path on the flanks, {changed}"
 
 
 def _shares(axes: Axes, side: Side) -> None:
@@ -243,9 +242,8 @@ def _shares(axes: Axes, side: Side) -> None:
     axes.minorticks_off()
     axes.set_ylim(-2.0, 102.0)
     for case in side.cases:
-        changed, without = 100.0 * case.shares
-        axes.plot(FACTORS, changed, "--", color=case.colour, linewidth=2.0)
-        axes.plot(FACTORS, without, "-", color=case.colour, linewidth=2.0)
+        for shares, dashes in zip(100.0 * case.shares, ("--", "-"), strict=True):
+            axes.plot(FACTORS, shares, dashes, color=case.colour, linewidth=2.0)
     known = np.array([case.shares for case in side.cases])
     if np.isnan(known).all():
         theme.say(axes, side.reason, 18, **SAID)
@@ -253,7 +251,8 @@ def _shares(axes: Axes, side: Side) -> None:
         theme.say(axes, f"under {100.0 * FEW:g} %", 18, **SAID)
 
 
-def _legend(page: Page, data: tuple[Side, ...]) -> None:
+def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
+    """Name the cases, what their curves show, and the clouds."""
     handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
     black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
     handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
@@ -268,27 +267,22 @@ def _legend(page: Page, data: tuple[Side, ...]) -> None:
 
 def rows(data: tuple[Side, ...]) -> Table:
     """List every mounting of every study: its errors, and what it has."""
-    units = {"shaft_angle": "rad"}
-    header = ["flank", "case", "mounting", *(f"{n}_error_{units.get(n, 'mm')}" for n in ERROR_NAMES)]
-    header += ["status", "contact_ratio", "transmission_error_rad"]
+    errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
+    header = ["flank", "case", "mounting", *errors, "status", "contact_ratio", "transmission_error_rad"]
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
 
-    def body() -> Iterator[list[object]]:
-        for side in data:
-            for case in side.cases:
-                who = [side.flank, case.name.replace("$", "")]
-                if case.study is None:
-                    yield [*who, "", "", "", "", "", case.reason, *[""] * (len(header) - 8)]
-                    continue
-                found = case.study.mountings
-                columns: list[Any] = [*found.errors.T.tolist()]
-                columns.append([Status(int(code)).name.lower() for code in found.status])
-                columns += [found.contact_ratio.tolist(), found.peak_to_peak.tolist()]
-                columns += [*found.pinion_z.T.tolist(), *found.gear_z.T.tolist()]
-                for number, values in enumerate(zip(*columns, strict=True)):
-                    yield [*who, number, *values]
+    def cases() -> Rows:
+        for flank, case in ((side.flank, case) for side in data for case in side.cases):
+            who = flank, case.name.replace("$", "")
+            if case.study is None:
+                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 8)
+                continue
+            found = case.study.mountings
+            status = [status_name(code) for code in found.status]
+            measures = found.contact_ratio, found.peak_to_peak, *found.pinion_z.T, *found.gear_z.T
+            yield *who, np.arange(len(status)), *found.errors.T, status, *measures
 
-    return header, body()
+    return header, stacked(cases())
 
 
 RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}

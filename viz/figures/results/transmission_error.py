@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +14,14 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ...parts import charts
-from ...parts.recipe import Drawing, Recipe, Table
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import MODIFIED
 from ...stage import theme
-from ...stage.scene import Size
 
 FLANK = "right"
 CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
     ("as designed", None),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", (0.001, -0.001)),
+    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED),
     ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002)),
 )
 POINTS = 361
@@ -52,30 +51,28 @@ def compute(design: Design) -> tuple[Case, ...]:
     """Find the mesh cycle of every case."""
     cases = []
     for name, parabola in CASES:
-        changed = design if parabola is None else design.with_parabola(*parabola)
-        fault = first_contact_fault(changed)
-        if fault:
-            cases.append(Case(name, None, fault))
-            continue
-        report = operation_report("", changed, FLANK, POINTS, HARMONICS, MARKING_SEPARATION)
-        cases.append(Case(name, None if report.reason else report, report.reason or ""))
+        changed = design.with_parabola(*parabola) if parabola else design
+        report, reason = None, first_contact_fault(changed)
+        if not reason:
+            report = operation_report("", changed, FLANK, POINTS, HARMONICS, MARKING_SEPARATION)
+            reason = report.reason
+        cases.append(Case(name, None if reason else report, reason or ""))
     return tuple(cases)
 
 
-def draw(data: tuple[Case, ...], size: Size) -> Drawing:
+def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
     """Draw a row for each case: the curve, and its amplitudes."""
-    page = theme.new_page(
+    page, low, high = theme.new_page(
         size,
         "Transmission error in operation, hand-over between tooth pairs included",
         f"{FLANK.capitalize()} flanks, the pinion drives; {PITCHES} mesh cycles, and the amplitudes at"
         " multiples of the mesh frequency",
+        NOTE,
+        below=0.65,
+        above=0.4,
     )
-    low = theme.caption(page, NOTE) + theme.inches(page, 0.65)
-    gap = theme.inches(page, 0.95)
-    high = theme.top(page) - theme.inches(page, 0.4)
-    height = (high - low - gap * (len(data) - 1)) / len(data)
-    for row, case in enumerate(data):
-        bottom = high - height - row * (height + gap)
+    bottoms, height = theme.rows(low, high, len(data), theme.inches(page, 0.95))
+    for row, (case, bottom) in enumerate(zip(data, bottoms, strict=True)):
         curve = page.add_axes((0.075, bottom, 0.555, height))
         bars = page.add_axes((0.72, bottom, 0.265, height))
         curve.set_title(f"({'abc'[row]})  {case.name}", loc="left", pad=8.0)
@@ -85,8 +82,8 @@ def draw(data: tuple[Case, ...], size: Size) -> Drawing:
             charts.error_over_rolls(curve, case.report, PITCHES)
             _say_ratios(curve, case.report)
             charts.amplitudes(bars, case.report)
-        if row == 0 and case.report is not None:
-            curve.legend(loc="upper right", ncols=3)
+            if row == 0:
+                curve.legend(loc="upper right", ncols=3)
         if row < len(data) - 1:
             curve.set_xlabel("")
             bars.set_xlabel("")
@@ -113,20 +110,18 @@ def rows(data: tuple[Case, ...]) -> Table:
     """List the curve over one cycle, then the amplitudes."""
     header = ("case", "kind", "pitches_or_multiple", "error_or_amplitude_rad", "carried_by", "tooth_pair")
 
-    def body() -> Iterator[list[object]]:
+    def cases() -> Rows:
         for case in data:
             name, report = case.name.replace("$", ""), case.report
             if report is None:
-                yield [name, case.reason, "", "", "", ""]
+                yield name, case.reason, "", "", "", ""
                 continue
-            first, share = report.first, np.linspace(0.0, 1.0, POINTS).tolist()
-            columns = (share, first.transmission_error.tolist(), report.carriers, first.pair.tolist())
-            for values in zip(*columns, strict=True):
-                yield [name, "error", *values]
-            for order, amplitude in enumerate(np.abs(report.cycle.harmonics).tolist(), start=1):
-                yield [name, "amplitude", order, amplitude, "", ""]
+            first, share = report.first, np.linspace(0.0, 1.0, POINTS)
+            yield name, "error", share, first.transmission_error, report.carriers, first.pair
+            amplitudes = np.abs(report.cycle.harmonics)
+            yield name, "amplitude", 1 + np.arange(amplitudes.size), amplitudes, "", ""
 
-    return header, body()
+    return header, stacked(cases())
 
 
 RECIPES = {"transmission-error": Recipe(compute, draw, rows)}
