@@ -5,8 +5,7 @@ functions of the face: its equivalent nodal forces are N_i F. They add up to F, 
 moment is that of F at x. The pressure on the ellipse of contact is many such forces, all along the
 normal of the contact, on a grid that is symmetric about it and finer than the faces: their
 resultant is the whole force at the contact, whatever the mesh. Where the ellipse is smaller than a
-face, its nodes take it all. Shape functions: bilinear with 4 nodes, serendipity with 8 (Zienkiewicz,
-Taylor, Zhu, The Finite Element Method, ch. 4).
+face, its nodes take it all.
 
 An ellipse that reaches past the flank is cut at its edges, and as much on the opposite side, for
 the resultant to stay where it is; the rest carries the force. It is the part on the flank of the
@@ -23,11 +22,9 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..shapes.elements import Indices, VolumeMesh, face_nodes
+from ..shapes.elements import Indices, VolumeMesh, face_nodes, shape_functions
 from .material import POISSON, YOUNG
 
-FACE_CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-"""Isoparametric coordinates of a face's corners; its mid-side nodes follow them."""
 CANDIDATES = 16
 """Faces, by their centres, among which that of a point is looked for."""
 INSIDE = 1e-9
@@ -77,27 +74,6 @@ class ContactLoad:
         (a, b), cut = self.ellipse.semi_axes, ", cut at the flank's edges" if self.cut else ""
         size = f"{2.0 * a:.4g} by {2.0 * b:.3g} mm{cut}"
         return f"Hertz's pressure on an ellipse of {size}, {self.ellipse.pressure:.0f} MPa at most"
-
-
-def shape_functions(size: int, parameter: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions (..., size) of a face with 4 or 8 nodes and their derivatives (..., size, 2)
-    at isoparametric coordinates (..., 2)."""
-    x, y = parameter[..., :1], parameter[..., 1:]
-    a, b = FACE_CORNERS.T
-    p, q = 1.0 + a * x, 1.0 + b * y
-    if size == 4:
-        return 0.25 * p * q, 0.25 * np.stack((a * q, b * p), axis=-1)
-    corner = 0.25 * p * q * (p + q - 3.0)
-    corner_x = 0.25 * a * q * (2.0 * p + q - 3.0)
-    corner_y = 0.25 * b * p * (p + 2.0 * q - 3.0)
-    below, right, above, left = 1.0 - y, 1.0 + x, 1.0 + y, 1.0 - x
-    bulge_x, bulge_y = 1.0 - x * x, 1.0 - y * y
-    middle = (bulge_x * below, right * bulge_y, bulge_x * above, left * bulge_y)
-    middle_x = (-2.0 * x * below, bulge_y, -2.0 * x * above, -bulge_y)
-    middle_y = (-bulge_x, -2.0 * y * right, bulge_x, -2.0 * y * left)
-    values, by_x, by_y = (0.5 * np.concatenate(part, axis=-1) for part in (middle, middle_x, middle_y))
-    slopes = np.stack((np.concatenate((corner_x, by_x), -1), np.concatenate((corner_y, by_y), -1)), axis=-1)
-    return np.concatenate((corner, values), axis=-1), slopes
 
 
 @dataclass(frozen=True, eq=False)
