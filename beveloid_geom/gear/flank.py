@@ -68,8 +68,12 @@ def base_cylinder(member: Member, flank: str) -> BaseCylinder:
 
 
 def _turn(cos: FloatArray, sin: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    turned = np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z)
-    return np.stack(turned, axis=-1)
+    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
+
+
+def turned(phi: FloatArray | float, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Turn vectors given by their components about z by `phi` (rad): (..., 3)."""
+    return _turn(np.cos(phi), np.sin(phi), x, y, z)
 
 
 def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
@@ -83,7 +87,7 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     """Points (..., 3) of a flank in its own frame S_j, mm (Eq. 6)."""
     rack = rack_of(member, flank)
     x, y, z, phi = _generated(rack, np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    return _turn(np.cos(phi), np.sin(phi), x, y, z)
+    return turned(phi, x, y, z)
 
 
 def _generated(

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import FloatArray
 from ..design.model import Member
 from ..status import Status
-from .flank import highest_parameter, root_parameter, tip_radius
+from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
 from .rack import Rack, rack_normal, rack_of, rack_point
 
 NEWTON_LIMIT = 30
@@ -52,12 +52,6 @@ class Feet:
     normal: FloatArray
     margin: FloatArray
     status: NDArray[np.int8]
-
-
-def turned(phi: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Vectors (..., 3) given by components, turned by phi (rad) about z."""
-    cos, sin = np.cos(phi), np.sin(phi)
-    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
 
 
 def feet(

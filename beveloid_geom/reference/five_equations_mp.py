@@ -184,8 +184,9 @@ def _six_equations(
     def gaps(six: Sequence[Mpf]) -> tuple[Vector, Vector, Vector, Vector]:
         l1, u1, l2, u2, phi1, phi2 = six
         (point1, n1), (point2, n2) = surface1(l1, u1, phi1), surface2(l2, u2, phi2)
-        point1 = point1 + (0, 0, height1)
-        point2 = gear_to_fixed @ (point2 + (0, 0, height2)) + (offset, 0, 0)
+        point1 += 0, 0, height1
+        point2 += 0, 0, height2
+        point2 = gear_to_fixed @ point2 + (offset, 0, 0)
         return point1 - point2, n1 + gear_to_fixed @ n2, point1, n1
 
     return gaps

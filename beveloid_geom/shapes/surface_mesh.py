@@ -52,13 +52,17 @@ class Mesh:
 
 
 def gear_mesh(
-    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+    member: Member,
+    tolerance: float,
+    tooth_numbers: Sequence[int] | None = None,
+    bore_radius: float | None = None,
 ) -> Mesh:
-    """The whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), own frame. All teeth are the
+    """Mesh the whole gear, or the neighbouring teeth of the `tooth_numbers` (0 is at angle 0), in the own
+    frame, within `tolerance` (mm) of its surfaces; `bore_radius` (mm) as in `gear_solid`. All teeth are the
     whole gear.
 
     Raises ValueError as `tooth_surface` does."""
-    numbers = np.arange(int(member.teeth)) if teeth is None else np.asarray(teeth)
+    numbers = np.arange(int(member.teeth)) if tooth_numbers is None else np.asarray(tooth_numbers)
     surface = tooth_surface(member, tolerance, bore_radius, len(numbers))
     whole = len(numbers) == int(member.teeth)
     angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)

@@ -1,4 +1,4 @@
-"""The pitch point of a pair and base cylinders at 60 digits, from the flanks of `reference.five_equations_mp`."""
+"""The pitch point of a pair and base cylinders at 60 digits, by `reference.five_equations_mp`."""
 
 from __future__ import annotations
 
