@@ -20,12 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import fsolve
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
 from ..design.model import Design, Errors
-from ..pair.mounting import mounting_of
 from ..status import Status
 from .five_equations_curve import (
     L1,
@@ -36,6 +34,7 @@ from .five_equations_curve import (
     five_equations_of,
     follow_five_equations,
 )
+from .pitch_region import pitch_guess
 
 UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
 FIRST_GUESS = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
@@ -183,32 +182,6 @@ def _nearest(system: FiveEquations, start: FloatArray) -> FloatArray | None:
     return None if tangent is None else system.correct(start, tangent)
 
 
-def _at_pitch_point(design: Design, system: FiveEquations) -> FloatArray:
-    """Unknowns (6,) with which both flanks pass through the pitch point of the unmodified pair: near its
-    contact, and on it where the two lines of action meet."""
-    point, unknowns = mounting_of(design).pitch_point, np.zeros(6)
-    if np.isnan(point).any():
-        return np.full(6, np.nan)
-    for j in range(2):
-        seen = system.rotation[j].T @ (point - system.origin[j])
-        unknowns[2 * j : 2 * j + 2] = _through(system, j, float(np.hypot(seen[0], seen[1])), float(seen[2]))
-        x, y, _ = system.at(unknowns).own[j]
-        unknowns[5 - j] = np.arctan2(seen[1], seen[0]) - np.arctan2(y, x)
-    return unknowns
-
-
-def _through(system: FiveEquations, member: int, radius: float, z: float) -> FloatArray:
-    """l and u (mm) of a member's flank point at a radius and z."""
-
-    def missing(parameters: FloatArray) -> FloatArray:
-        unknowns = np.zeros(6)
-        unknowns[2 * member : 2 * member + 2] = parameters
-        x, y, z_own = system.at(unknowns).own[member]
-        return np.array((np.hypot(x, y) - radius, z_own - z))
-
-    return np.asarray(fsolve(missing, np.zeros(2), full_output=True)[0])
-
-
 def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
     """A contact of the design, scaled, led over from the pitch point of the unmodified pair."""
     errors, a1, a2 = design.errors, design.pinion.tool.parabola, design.gear.tool.parabola
@@ -218,7 +191,11 @@ def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
         return five_equations_of(design.with_parabola(share * a1, share * a2).with_errors(partly), flank)
 
     system = part(0.0)
-    known = _nearest(system, _at_pitch_point(design, system) / system.scale)
+    try:
+        *parameters, pinion_roll, gear_roll = pitch_guess(design, flank)
+    except ArithmeticError:  # the cones have no common plane
+        return None
+    known = _nearest(system, np.array((*parameters, gear_roll, pinion_roll)) / system.scale)
     done, step = 0.0, 0.25
     while known is not None and done < 1.0:
         ahead = min(done + step, 1.0)

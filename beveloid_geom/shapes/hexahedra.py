@@ -12,7 +12,6 @@ with 20 nodes are as large, but have curved edges and come much closer.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +22,7 @@ from .elements import Indices, VolumeMesh, element_shapes, face_nodes
 from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
-from .solid import NAMES, bore_of, turned
+from .solid import NAMES, bore_of, joined_numbers, surface_name, teeth_with, turned
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Nodes of the elements, by Abaqus's names."""
@@ -263,16 +262,12 @@ def _corners(outline: dict[str, FloatArray]) -> dict[str, FloatArray]:
     return {name: curve[::2] for name, curve in outline.items()}
 
 
-def _nodes_per_tooth(size: tuple[int, int], face: int, quadratic: bool) -> int:
-    """Nodes of one tooth whose section has so many points and quadrilaterals."""
-    points, quads = size
-    corners = points * (face + 1)
-    return corners + (points + quads - 1) * (face + 1) + points * face if quadratic else corners
-
-
 def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int) -> None:
-    """Raises ValueError for a mesh of too many nodes."""
-    nodes = teeth * _nodes_per_tooth(size, face, quadratic)
+    """Raise ValueError for a mesh of too many nodes; `size`: points and quadrilaterals of the section."""
+    points, quads = size
+    nodes = teeth * points * (face + 1)
+    if quadratic:
+        nodes += teeth * ((points + quads - 1) * (face + 1) + points * face)
     if nodes > MAX_NODES:
         text = f"the mesh takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
         raise ValueError(f"{text}: take a larger tolerance, fewer teeth or elements with 8 nodes")
@@ -323,9 +318,7 @@ def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
     for name, along in _along(section, edges).items():
         own = np.stack((place[along] // 4, 2 + place[along] % 4), axis=-1)
         stacked = (own + np.multiply.outer(size * np.arange(layers), (1, 0))[:, None]).reshape(-1, 2)
-        faces.setdefault({"left bottom": "bottom", "right bottom": "bottom"}.get(name, name), []).append(
-            stacked
-        )
+        faces.setdefault(surface_name(name), []).append(stacked)
     ends = np.arange(size)
     faces["toe"] = [np.stack((ends, 0 * ends), axis=-1)]
     faces["heel"] = [np.stack((ends + size * (layers - 1), 0 * ends + 1), axis=-1)]
@@ -375,18 +368,12 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
 
 def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
     """So many teeth of a gear of `count`, joined; all of them round the gear."""
-    closed = wanted == count
-    numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if closed:
-        numbers[:, tooth.last] = np.roll(numbers[:, tooth.first], -1, axis=0)
-    else:
-        for number in range(1, wanted):
-            numbers[number, tooth.first] = numbers[number - 1, tooth.last]
+    numbers = joined_numbers(len(tooth.points), tooth.first, tooth.last, wanted, wanted == count)
     used, hexahedra = np.unique(numbers[:, tooth.hexahedra], return_inverse=True)
     angles = np.asarray(2.0 * np.pi / count * np.arange(wanted), dtype=float)
     points = turned(tooth.points, angles).reshape(-1, 3)[used]
     bare = VolumeMesh(points, hexahedra.reshape(-1, tooth.hexahedra.shape[1]), {}, {}, {})
-    surfaces = _named(tooth, wanted, closed)
+    surfaces = _named(tooth, wanted, wanted == count)
     return VolumeMesh(
         points,
         bare.hexahedra,
@@ -400,9 +387,7 @@ def _named(tooth: _Tooth, teeth: int, closed: bool) -> dict[str, Indices]:
     """The surfaces of all teeth, and with several of them those of each."""
     surfaces = {}
     for name in NAMES:
-        numbers: Iterable[int] = range(teeth)
-        if name in SIDES:
-            numbers = () if closed else (0,) if name == SIDES[0] else (teeth - 1,)
+        numbers = range(teeth)[teeth_with(name, teeth, closed)]
         each = [tooth.surfaces[name] + (number * len(tooth.hexahedra), 0) for number in numbers]
         if each:
             surfaces[name] = np.concatenate(each)

@@ -34,9 +34,8 @@ from .sampling import (
     measured_deviation,
     stations,
 )
+from .section import OUTLINE
 
-OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "right fillet", "right bottom")
-"""Curves around one tooth, against the clock seen from +z."""
 ASPECT = 20.0
 """Greatest ratio of the sides of a cell. It leaves an angle of 2 deg in a triangle of the most
 slanting cells."""

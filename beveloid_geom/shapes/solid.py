@@ -214,8 +214,7 @@ def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: 
         raise ValueError(
             f"the surface of the {curve} folds back: take a less deep tool or a larger tip radius"
         )
-    name = curve.split()[-1] if curve.endswith("bottom") else curve
-    return Piece(name, numbers.ravel(), flat, outward, faces)
+    return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 
 
 def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
@@ -276,18 +275,11 @@ def gear_solid(
     if not 0 < wanted <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {wanted}")
     tooth = tooth_surface(member, tolerance, bore_radius, wanted)
-    closed = wanted == count
-    numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if closed:
-        numbers[:, tooth.last_side] = np.roll(numbers[:, tooth.first_side], -1, axis=0)
-    else:
-        numbers[:-1, tooth.last_side] = numbers[1:, tooth.first_side]
+    numbers = joined_numbers(len(tooth.points), tooth.first_side, tooth.last_side, wanted, wanted == count)
     faces, part = [], []
     for piece in tooth.pieces:
-        of = slice(None)
-        if piece.name in SIDES:
-            of = slice(0, 0) if closed else slice(0, 1) if piece.name == SIDES[0] else slice(wanted - 1, None)
-        some = numbers[of][:, piece.nodes[piece.faces]].reshape(-1, 3)
+        shown = numbers[teeth_with(piece.name, wanted, wanted == count)]
+        some = shown[:, piece.nodes[piece.faces]].reshape(-1, 3)
         faces.append(some)
         part.append(np.full(len(some), NAMES.index(piece.name)))
     used = np.zeros(numbers.size, dtype=bool)
@@ -296,6 +288,30 @@ def gear_solid(
     angles = np.asarray(2.0 * math.pi / count * np.arange(wanted), dtype=float)
     points = turned(tooth.points, angles).reshape(-1, 3)
     return Solid(points[used], (np.cumsum(used) - 1)[every], np.concatenate(part), NAMES)
+
+
+def joined_numbers(
+    size: int, first: NDArray[np.int64], last: NDArray[np.int64], teeth: int, closed: bool
+) -> NDArray[np.int64]:
+    """Number the `size` points of each of some neighbouring teeth, (teeth, size), those of the side `last` of
+    a tooth as those of the side `first` of the next one; `closed` where the next of the last is the first."""
+    numbers = np.arange(teeth * size).reshape(teeth, size)
+    ahead = numbers[:, first]
+    numbers[: teeth if closed else -1, last] = np.roll(ahead, -1, axis=0) if closed else ahead[1:]
+    return numbers
+
+
+def teeth_with(name: str, teeth: int, closed: bool) -> slice:
+    """Find which of some neighbouring teeth show a surface: the first and the last one the sides, at which
+    they are cut from the others, and none if they are the whole gear."""
+    if name not in SIDES:
+        return slice(None)
+    return slice(0, 0) if closed else slice(0, 1) if name == SIDES[0] else slice(teeth - 1, None)
+
+
+def surface_name(curve: str) -> str:
+    """Name the surface that a curve of the section draws along the face: the bottom land has two."""
+    return "bottom" if curve.endswith("bottom") else curve
 
 
 def turned(vectors: FloatArray, angles: FloatArray) -> FloatArray:

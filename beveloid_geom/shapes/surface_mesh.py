@@ -17,8 +17,7 @@ from ..design.model import Member
 from ..support.few_lines import few_lines
 from .outline import cut_sheets
 from .sampling import Faces, cells_for, form_of, grid_of, stations
-from .section import SIDES
-from .solid import NAMES, tooth_surface, turned
+from .solid import NAMES, teeth_with, tooth_surface, turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +67,7 @@ def gear_mesh(
     angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)
     points, normals, faces, part, start = [], [], [], [], 0
     for piece in surface.pieces:
-        at = angles
-        if piece.name in SIDES:
-            at = angles[:0] if whole else angles[:1] if piece.name == SIDES[0] else angles[-1:]
+        at = angles[teeth_with(piece.name, len(numbers), whole)]
         points.append(turned(piece.points, at).reshape(-1, 3))
         normals.append(turned(piece.normals, at).reshape(-1, 3))
         first = start + len(piece.points) * np.arange(len(at))
