@@ -15,17 +15,16 @@ Source: the aim is that of the paper's section 5 (D1), which judges coefficients
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.model import Design, Errors, unchecked
+from ..design.model import Design, Errors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..support.read_only import kept
-from .tolerance import ERROR_NAMES, swing_of
+from .tolerance import ERROR_NAMES, mounted, swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
@@ -93,18 +92,10 @@ class Optimum:
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
     """Figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
-    wanted = [name for name in ERROR_NAMES if getattr(aim.errors, name) != 0.0]
-    signs = [(None, 0.0), *product(wanted, (1.0, -1.0))]
-    errors = {
-        name: np.array(
-            [
-                getattr(design.errors, name) + sign * getattr(aim.errors, name) * (name == n)
-                for n, sign in signs
-            ]
-        ).reshape(-1, *[1] * pinion.ndim)
-        for name in ERROR_NAMES
-    }
-    batch = design.with_parabola(pinion, gear).with_errors(unchecked(design.errors, **errors))
+    sizes = np.array([getattr(aim.errors, name) for name in ERROR_NAMES])
+    single = np.diag(sizes)[sizes != 0.0]
+    errors = np.concatenate((np.zeros((1, 4)), np.stack((single, -single), axis=1).reshape(-1, 4)))
+    batch = mounted(design.with_parabola(pinion, gear), errors.reshape(-1, *[1] * pinion.ndim, 4))
     path = path_of_contact(batch, flank, POINTS)
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)

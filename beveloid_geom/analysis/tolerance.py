@@ -270,8 +270,8 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
 
 
 def mounted(design: Design, errors: FloatArray) -> Design:
-    """The design with drawn errors (n, 4), in the order of ERROR_NAMES, on top of its own: n mountings."""
-    sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
+    """Add errors (..., 4), mm and rad in the order of ERROR_NAMES, to those of a design: (...) mountings."""
+    sums = {name: getattr(design.errors, name) + errors[..., k] for k, name in enumerate(ERROR_NAMES)}
     return design.with_errors(unchecked(design.errors, **sums))
 
 
