@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -101,8 +102,7 @@ class FiveEquations:
 
     def jacobian(self, scaled: FloatArray, kept: NDArray[np.int_]) -> FloatArray:
         """Derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
-        steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
-        return np.asarray(self.residual(steps, kept).imag.T / COMPLEX_STEP)
+        return _slopes(lambda steps: self.residual(steps, kept), scaled)
 
     def kept(self, scaled: FloatArray) -> NDArray[np.int_]:
         """The two components of the normals to compare: the largest is the least sensitive."""
@@ -135,13 +135,9 @@ class FiveEquations:
         def six(scaled: Numbers) -> Numbers:
             return np.concatenate((self.residual(scaled, kept), sixth(scaled)[..., None]), axis=-1)
 
-        def slopes(scaled: FloatArray) -> FloatArray:
-            steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
-            return np.asarray(six(steps).imag.T / COMPLEX_STEP)
-
         with np.errstate(all="ignore"):
             try:
-                found = fsolve(six, start, fprime=slopes, xtol=xtol, full_output=True)[0]
+                found = fsolve(six, start, fprime=partial(_slopes, six), xtol=xtol, full_output=True)[0]
             except ValueError:  # not a number on the way
                 return None
             left = *self.misfit(found * self.scale), abs(float(sixth(found)))
@@ -163,6 +159,12 @@ class FiveEquations:
         l = np.stack((unknowns[..., 0], unknowns[..., 2]), axis=-1)
         parts = (l - low, tip + taper * z - np.sqrt(x * x + y * y), half + z, half - z)
         return np.concatenate(parts, axis=-1)
+
+
+def _slopes(function: Callable[[Numbers], Numbers], scaled: FloatArray) -> FloatArray:
+    """Differentiate equations (..., k) by the scaled unknowns (6,): (k, 6), exact to rounding."""
+    steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
+    return np.asarray(function(steps).imag.T / COMPLEX_STEP)
 
 
 def five_equations_of(design: Design, flank: str) -> FiveEquations:

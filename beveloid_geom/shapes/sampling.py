@@ -35,7 +35,7 @@ from ..design.model import Member
 from ..gear.flank import generated, root_parameter, tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.undercut import require_cut
-from ..support.chebyshev import polynomials
+from ..support.chebyshev import basis_of, polynomials
 from ..support.few_lines import few_lines
 
 Faces: TypeAlias = NDArray[np.int64]
@@ -156,16 +156,13 @@ def series_of(sheet: Sheet) -> Series | None:
     exact = grid_of(sheet, s, z)
     sizes = {"points": np.abs(exact.points).max(), "normals": 1.0, "parameter": np.abs(exact.points).max()}
     for degree in DEGREES:
-        order = np.arange(degree + 1)
-        cosines = np.cos(np.pi / degree * (np.outer(order, order) % (2 * degree)))
-        weights = np.where(order % degree == 0, 0.5, 1.0)
-        fit, nodes = 2.0 / degree * np.outer(weights, weights) * cosines, cosines[1]
-        grid = grid_of(sheet, 0.5 * (nodes + 1.0), sheet.half_width * nodes)
+        basis = basis_of(degree)
+        grid = grid_of(sheet, 0.5 * (basis.nodes + 1.0), sheet.half_width * basis.nodes)
         values = np.stack((grid.points, grid.normals)).transpose(0, 3, 1, 2)
         corner = values[..., :1, :1]  # taken off, lest rounding is that of the radius
-        place = (fit @ (values - corner) @ fit).transpose(0, 2, 3, 1).copy()
+        place = (basis.fit.T @ (values - corner) @ basis.fit).transpose(0, 2, 3, 1).copy()
         place[:, 0, 0] += corner[..., 0, 0]
-        series = Series(place, grid.parameter[0] @ fit)
+        series = Series(place, basis.coefficients(grid.parameter[-1]))
         found = grid_of(replace(sheet, series=series), s, z)
         apart = {name: np.abs(getattr(found, name) - getattr(exact, name)).max() for name in sizes}
         if all(apart[name] <= ROUNDING * size for name, size in sizes.items()):
