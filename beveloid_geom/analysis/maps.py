@@ -32,7 +32,7 @@ from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.first_contact import first_contact, middle_roll
-from ..pair.mounting import mounting_of
+from ..pair.mounting import half_pitch, mounting_of
 from ..status import FirstStatus, Status
 from ..support.few_lines import few_lines
 from .optimise import Aim, paths_of
@@ -256,7 +256,7 @@ def _backlash(design: Design, over: Over, pinion: FloatArray, gear: FloatArray) 
     pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
     near = values[:, None] + NEAR * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     own, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
-    rates = (np.remainder(np.array(moved) - own + 0.5 * pitch, pitch) - 0.5 * pitch) / NEAR
+    rates = half_pitch(np.array(moved) - own, pitch) / NEAR
     linear = own + rates @ (np.stack((pinion, gear)) - values[:, None])
     reduced = mounting_of(design_at(design, over, pinion, gear)).normal_backlash
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))

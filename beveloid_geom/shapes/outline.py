@@ -27,6 +27,7 @@ from .sampling import (
     Sheet,
     SheetGrid,
     cells_for,
+    columns_for,
     estimated_deviation,
     flank_sheet,
     form_of,
@@ -220,20 +221,9 @@ def require_memory(points: float, tolerance: float, teeth: int) -> None:
 
 
 def _rows_for(form: Form, columns: int, tolerance: float) -> float:
-    """Fewest rows with so many columns that the estimate allows, infinity where there are none."""
-    most = 1
-    while estimated_deviation(form, most, columns) > tolerance:
-        most *= 2
-        if most > MAX_POINTS:
-            return np.inf
-    few = most // 2
-    while most - few > 1:
-        middle = (few + most) // 2
-        if estimated_deviation(form, middle, columns) > tolerance:
-            few = middle
-        else:
-            most = middle
-    return most
+    """Find the fewest rows with so many columns that the estimate allows, infinity where there are none."""
+    rows = float(columns_for(form.shapes[:, ::-1], np.array([[float(columns)]]), tolerance)[0])
+    return rows if estimated_deviation(form, rows, columns) <= tolerance * (1.0 + 1e-9) else np.inf
 
 
 def _paired(rows: dict[str, float]) -> dict[str, int]:

@@ -288,34 +288,40 @@ def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     return np.asarray(shapes.T[np.unique(np.abs(sides @ shapes).argmax(axis=1))])
 
 
-def estimated_deviation(form: Form, ns: int, nz: int) -> float:
+def estimated_deviation(form: Form, ns: float, nz: float) -> float:
     """Distance (mm) that the second fundamental form foretells for ns x nz cells."""
     return float(np.abs(form.shapes @ (1.0 / ns**2, 1.0 / (ns * nz), 1.0 / nz**2)).max()) + 1e-300
 
 
 def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
-    """The cheapest numbers of cells (ns, nz) that the estimate allows.
+    """Find the cheapest numbers of cells (ns, nz) that the estimate allows.
 
-    For every ns the deviation at each place is a quadratic in 1/nz; where it first reaches the
-    tolerance is the longest cell. Raises ValueError for a tolerance that is not positive or
-    takes too many points."""
+    Raises ValueError for a tolerance that is not positive or takes too many points."""
     if not 0.0 < tolerance < np.inf:
         raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
-    a, b, c = np.concatenate((form.shapes, -form.shapes)).T
+    a, b, _ = np.concatenate((form.shapes, -form.shapes)).T
     bound = max(tolerance, 1e-50)  # below it is out of reach, and out of range when squared
     least = max(1.0, np.ceil(np.sqrt(a.max() / bound) - 1e-9))
     most = 4.0 * least + np.floor(2.0 * np.sqrt(b.max() / bound)) + 2.0
-    counts = np.unique(np.round(np.geomspace(least, most, 60)))[:, None]
-    left, b = np.maximum(bound - a / counts**2, 1e-9 * bound), b / counts
-    with np.errstate(invalid="ignore"):
-        across = np.fmax.reduce((b + np.sqrt(b * b + 4.0 * c * left)) / (2.0 * left), axis=1)
-    across = np.maximum(np.ceil(across - 1e-9), 1.0)
+    counts = np.unique(np.round(np.geomspace(least, most, 60))).astype(float)[:, None]
+    across = columns_for(form.shapes, counts, bound)
     points = (counts[:, 0] + 1.0) * (across + 1.0)
     best = int(np.argmin(points))
     if points[best] > MAX_POINTS:
         count = f"{points[best]:.2g} points, the limit is {MAX_POINTS:.2g}"
         raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {count}")
     return int(counts[best, 0]), int(across[best])
+
+
+def columns_for(shapes: FloatArray, rows: FloatArray, tolerance: float) -> FloatArray:
+    """Find the fewest columns (n,) with `rows` (n, 1) that the estimate by the `shapes` (m, 3) of a Form
+    allows for a tolerance (mm): at each place the deviation is a quadratic in 1/columns, and where it first
+    reaches the tolerance is the longest cell. Columns are very many where the rows alone miss it."""
+    a, b, c = np.concatenate((shapes, -shapes)).T
+    left, b = np.maximum(tolerance - a / rows**2, 1e-9 * tolerance), b / rows
+    with np.errstate(invalid="ignore"):
+        across = np.fmax.reduce((b + np.sqrt(b * b + 4.0 * c * left)) / (2.0 * left), axis=1)
+    return np.asarray(np.maximum(np.ceil(across - 1e-9), 1.0))
 
 
 def falling_diagonals(points: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
