@@ -253,6 +253,18 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
     return found
 
 
+def number_fault(value: object, limit: Limit) -> str | None:
+    """Say what is wrong with a value of a design file, None for a number within its limit."""
+    name, cure = WHOLE if limit.whole else NUMBER
+    if isinstance(value, bool) or not isinstance(value, int if limit.whole else int | float):
+        return refused(f"be {name}", value, cure)
+    if limit.whole:
+        return limit.fault(value)
+    if isinstance(value, int) and abs(value) > GREATEST:  # no float holds it
+        return refused(f"be {name}", value, cure)
+    return _fault_of(float(value), limit, "") or None
+
+
 def _fault_of(value: float, limit: Limit, place: str) -> str:
     if not math.isfinite(value):
         return refused(f"be {FINITE[0]}", value, FINITE[1], place)
