@@ -72,7 +72,8 @@ class Paths:
     peak_to_peak: FloatArray
 
     def margins(self, aim: Aim) -> FloatArray:
-        """What the conditions are met by (conditions, ...), in shares of their bounds; negative if not."""
+        """Find what the conditions are met by (conditions, ...), in shares of their bounds; negative if
+        not."""
         ratio = self.contact_ratio / aim.contact_ratio - 1.0
         off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
         return np.array([ratio, 1.0 - off, 1.0 + off, 1.0 - swing])
@@ -90,7 +91,7 @@ class Optimum:
 
 
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
-    """Figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
+    """Find figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
     sizes = np.array([getattr(aim.errors, name) for name in ERROR_NAMES])
     single = np.diag(sizes)[sizes != 0.0]
@@ -159,12 +160,12 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
 
 
 def _margins(paths: Paths, aim: Aim, x: FloatArray) -> FloatArray:
-    """Margins of all conditions (conditions, ...) at coefficients x (2, ...), in UNIT."""
+    """Find margins of all conditions (conditions, ...) at coefficients x (2, ...), in UNIT."""
     return np.concatenate((paths.margins(aim), -x.sum(axis=0)[None]))
 
 
 def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Vector) -> FloatArray:
-    """Coefficients (2), in UNIT, at which the optimiser ends."""
+    """Find coefficients (2), in UNIT, at which the optimiser ends."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
     @kept(8)  # the shift and the conditions are asked for in turn
@@ -209,7 +210,8 @@ def _check(design: Design, aim: Aim, flank: str) -> None:
 
 
 def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatArray:
-    """Coefficients (2, STARTS), in UNIT, of the grid that miss the conditions least, then shift least."""
+    """Find coefficients (2, STARTS), in UNIT, of the grid that miss the conditions least, then shift
+    least."""
     sides = np.linspace(limits[:, 0], limits[:, 1], GRID).T
     x = np.array([side.ravel() for side in np.meshgrid(*sides)])
     x = x[:, x.sum(axis=0) <= SLACK]

@@ -81,7 +81,7 @@ def _guess(word: str, known: Iterable[str]) -> str | None:
 
 
 def _unknown(table: str, key: str, value: object) -> Fault:
-    """A key that `table` does not have; '' stands for the top of the file."""
+    """Refuse a key that `table` does not have; '' stands for the top of the file."""
     known = list(_TABLES[table]) if table else [f"[{name}]" for name in _TABLES]
     shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
@@ -115,7 +115,7 @@ def _checked(
 
 
 def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Fault]) -> Member | None:
-    """A member with what it takes over from [tool], whose own faults are reported elsewhere."""
+    """Read a member with what it takes over from [tool], whose own faults are reported elsewhere."""
     own, shared = tables[name], tables.get("tool", {})
     inherited = {key: shared[key] for key in _TOOL if key in shared and key not in own}
     found: list[Fault] = []
@@ -132,7 +132,7 @@ def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Faul
 
 
 def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, dict[str, Any]]:
-    """The tables of a file as far as they are tables; all else is a fault."""
+    """Read the tables of a file as far as they are tables; all else is a fault."""
     unknown = [name for name in data if name not in _TABLES]
     faults += [_unknown("", name, data[name]) for name in unknown]
     meant = {_guess(name, _TABLES) for name in unknown}
@@ -149,7 +149,7 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
 
 
 def parse_design(text: str, source: str = "design") -> Design:
-    """The design written in `text`, TOML in mm and degrees; `source` leads the error messages.
+    """Read the design written in `text`, TOML in mm and degrees; `source` leads the error messages.
 
     Raises DesignError with every fault found."""
     try:
@@ -224,7 +224,7 @@ def read_design(path: str | os.PathLike[str]) -> Design:
 
 
 def builtin_text(name: str = BUILTIN) -> str:
-    """Text of the built-in design file, as a start for one's own. Raises DesignError."""
+    """Give the text of the built-in design file, as a start for one's own. Raises DesignError."""
     if name != BUILTIN:
         raise DesignError([f"there is no built-in design {shown_value(name)}: there is '{BUILTIN}'"])
     return (resources.files(__package__) / "designs" / f"{name}.toml").read_text(encoding="utf-8")

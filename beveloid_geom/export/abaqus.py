@@ -37,12 +37,12 @@ class LoadCase:
 
 
 def nearest_node(mesh: VolumeMesh, point: FloatArray) -> int:
-    """Index of the mesh point nearest to `point` (3,), mm."""
+    """Find the index of the mesh point nearest to `point` (3,), mm."""
     return int(np.argmin(((mesh.points - point) ** 2).sum(axis=-1)))
 
 
 def fixed_nodes(mesh: VolumeMesh, case: LoadCase) -> Indices:
-    """Sorted unique indices of all points that are held.
+    """Find the sorted unique indices of all points that are held.
 
     Raises ValueError if the load acts on one of them: its reaction would not be seen."""
     held = np.unique(np.concatenate([mesh.node_sets[name] for name in case.fixed]))
@@ -83,7 +83,7 @@ def _mesh(mesh: VolumeMesh, element: str) -> Iterator[str]:
 
 
 def _lines(numbers: Sequence[int]) -> str:
-    """Numbers with commas between; a line that goes on ends with one."""
+    """Write numbers with commas between; a line that goes on ends with one."""
     rows = [numbers[start : start + PER_LINE] for start in range(0, len(numbers), PER_LINE)]
     return ",\n".join(", ".join(map(str, row)) for row in rows) + "\n"
 

@@ -96,8 +96,8 @@ class _Sample:
 
 
 def contact_load(mesh: VolumeMesh, surface: str, place: ContactPlace, force: float) -> ContactLoad:
-    """The `force` (N) against the normal of a contact, on the named surface of one tooth of steel
-    pressed against another.
+    """Find the nodal forces of a `force` (N) against the normal of a contact, on the named surface of one
+    tooth of steel pressed against another.
 
     Raises ValueError where the contact is not on that surface, where the flanks cut each other beside
     it, or where a number is not finite."""
@@ -123,7 +123,7 @@ def _seen(corners: FloatArray, place: ContactPlace) -> _Sight:
 
 
 def _gap(sight: _Sight, surface: str, place: ContactPlace) -> float:
-    """Height (mm) of the mesh over the contact. Raises ValueError where it has no face there."""
+    """Find the height (mm) of the mesh over the contact. Raises ValueError where it has no face there."""
     face, parameter = _located(sight, np.zeros((1, 2)))
     if face[0] >= 0:
         corners = sight.corners[face[0]]
@@ -136,7 +136,7 @@ def _gap(sight: _Sight, surface: str, place: ContactPlace) -> float:
 
 
 def _pressed(sight: _Sight, curvature: FloatArray, force: float) -> tuple[HertzEllipse, _Sample]:
-    """The ellipse whose part on the surface carries the force, and the pressure there."""
+    """Give the ellipse whose part on the surface carries the force, and the pressure there."""
     from scipy.optimize import brentq
 
     modulus = contact_modulus(YOUNG, POISSON)
@@ -157,7 +157,7 @@ def _pressed(sight: _Sight, curvature: FloatArray, force: float) -> tuple[HertzE
 
 
 def _sampled(sight: _Sight, ellipse: HertzEllipse, per_face: int) -> _Sample:
-    """The pressure on a grid of the places that are on the surface with those opposite."""
+    """Give the pressure on a grid of the places that are on the surface with those opposite."""
     half = np.minimum(ellipse.semi_axes, np.abs(sight.corners[..., :2]).max(axis=(0, 1)))
     step = np.ptp(sight.corners[..., :2], axis=1).min(axis=0)
     counts = np.clip(np.ceil(2.0 * half * per_face / step), FEWEST, MOST)
@@ -173,7 +173,7 @@ def _sampled(sight: _Sight, ellipse: HertzEllipse, per_face: int) -> _Sample:
 
 
 def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:
-    """Which face (n,) is seen at each of the `places` (n, 2), -1 for none, and where on it (n, 2)."""
+    """Find which face (n,) is seen at each of the `places` (n, 2), -1 for none, and where on it (n, 2)."""
     count = min(CANDIDATES, len(sight.corners))
     _, near = sight.tree.query(places, k=np.arange(1, count + 1))
     face, parameter = np.full(len(places), -1), np.zeros((len(places), 2))
@@ -186,8 +186,8 @@ def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:
 
 
 def _parameters(corners: FloatArray, places: FloatArray) -> FloatArray:
-    """Isoparametric coordinates (k, 2) of places (k, 2) on faces (k, size, 2) of the plane, by Newton's
-    method; of a face far from the place any that are outside, or NaN."""
+    """Find the isoparametric coordinates (k, 2) of places (k, 2) on faces (k, size, 2) of the plane, by
+    Newton's method; of a face far from the place any that are outside, or NaN."""
     parameter = np.zeros_like(places)
     with np.errstate(invalid="ignore", divide="ignore"):
         for _ in range(20):

@@ -49,7 +49,7 @@ def write_step(
 
 @contextmanager
 def _kernel_errors() -> Iterator[None]:
-    """Says how to install what is not there, the bindings or the system's libraries under them.
+    """Say how to install what is not there, the bindings or the system's libraries under them.
 
     An interrupt that the kernel's bindings met while they were imported, and turned into an ImportError,
     becomes one again."""

@@ -140,7 +140,7 @@ def _knots(spans: int) -> FloatArray:
 
 
 def _nodes(knots: FloatArray) -> FloatArray:
-    """The points at which a B-spline is made to agree: Greville's, the means of `DEGREE` knots."""
+    """Find the points at which a B-spline is made to agree: Greville's, the means of `DEGREE` knots."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=-1))
 
 
@@ -152,7 +152,7 @@ def _poles(knots: FloatArray, values: FloatArray, axis: int = 0) -> FloatArray:
 
 
 def _fitted_knots(values: Callable[[FloatArray], FloatArray], fit: float) -> FloatArray:
-    """The shortest knots for which B-splines through `values` (n, ...) keep to them within `fit`."""
+    """Give the shortest knots for which B-splines through `values` (n, ...) keep to them within `fit`."""
     from scipy.interpolate import BSpline
 
     for spans in SPANS:
@@ -179,7 +179,7 @@ def _flank_place(member: Member, flank: str) -> Place:
 
 
 def _fillet_place(member: Member, flank: str) -> Place:
-    """The exact fillet; s is even in log(tan(angle / 2)), of which sine and cotangent of the
+    """Give the exact fillet; s is even in log(tan(angle / 2)), of which sine and cotangent of the
     angle are smoother functions than of the angle itself."""
     half, joint = 0.5 * float(member.face_width), tool_round(member.tool, flank).angle
 
@@ -192,7 +192,7 @@ def _fillet_place(member: Member, flank: str) -> Place:
 
 
 def _places(member: Member) -> dict[str, Place]:
-    """Fillets and flanks of tooth 0 in the order of its section, s and they from left to right."""
+    """Find fillets and flanks of tooth 0 in the order of its section, s and they from left to right."""
     return {
         "left fillet": _fillet_place(member, "left"),
         "left flank": _flank_place(member, "left"),
@@ -202,7 +202,7 @@ def _places(member: Member) -> dict[str, Place]:
 
 
 def _trace(knots: FloatArray, points: FloatArray) -> Trace:
-    """The line through points (n, 3) at the nodes of its knots."""
+    """Give the line through points (n, 3) at the nodes of its knots."""
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     angle -= 2.0 * pi * np.round(np.median(angle) / (2.0 * pi))
     poles = _poles(knots, points)
@@ -220,7 +220,7 @@ def _net(place: Place, first: Trace, last: Trace) -> Net:
 
 
 def _cut_tooth(member: Member) -> _Tooth:
-    """Tooth 0 as B-splines. Raises ValueError for a pointed tooth."""
+    """Fit tooth 0 by B-splines. Raises ValueError for a pointed tooth."""
     places, pitch = _places(member), 2.0 * pi / float(member.teeth)
     lines = [(place, s) for place in places.values() for s in PROBES]
     knots = _fitted_knots(lambda t: np.stack([place(s, t) for place, s in lines], axis=1), FIT_OF_TRACES)
@@ -243,7 +243,7 @@ def _cut_tooth(member: Member) -> _Tooth:
 
 
 def _middle(member: Member, knots: FloatArray) -> Trace:
-    """The middle of the tooth space after tooth 0 on the bottom land."""
+    """Give the middle of the tooth space after tooth 0 on the bottom land."""
     z = 0.5 * float(member.face_width) * (2.0 * _nodes(knots) - 1.0)
     return _trace(knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0])
 
@@ -260,7 +260,7 @@ def _turned_strip(strip: Strip, angle: float, tooth: int) -> Strip:
 
 
 def _whole_bore(member: Member, radius: float) -> list[Strip]:
-    """The bore of a whole gear as two halves, which run with the clock."""
+    """Give the bore of a whole gear as two halves, which run with the clock."""
     half = 0.5 * float(member.face_width)
     line = Trace(STRAIGHT, np.array([[radius, 0.0, -half], [radius, 0.0, half]]), np.zeros(2))
     traces = [_turned(line, -pi * i) for i in range(3)]
@@ -268,7 +268,7 @@ def _whole_bore(member: Member, radius: float) -> list[Strip]:
 
 
 def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], total: int, bore: float) -> list[Strip]:
-    """The loop round some teeth whose strips, with the spaces after them, are `outline`."""
+    """Give the loop round some teeth whose strips, with the spaces after them, are `outline`."""
     pitch = 2.0 * pi / total
     start, end = (_turned(cut.middle, number * pitch) for number in (numbers[0] - 1, numbers[-1]))
     loop = list(outline)
@@ -290,7 +290,7 @@ def _ruled(first: Trace, last: Trace) -> Net:
 
 
 def _on_cylinder(trace: Trace, radius: float) -> Trace:
-    """The trace with the same angles on a cylinder."""
+    """Give the trace with the same angles on a cylinder."""
     from scipy.interpolate import BSpline
 
     angle = BSpline(trace.knots, trace.angle, DEGREE)(_nodes(trace.knots))

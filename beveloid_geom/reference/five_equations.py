@@ -46,7 +46,7 @@ least share of them brought in at a time."""
 
 
 def path_of_contact_five_equations(design: Design, flank: str = "right", points: int = 101) -> ContactPath:
-    """Path of contact of a single design by the paper's five equations; see `path_of_contact`.
+    """Find the path of contact of a single design by the paper's five equations; see `path_of_contact`.
 
     Positions are evenly spaced in pinion roll, in l1 where the roll turns back along the path, and in
     length along the curve where l1 turns back as well. Empty if both methods find no contact on the
@@ -109,7 +109,7 @@ def refine(
     gear_roll: ArrayLike,
     pinion_roll: ArrayLike,
 ) -> Refined:
-    """The contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
+    """Give the contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
     for in the plane through the position that is square to the curve of contacts.
 
     So a position is not moved along the path, and no quantity is held that might turn back along it.
@@ -152,13 +152,14 @@ def _only_single(design: Design) -> None:
 
 
 def _span(curve: FiveCurve, piece: FloatArray) -> float:
-    """Pinion roll (rad) covered by a piece of the curve."""
+    """Find the pinion roll (rad) covered by a piece of the curve."""
     stops = np.concatenate((piece, curve.turns(ROLL, (piece[0], piece[1]))))
     return float(np.ptp([curve.at(s)[ROLL] for s in stops]) * curve.system.scale[ROLL])
 
 
 def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: FloatArray) -> list[FloatArray]:
-    """Scaled unknowns at `share` in [0, 1] of the way along a piece with these ends; NaN where lost."""
+    """Find the scaled unknowns at `share` in [0, 1] of the way along a piece with these ends; NaN where
+    lost."""
     between = float(piece.min()), float(piece.max())
     row = next((row for row in (ROLL, L1) if curve.turns(row, between).size == 0), None)
     if row is None:
@@ -177,13 +178,13 @@ def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: Flo
 
 
 def _nearest(system: FiveEquations, start: FloatArray) -> FloatArray | None:
-    """The contact in the plane through `start` that is square to the curve there; scaled."""
+    """Give the contact in the plane through `start` that is square to the curve there; scaled."""
     tangent = system.tangent(start)
     return None if tangent is None else system.correct(start, tangent)
 
 
 def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
-    """A contact of the design, scaled, led over from the pitch point of the unmodified pair."""
+    """Give a contact of the design, scaled, led over from the pitch point of the unmodified pair."""
     errors, a1, a2 = design.errors, design.pinion.tool.parabola, design.gear.tool.parabola
 
     def part(share: float) -> FiveEquations:

@@ -66,7 +66,7 @@ def reference_radius(member: Member) -> Mpf:
 
 
 def zero_shift(member: Member) -> ZeroShift:
-    """Distance of the zero-shift section, and what it does to `u` and to the roll.
+    """Find the distance of the zero-shift section, and what it does to `u` and to the roll.
 
     With s = bc / (cos(beta) cos(gamma)), the rack's trace direction t gives s t =
     (x m_n, bc tan(beta)/cos(gamma), bc): moved along its own trace by s, the unshifted rack
@@ -125,7 +125,7 @@ def solve_mp(
     fixed: tuple[str, float],
     mounting: tuple[Mpf, Mpf],
 ) -> ContactMp:
-    """Contact of two flanks where `fixed` = ("l1", value) or ("phi1", value).
+    """Find the contact of two flanks where `fixed` = ("l1", value) or ("phi1", value).
 
     `guess` is (l1, u1, l2, u2, phi1, phi2), its fixed entry ignored; `mounting` the distances
     dw1, dw2 without axial errors. Raises ArithmeticError where no solution is found whose six

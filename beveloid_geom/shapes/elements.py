@@ -59,7 +59,7 @@ class VolumeMesh:
 
 
 def face_nodes(mesh: VolumeMesh, faces: Indices) -> Indices:
-    """Nodes (k, 4) or (k, 8) of faces (k, 2): corners in turn, then the mid-side nodes after them."""
+    """Find nodes (k, 4) or (k, 8) of faces (k, 2): corners in turn, then the mid-side nodes after them."""
     size = mesh.hexahedra.shape[1]
     columns = []
     for corners in ELEMENT_FACES:
@@ -103,21 +103,21 @@ def _jacobians(mesh: VolumeMesh, at: FloatArray) -> Iterator[FloatArray]:
 
 
 def gauss_points(order: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points (order^3, 3) of an element, and their weights."""
+    """Find Gauss points (order^3, 3) of an element, and their weights."""
     place, weight = np.polynomial.legendre.leggauss(order)
     at = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
     return at, np.multiply.outer(np.multiply.outer(weight, weight), weight).ravel()
 
 
 def determinants(mesh: VolumeMesh, order: int = 3) -> tuple[FloatArray, FloatArray]:
-    """Determinants (m, g) of the Jacobian at Gauss points, `order` along each axis, and the
+    """Find determinants (m, g) of the Jacobian at Gauss points, `order` along each axis, and the
     weights (g,): their products are the volumes, mm^3. All must be positive."""
     at, weights = gauss_points(order)
     return np.concatenate([np.linalg.det(block) for block in _jacobians(mesh, at)]), weights
 
 
 def element_shapes(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
-    """Scaled Jacobian (m,) of the elements, the least determinant of the unit vectors along the
+    """Find the scaled Jacobian (m,) of the elements, the least determinant of the unit vectors along the
     isoparametric lines, and the ratio (m,) of the least determinant of the Jacobian to the greatest. Both
     are 1 for a box, and at most 0 where an element is turned over.
 

@@ -129,7 +129,7 @@ RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
 
 
 def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet:
-    """A flank of a single member as a surface over (l, z), own frame, from `start` (l, mm) or
+    """Give a flank of a single member as a surface over (l, z), own frame, from `start` (l, mm) or
     else from the start of its active profile to the tip cone.
 
     Raises ValueError if the tool cannot cut the flank or the flank does not reach its tip cone."""
@@ -151,7 +151,7 @@ def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet
 
 
 def series_of(sheet: Sheet) -> Series | None:
-    """Series through exact points of a surface, None if it departs from others by more than rounding."""
+    """Find series through exact points of a surface, None if it departs from others by more than rounding."""
     s, z = 0.5 * (BETWEEN + 1.0), sheet.half_width * BETWEEN
     exact = grid_of(sheet, s, z)
     sizes = {"points": np.abs(exact.points).max(), "normals": 1.0, "parameter": np.abs(exact.points).max()}
@@ -217,7 +217,7 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
 
 
 def form_of(sheet: Sheet, tolerance: float) -> Form:
-    """Second fundamental form of a surface, stretched in the way that suits `tolerance` best."""
+    """Find the second fundamental form of a surface, stretched in the way that suits `tolerance` best."""
     s, z = np.linspace(0.0, 1.0, PROBES[0]), np.linspace(-1.0, 1.0, PROBES[1]) * sheet.half_width
     grid = grid_of(sheet, s, z)
     by_s, by_z = (
@@ -238,7 +238,7 @@ def _stretched(L: FloatArray, M: FloatArray, N: FloatArray, evenness: float) -> 
 
 
 def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, FloatArray]:
-    """Stations that share out the root of the greatest curvature (n, others) evenly, at 129 even
+    """Find stations that share out the root of the greatest curvature (n, others) evenly, at 129 even
     steps, and how far the first coordinate moves there for a step of the even one, (n,)."""
     greatest = np.abs(curvature).max(axis=1)
     density = np.sqrt(greatest + evenness * greatest.max() + 1e-24)
@@ -250,14 +250,14 @@ def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, Flo
 
 
 def stations(form: Form, ns: int, nz: int, half_width: float) -> tuple[FloatArray, FloatArray]:
-    """Stations s and z (mm) of a grid of ns x nz cells."""
+    """Find stations s and z (mm) of a grid of ns x nz cells."""
     even = np.linspace(0.0, 1.0, form.profile.size)
     s = np.interp(np.linspace(0.0, 1.0, ns + 1), even, form.profile)
     return s, half_width * (2.0 * np.interp(np.linspace(0.0, 1.0, nz + 1), even, form.face) - 1.0)
 
 
 def grid_of(sheet: Sheet, s: FloatArray, z: FloatArray) -> SheetGrid:
-    """The surface at stations s (ns,) of its profile and z (nz,), mm."""
+    """Give the surface at stations s (ns,) of its profile and z (nz,), mm."""
     lower, series = sheet.lower(z), sheet.series
     if series is None:
         parameter = lower + s[:, None] * (sheet.upper(z) - lower)
@@ -275,7 +275,7 @@ def grid_of(sheet: Sheet, s: FloatArray, z: FloatArray) -> SheetGrid:
 
 
 def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
-    """Estimated deviations (n, 3) of one cell, for a second fundamental form (samples, 1), that may
+    """Find the estimated deviations (n, 3) of one cell, for a second fundamental form (samples, 1), that may
     be the greatest. The diagonal suits L, M and N: for cells as chosen here all edges along
     s and z count about the same, so that the sign of M (L + N) decides."""
     balance = np.abs(L).max() / max(np.abs(N).max(), 1e-300)
@@ -289,7 +289,7 @@ def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
 
 
 def estimated_deviation(form: Form, ns: float, nz: float) -> float:
-    """Distance (mm) that the second fundamental form foretells for ns x nz cells."""
+    """Find the distance (mm) that the second fundamental form foretells for ns x nz cells."""
     return float(np.abs(form.shapes @ (1.0 / ns**2, 1.0 / (ns * nz), 1.0 / nz**2)).max()) + 1e-300
 
 
@@ -336,7 +336,7 @@ def falling_diagonals(points: FloatArray, normals: FloatArray) -> NDArray[np.boo
 
 
 def grid_faces(points: FloatArray, normals: FloatArray) -> Faces:
-    """Triangles (m, 3) of a grid of points and normals (ns, nz, 3), as indices of its points in
+    """Make triangles (m, 3) of a grid of points and normals (ns, nz, 3), as indices of its points in
     row-major order. They wind so that they face along the normals; each cell is cut along
     the diagonal that departs least from the surface."""
     ns, nz = points.shape[:2]
@@ -351,7 +351,7 @@ def grid_faces(points: FloatArray, normals: FloatArray) -> Faces:
 
 
 def measured_deviation(sheet: Sheet, form: Form, ns: int, nz: int) -> float:
-    """Greatest distance (mm) from the surface, along its normals, found at a lattice of points
+    """Find the greatest distance (mm) from the surface, along its normals, found at a lattice of points
     inside the triangles of its grid of ns x nz cells, in up to `MEASURED_CELLS` rows and
     columns of cells."""
     (rows, s), (columns, z) = (_inside_cells(values) for values in stations(form, ns, nz, sheet.half_width))

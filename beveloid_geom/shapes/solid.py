@@ -80,7 +80,7 @@ class ToothSurface:
 
 
 def bore_of(member: Member, bore_radius: float | None) -> float:
-    """Radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
+    """Find the radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
     ValueError outside the limits LEAST_BORE and LEAST_RIM."""
     half = 0.5 * float(member.face_width)
     root = float(root_radius(member, (-half, half)).min())
@@ -96,7 +96,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
 def tooth_surface(
     member: Member, tolerance: float, bore_radius: float | None = None, teeth: int = 1
 ) -> ToothSurface:
-    """Surface of one tooth of a single member with its part of the body, own frame; `tolerance`
+    """Make the surface of one tooth of a single member with its part of the body, own frame; `tolerance`
     (mm) is the greatest distance of its triangles from the surfaces the tool cuts.
 
     Raises ValueError for a gear of one tooth, a pointed or undercut tooth, a tool whose rounds overlap,
@@ -133,7 +133,7 @@ def tooth_surface(
 
 
 def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:
-    """The grids, all with their rows against the clock."""
+    """Give the grids, all with their rows against the clock."""
 
     def turned_round(grid: SheetGrid) -> SheetGrid:
         return SheetGrid(grid.points[::-1], grid.normals[::-1], grid.parameter[::-1], grid.z)
@@ -144,7 +144,7 @@ def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:
 def _filled(
     grids: dict[str, SheetGrid], tip: Sheet, bore: float, tolerance: float, teeth: int
 ) -> tuple[dict[str, SheetGrid], Section]:
-    """The section at toe, mid-face and heel, of more columns at the tip where its cells are too
+    """Give the section at toe, mid-face and heel, of more columns at the tip where its cells are too
     slender or too few on the bore; these come with the grids."""
     best: tuple[tuple[float, float], dict[str, SheetGrid], Section] | None = None
     last = len(grids["tip"].z) - 1
@@ -175,7 +175,7 @@ def _filled(
 def _inner_walls(
     section: Section, edge: FloatArray, pitch: float
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Points and normals (k, nz, 3) of the bore and of the sides, at the stations of the first
+    """Find points and normals (k, nz, 3) of the bore and of the sides, at the stations of the first
     side's outer `edge` (nz, 3), as the section has them at toe and heel."""
     outer, z = edge @ (1.0, 1.0j, 0.0), edge[:, 2]
     first, ring = (
@@ -199,13 +199,13 @@ def _inner_walls(
 
 
 def _turns(section: Section, station: int) -> FloatArray:
-    """Angles (rad) on the bore from the first side, at a station."""
+    """Find angles (rad) on the bore from the first side, at a station."""
     ring = section.points[section.boundary["bore"], station] @ (1.0, 1.0j, 0.0)
     return np.asarray(np.unwrap(np.angle(ring / ring[0])))
 
 
 def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: FloatArray) -> Piece:
-    """What a curve of the section's boundary draws along the face: numbers (k, nz), points and
+    """Make what a curve of the section's boundary draws along the face: numbers (k, nz), points and
     normals (k, nz, 3). Raises ValueError where its triangles are turned over."""
     faces = grid_faces(points, normals)
     flat, outward = points.reshape(-1, 3), normals.reshape(-1, 3)
@@ -218,7 +218,8 @@ def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: 
 
 
 def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
-    """Toe (0) or heel (1), of the section's quadrilaterals, each cut so that its least angle is greatest."""
+    """Make toe (0) or heel (1) of the section's quadrilaterals, each cut so that its least angle is
+    greatest."""
     points, sign = section.points[:, -end], 2 * end - 1
     faces = _halved(points, section.quads)[:, ::sign]
     return Piece(
@@ -227,7 +228,7 @@ def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
 
 
 def _halved(points: FloatArray, quads: NDArray[np.int64]) -> Faces:
-    """Triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
+    """Make triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
     a, b, c, d = (quads[:, i] for i in range(4))
     cuts = np.stack(((a, b, c, a, c, d), (a, b, d, b, c, d)), axis=-1).reshape(2, 3, -1, 2)
     cuts = cuts.transpose(2, 3, 0, 1)  # (m, cut, triangle, corner)
@@ -236,7 +237,7 @@ def _halved(points: FloatArray, quads: NDArray[np.int64]) -> Faces:
 
 
 def least_angle(points: FloatArray, faces: Faces) -> FloatArray:
-    """Least angle (rad) of triangles (..., 3) of `points` (n, 3)."""
+    """Find the least angle (rad) of triangles (..., 3) of `points` (n, 3)."""
     corners = points[faces]
     sides = np.roll(corners, -1, axis=-2) - corners
     back = -np.roll(sides, 1, axis=-2)
@@ -315,6 +316,6 @@ def surface_name(curve: str) -> str:
 
 
 def turned(vectors: FloatArray, angles: FloatArray) -> FloatArray:
-    """Vectors (n, 3) turned about z by each of the angles (k,): (k, n, 3)."""
+    """Turn vectors (n, 3) about z by each of the angles (k,): (k, n, 3)."""
     plane = np.exp(1.0j * angles)[:, None] * (vectors[:, :2] @ (1.0, 1.0j))
     return np.stack((plane.real, plane.imag, np.broadcast_to(vectors[:, 2], plane.shape)), axis=-1)

@@ -35,15 +35,15 @@ class Mesh:
     names: tuple[str, ...]
 
     def of(self, *names: str) -> Mesh:
-        """Only the faces of the named parts."""
+        """Keep only the faces of the named parts."""
         return self.where(self.is_of(*names))
 
     def is_of(self, *names: str) -> NDArray[np.bool_]:
-        """Which faces (m,) belong to the named parts."""
+        """Find which faces (m,) belong to the named parts."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
     def where(self, wanted: NDArray[np.bool_]) -> Mesh:
-        """Only the faces `wanted` (m,), with the points they use."""
+        """Keep only the faces `wanted` (m,), with the points they use."""
         used, faces = np.unique(self.faces[wanted], return_inverse=True)
         return Mesh(
             self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[wanted], self.names
@@ -80,7 +80,7 @@ def gear_mesh(
 
 
 def transverse_section(member: Member, z: float, tolerance: float) -> FloatArray:
-    """Outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
+    """Find the outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
     clock. Its points are exact, `tolerance` (mm) sets how many. Raises ValueError as
     `outline.cut_sheets` does."""
     at, pieces = np.array([z]), []
