@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from ...support.process import undoing
+from .. import results
 from ..options import (
     NumberRange,
     flank_option,
@@ -18,13 +19,10 @@ from ..options import (
     sizes_of,
     tolerance_options,
 )
-from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from ...design.model import Design
-    from ...report.result import Result
 
 MOST_CASES, MOST_JOBS = 1_000_000, 1024
 
@@ -32,7 +30,7 @@ MOST_CASES, MOST_JOBS = 1_000_000, 1024
 SPREADS = click.Choice(["normal", "uniform"])
 
 
-@result_command(
+@results.result_command(
     flank_option,
     tolerance_options,
     option("--distribution", SPREADS, SPREADS.choices[0], "Of each error."),
@@ -51,7 +49,7 @@ SPREADS = click.Choice(["normal", "uniform"])
 )
 def tolerance(
     name: str,
-    design: Design,
+    design: results.Design,
     flank: str,
     distribution: Literal["normal", "uniform"],
     sigmas: float,
@@ -59,7 +57,7 @@ def tolerance(
     seed: int,
     jobs: int,
     **tolerances: float,
-) -> Result:
+) -> results.Result:
     """Find paths of contact under drawn assembly errors: how often they leave the flank, how they spread.
 
     Errors add to those of the design. Quantiles are those of the mountings with a path on the
@@ -71,7 +69,7 @@ def tolerance(
 
     given = Tolerances(*sizes, distribution, sigmas)
     with (
-        refused_values(),
+        results.refused_values(),
         nullcontext() if jobs == 1 else workers(jobs) as executor,
         progress_bar(cases, "mounting") as bar,
     ):
