@@ -4,8 +4,8 @@ The contacts are followed as a curve by its length (`five_equations_curve`), so 
 the pinion's roll or l1 turns back, or n_x changes its sign, is a path like any other. The ends are
 roots of the least distance inside the limits along the curve. Nothing is shared with the one-equation
 method but the flanks, the frames and the very first starting value, which is moved off the solution;
-where that method gives none, the start is the pitch point of the unmodified pair, from where the
-coefficients and errors are brought in step by step.
+where that method gives none, the start is the rough pitch point of the unmodified pair (`pitch_region`),
+from where the coefficients and errors are brought in step by step.
 
 `refine` takes positions found by any method and moves them on to the curve: how far they had to be moved
 is an independent check of them.
