@@ -58,39 +58,29 @@ if TYPE_CHECKING:
     from .shapes.solid import gear_solid as gear_solid
     from .status import Status as Status
 
-_HOME = {
-    "Aim": "analysis.optimise",
-    "ContactPath": "contact.path",
-    "Design": "design.model",
-    "DesignError": "design.field_limits",
-    "Errors": "design.model",
-    "Member": "design.model",
-    "MeshCycle": "operation.mesh_cycle",
-    "Pair": "design.model",
-    "Status": "status",
-    "Tolerances": "analysis.tolerance",
-    "Tool": "design.model",
-    "builtin_design": "design.file",
-    "certify": "operation.certificate",
-    "contact_pattern": "operation.pattern",
-    "contact_ratio": "contact.path",
-    "from_degrees": "design.model",
-    "first_contact": "operation.first_contact",
-    "gear_solid": "shapes.solid",
-    "map_of": "analysis.maps",
-    "mesh_cycle": "operation.mesh_cycle",
-    "mounted_backlash": "operation.backlash",
-    "optimise_parabola": "analysis.optimise",
-    "path_of_contact": "contact.path",
-    "path_sensitivity": "analysis.sensitivity",
-    "read_design": "design.file",
-    "sample_flank": "shapes.sampling",
-    "sliding_of": "analysis.sliding",
-    "tolerance_study": "analysis.tolerance",
-    "tooth_hexahedra": "shapes.hexahedra",
-    "zero_backlash_layout": "pair.closing",
+_ROOMS = {
+    "analysis.maps": "map_of",
+    "analysis.optimise": "Aim optimise_parabola",
+    "analysis.sensitivity": "path_sensitivity",
+    "analysis.sliding": "sliding_of",
+    "analysis.tolerance": "Tolerances tolerance_study",
+    "contact.path": "ContactPath contact_ratio path_of_contact",
+    "design.field_limits": "DesignError",
+    "design.file": "builtin_design read_design",
+    "design.model": "Design Errors Member Pair Tool from_degrees",
+    "operation.backlash": "mounted_backlash",
+    "operation.certificate": "certify",
+    "operation.first_contact": "first_contact",
+    "operation.mesh_cycle": "MeshCycle mesh_cycle",
+    "operation.pattern": "contact_pattern",
+    "pair.closing": "zero_backlash_layout",
+    "shapes.hexahedra": "tooth_hexahedra",
+    "shapes.sampling": "sample_flank",
+    "shapes.solid": "gear_solid",
+    "status": "Status",
 }
-
+"""The names by the module that has them."""
+_HOME = {name: module for module, names in _ROOMS.items() for name in names.split()}
 __all__ = sorted(_HOME)
 
 

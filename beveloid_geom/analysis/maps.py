@@ -32,7 +32,7 @@ from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.first_contact import first_contact, middle_roll
-from ..pair.mounting import mounting_of
+from ..pair.mounting import half_pitch, mounting_of
 from ..status import FirstStatus, Status
 from ..support.few_lines import few_lines
 from .optimise import Aim, paths_of
@@ -143,7 +143,7 @@ class DesignMap:
 
 
 def own_values(design: Design, over: Over) -> tuple[float, float]:
-    """Where a single design lies on its map."""
+    """Find where a single design lies on its map."""
     if over == "parabola":
         return float(design.pinion.tool.parabola), float(design.gear.tool.parabola)
     if over == "shift":
@@ -152,7 +152,8 @@ def own_values(design: Design, over: Over) -> tuple[float, float]:
 
 
 def usual_bounds(design: Design, over: Over) -> tuple[Bounds, Bounds]:
-    """Least and greatest value of pinion and gear where none are given: see PARABOLA, FACE, SHIFT."""
+    """Find the least and greatest value of pinion and gear where none are given: see PARABOLA, FACE,
+    SHIFT."""
     if over == "mounting":
         change = FACE * max(float(member.face_width) for member in design.members)
         return (-change, change), (-change, change)
@@ -167,7 +168,7 @@ def usual_bounds(design: Design, over: Over) -> tuple[Bounds, Bounds]:
 
 
 def design_at(design: Design, over: Over, pinion: Quantity, gear: Quantity) -> Design:
-    """The design with these values of its members, arrays of one shape or numbers."""
+    """Give the design with these values of its members, arrays of one shape or numbers."""
     if over == "parabola":
         return design.with_parabola(pinion, gear)
     if over == "shift":
@@ -192,7 +193,7 @@ def map_of(
     first_contacts: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> DesignMap:
-    """Figures of a single design over `steps` times `steps` values of its members, bounds included.
+    """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
 
     Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL`) unless given. About 0.4 to
     20 ms a cell, most of it for the errors; `first_contacts` takes about 50 ms a cell more. `progress` is
@@ -228,7 +229,7 @@ def map_of(
 def _cells(
     design: Design, over: Over, flank: str, errors: Errors, pinion: FloatArray, gear: FloatArray
 ) -> dict[str, FloatArray]:
-    """Status and figures of cells (n,), in one call each."""
+    """Find status and figures of cells (n,), in one call each."""
     cells = design_at(design, over, pinion, gear)
     parabola = (np.broadcast_to(member.tool.parabola, pinion.shape) for member in cells.members)
     with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
@@ -250,20 +251,21 @@ def _cells(
 
 
 def _backlash(design: Design, over: Over, pinion: FloatArray, gear: FloatArray) -> FloatArray:
-    """Normal backlash (n,), mm, of cells: what `mounting_of` reduces to half a pitch either way, and the
-    whole pitches by which it is linear in the values."""
+    """Find the normal backlash (n,), mm, of cells: what `mounting_of` reduces to half a pitch either way,
+    and the whole pitches by which it is linear in the values."""
     values, tool = np.array(own_values(design, over)), design.gear.tool
     pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
     near = values[:, None] + NEAR * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     own, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
-    rates = (np.remainder(np.array(moved) - own + 0.5 * pitch, pitch) - 0.5 * pitch) / NEAR
+    rates = half_pitch(np.array(moved) - own, pitch) / NEAR
     linear = own + rates @ (np.stack((pinion, gear)) - values[:, None])
     reduced = mounting_of(design_at(design, over, pinion, gear)).normal_backlash
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))
 
 
 def _flank_share(design: Design, flank: str) -> float:
-    """Share of ROLLS rolls of a mesh cycle at which flanks touch first; NaN where that is not known."""
+    """Find the share of ROLLS rolls of a mesh cycle at which flanks touch first; NaN where that is not
+    known."""
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
     try:
         roll = middle_roll(design, flank) + pitch * (np.arange(ROLLS) + 0.5) / ROLLS
@@ -302,7 +304,7 @@ def _check(
 
 
 def _bound_faults(design: Design, over: Over, bounds: tuple[Bounds, Bounds]) -> Iterator[str]:
-    """What is wrong with members at the bounds and not with them as given."""
+    """Find what is wrong with members at the bounds and not with them as given."""
     for k, name in enumerate(("pinion", "gear")):
         if over == "shift" and max(map(abs, bounds[k])) > LARGEST_SHIFT:
             most = f"between -{LARGEST_SHIFT:g} and {LARGEST_SHIFT:g}"

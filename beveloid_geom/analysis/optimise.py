@@ -15,17 +15,16 @@ Source: the aim is that of the paper's section 5 (D1), which judges coefficients
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.model import Design, Errors, unchecked
+from ..design.model import Design, Errors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..support.read_only import kept
-from .tolerance import ERROR_NAMES, swing_of
+from .tolerance import ERROR_NAMES, mounted, swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
@@ -73,7 +72,8 @@ class Paths:
     peak_to_peak: FloatArray
 
     def margins(self, aim: Aim) -> FloatArray:
-        """What the conditions are met by (conditions, ...), in shares of their bounds; negative if not."""
+        """Find what the conditions are met by (conditions, ...), in shares of their bounds; negative if
+        not."""
         ratio = self.contact_ratio / aim.contact_ratio - 1.0
         off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
         return np.array([ratio, 1.0 - off, 1.0 + off, 1.0 - swing])
@@ -91,20 +91,12 @@ class Optimum:
 
 
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
-    """Figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
+    """Find figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
-    wanted = [name for name in ERROR_NAMES if getattr(aim.errors, name) != 0.0]
-    signs = [(None, 0.0), *product(wanted, (1.0, -1.0))]
-    errors = {
-        name: np.array(
-            [
-                getattr(design.errors, name) + sign * getattr(aim.errors, name) * (name == n)
-                for n, sign in signs
-            ]
-        ).reshape(-1, *[1] * pinion.ndim)
-        for name in ERROR_NAMES
-    }
-    batch = design.with_parabola(pinion, gear).with_errors(unchecked(design.errors, **errors))
+    sizes = np.array([getattr(aim.errors, name) for name in ERROR_NAMES])
+    single = np.diag(sizes)[sizes != 0.0]
+    errors = np.concatenate((np.zeros((1, 4)), np.stack((single, -single), axis=1).reshape(-1, 4)))
+    batch = mounted(design.with_parabola(pinion, gear), errors.reshape(-1, *[1] * pinion.ndim, 4))
     path = path_of_contact(batch, flank, POINTS)
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
@@ -168,12 +160,12 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
 
 
 def _margins(paths: Paths, aim: Aim, x: FloatArray) -> FloatArray:
-    """Margins of all conditions (conditions, ...) at coefficients x (2, ...), in UNIT."""
+    """Find margins of all conditions (conditions, ...) at coefficients x (2, ...), in UNIT."""
     return np.concatenate((paths.margins(aim), -x.sum(axis=0)[None]))
 
 
 def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Vector) -> FloatArray:
-    """Coefficients (2), in UNIT, at which the optimiser ends."""
+    """Find coefficients (2), in UNIT, at which the optimiser ends."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
     @kept(8)  # the shift and the conditions are asked for in turn
@@ -218,7 +210,8 @@ def _check(design: Design, aim: Aim, flank: str) -> None:
 
 
 def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatArray:
-    """Coefficients (2, STARTS), in UNIT, of the grid that miss the conditions least, then shift least."""
+    """Find coefficients (2, STARTS), in UNIT, of the grid that miss the conditions least, then shift
+    least."""
     sides = np.linspace(limits[:, 0], limits[:, 1], GRID).T
     x = np.array([side.ravel() for side in np.meshgrid(*sides)])
     x = x[:, x.sum(axis=0) <= SLACK]

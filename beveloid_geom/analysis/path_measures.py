@@ -75,7 +75,7 @@ class Sweep:
 
 
 def paths_of(design: Design, flank: str) -> Paths:
-    """Measures of the paths of a design with one batch axis."""
+    """Find measures of the paths of a design with one batch axis."""
     path = path_of_contact(design, flank, POINTS)
     z, r = np.stack((path.pinion_z, path.gear_z)), np.stack((path.pinion_r, path.gear_r))
     steps = np.diff(_tooth_points(path), axis=-2)
@@ -96,32 +96,32 @@ def paths_of(design: Design, flank: str) -> Paths:
 
 
 def _angle(z: FloatArray, r: FloatArray) -> FloatArray:
-    """Angle (deg) to the axial direction of the step between two points on the last axis."""
+    """Find the angle (deg) to the axial direction of the step between two points on the last axis."""
     along, up = np.diff(z)[..., 0], np.diff(r)[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.degrees(np.arctan(up / along)))
 
 
 def _tooth_points(path: ContactPath) -> FloatArray:
-    """Points (2, n, positions, 3) of paths on the flanks of both members, each in its own frame."""
+    """Find points (2, n, positions, 3) of paths on the flanks of both members, each in its own frame."""
     l, u = np.stack((path.l1, path.l2)), np.stack((path.u1, path.u2))
     shape = (2, -1, l.shape[-1])
     return flank_point(path.design.stacked_members(), path.flank, l.reshape(shape), u.reshape(shape))
 
 
 def sweep(design: Design, flank: str, signs: tuple[int, int], largest: float) -> Sweep:
-    """Paths of a design under coefficients from 0 to `largest` times the signs, 1/mm."""
+    """Find paths of a design under coefficients from 0 to `largest` times the signs, 1/mm."""
     size = np.linspace(0.0, largest, STEPS)
     return Sweep(signs, size, paths_of(design.with_parabola(signs[0] * size, signs[1] * size), flank))
 
 
 def unwrapped(angle: FloatArray) -> FloatArray:
-    """Angles (..., n) of lines, deg, followed continuously: a line turned by 180 deg is the same."""
+    """Find angles (..., n) of lines, deg, followed continuously: a line turned by 180 deg is the same."""
     return np.asarray(np.unwrap(angle, period=180.0, axis=-1))
 
 
 def shifts(design: Design, flank: str, error: str, size: float) -> dict[str, FloatArray]:
-    """Shifts (2 members, 2) of the path of a single design under -size and +size of an error, by the
+    """Find shifts (2 members, 2) of the path of a single design under -size and +size of an error, by the
     names of SHIFTS; NaN where a path is missing."""
     found = {name: np.full((2, 2), np.nan) for name in SHIFTS}
     middle = path_of_contact(design, flank, POINTS)
@@ -149,14 +149,14 @@ def shifts(design: Design, flank: str, error: str, size: float) -> dict[str, Flo
 
 
 def _window(design: Design) -> FloatArray:
-    """Pinion flank parameters (DENSE,) from below root to above tip, mm."""
+    """Give pinion flank parameters (DENSE,) from below root to above tip, mm."""
     low, high = float(root_parameter(design.pinion)), float(highest_parameter(design.pinion))
     return np.linspace(low - BEYOND * (high - low), high + BEYOND * (high - low), DENSE)
 
 
 def _at(row: FloatArray, z: FloatArray, wanted: float, start: int) -> float:
-    """z of a curve where a row of it has the wanted value, on the stretch around position `start` along
-    which the row is monotone; NaN where it does not have it there."""
+    """Find the z of a curve where a row of it has the wanted value, on the stretch around position `start`
+    along which the row is monotone; NaN where it does not have it there."""
     steps = np.diff(row)
     if not np.isfinite(row[start]) or not np.isfinite(steps[start]):
         return np.nan
@@ -168,7 +168,7 @@ def _at(row: FloatArray, z: FloatArray, wanted: float, start: int) -> float:
 
 
 def concavity(design: Design, flank: str, size: float) -> dict[str, FloatArray]:
-    """How concave parabola coefficients of +size and -size make the flanks (2 members, 2), against
+    """Say how concave parabola coefficients of +size and -size make the flanks (2 members, 2), against
     the involute one at mid-face: metal left near root and tip, the lesser for +size and the greater for
     -size, mm along the circle; and by how much the profile's curvature at l = 0 falls, 1/mm."""
     metal, curvature = np.empty((2, 2)), np.empty((2, 2))
@@ -185,7 +185,8 @@ def concavity(design: Design, flank: str, size: float) -> dict[str, FloatArray]:
 
 
 def _profile(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Radii (DENSE,), and how thick the tooth is there from its middle to the flank, mm, at mid-face."""
+    """Find the radii (DENSE,), and how thick the tooth is there from its middle to the flank, mm, at
+    mid-face."""
     l = np.linspace(float(root_parameter(member)), float(highest_parameter(member)), DENSE)
     point = flank_point(member, flank, l, trace_parameter(member, flank, l, 0.0))
     r = np.hypot(point[:, 0], point[:, 1])
@@ -193,7 +194,7 @@ def _profile(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
 
 
 def _profile_curvature(member: Member, flank: str) -> float:
-    """Normal curvature (1/mm) of a flank across its trace at l = 0, mid-face; positive is convex."""
+    """Find the normal curvature (1/mm) of a flank across its trace at l = 0, mid-face; positive is convex."""
     u = trace_parameter(member, flank, 0.0, 0.0)
     step = flank_patch(member, flank, 0.0, u).tangent_l
     turn, _ = normal_rates(member, flank, 0.0, u)

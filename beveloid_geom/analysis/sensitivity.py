@@ -185,7 +185,7 @@ def _curve_points(track: Track, x: FloatArray) -> FloatArray:
 
 
 def _extreme(track: Track, x: FloatArray, row: int, sign: float) -> FloatArray:
-    """Parameter (cases, 1) at which sign times a row is greatest between the ends x (cases, 2)."""
+    """Find the parameter (cases, 1) at which sign times a row is greatest between the ends x (cases, 2)."""
     low, high = np.sort(x, axis=-1)[:, :1], np.sort(x, axis=-1)[:, 1:]
     first = with_derivative(sign * track.coefficients[row : row + 1])
     both = np.concatenate((first, with_derivative(first[1:])[1:]))
@@ -201,7 +201,7 @@ def _extreme(track: Track, x: FloatArray, row: int, sign: float) -> FloatArray:
 
 
 def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
-    """Quantities and derivatives at points of the curve (4, cases, places)."""
+    """Find quantities and derivatives at points of the curve (4, cases, places)."""
     _, cases, places = y.shape
     step = COMPLEX_STEP * 1j
     turns = np.zeros((4, 1, 1, 4 + len(ERRORS)), dtype=complex)
@@ -224,7 +224,7 @@ def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
 
 
 def _under_errors(pairing: Pairing, errors: Numbers) -> Pairing:
-    """The pairing under further errors (4, positions), in the order of ERRORS, which may be complex."""
+    """Give the pairing under further errors (4, positions), in the order of ERRORS, which may be complex."""
     old = pairing.layout
     angle = old.shaft_angle + np.sign(old.shaft_angle) * errors[1]
     layout = Layout(
@@ -234,7 +234,7 @@ def _under_errors(pairing: Pairing, errors: Numbers) -> Pairing:
 
 
 def _rolls(pairing: Pairing, met: Meeting) -> Numbers:
-    """`roll_angles` for complex terms: the imaginary part is that of the first order."""
+    """Find `roll_angles` for complex terms: the imaginary part is that of the first order."""
     (nx, ny, v), (x0, y0, z0) = met.own, met.start
     across, along = met.normal_y * nx - met.normal_x * ny, met.normal_x * nx + met.normal_y * ny
     turn = (along.real * across.imag - across.real * along.imag) / (along.real**2 + across.real**2)
@@ -243,7 +243,7 @@ def _rolls(pairing: Pairing, met: Meeting) -> Numbers:
 
 
 def _by_errors(rates: _Rates, row: NDArray[np.int_], tangent: FloatArray) -> FloatArray:
-    """Derivatives of all quantities (rows, cases, places, errors), each place held by the zero of the
+    """Find derivatives of all quantities (rows, cases, places, errors), each place held by the zero of the
     quantity in `row`, or where it has none, square to the path."""
     cases, places = np.indices(row.shape)
     held = row == _NO_ROW
@@ -260,8 +260,8 @@ def _by_errors(rates: _Rates, row: NDArray[np.int_], tangent: FloatArray) -> Flo
 def _shifts(
     design: Design, flank: str, l: FloatArray, u: FloatArray, by: FloatArray, along: FloatArray
 ) -> FloatArray:
-    """Shift of the path along each member's flank and square to it (2, cases, places, errors), from the
-    derivatives `by` of l and u (2, 2, cases, places, errors) and its direction in them."""
+    """Find the shift of the path along each member's flank and square to it (2, cases, places, errors),
+    from the derivatives `by` of l and u (2, 2, cases, places, errors) and its direction in them."""
     patch = flank_patch(design.stacked_members(), flank, l, u)
     tangents = np.stack((patch.tangent_l, patch.tangent_u))
     path = np.einsum("kjcpi,kjcp->jcpi", tangents, along)
@@ -279,7 +279,7 @@ def _result(
     limit: NDArray[np.int8],
     status: NDArray[np.int8],
 ) -> Sensitivity:
-    """The rows of all cases in the batch shape, and what follows from them."""
+    """Give the rows of all cases in the batch shape, and what follows from them."""
     shape, count = design.batch_shape, len(ERRORS)
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]

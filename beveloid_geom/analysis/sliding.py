@@ -137,7 +137,7 @@ def sliding_of(path: ContactPath) -> Sliding:
 
 
 def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
-    """Pinion roll (rad) and speed (mm/rad) of the least sliding on each path, batch shape; NaN where
+    """Find the pinion roll (rad) and speed (mm/rad) of the least sliding on each path, batch shape; NaN where
     there is no path. Exact without parabola, else the speed to the third order of the spacing and the
     roll to the second."""
     roll, square = least_along(sliding.pinion_roll, sliding.speed**2)
@@ -145,8 +145,8 @@ def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
 
 
 def least_along(roll: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Roll and value (...) at which `values` (..., positions) are least, taken as a parabola through the
-    least and its neighbours, which stand at even distances; NaN where no value is known."""
+    """Find the roll and value (...) at which `values` (..., positions) are least, taken as a parabola
+    through the least and its neighbours, which stand at even distances; NaN where no value is known."""
     roll, values = np.asarray(roll, dtype=float), np.asarray(values, dtype=float)
     last = values.shape[-1] - 1
     if last < 0:
@@ -164,7 +164,7 @@ def least_along(roll: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
 
 
 def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
-    """Directions and feet (cases, 1, 2, 3), mm, of both axes in S_f, errors included."""
+    """Find directions and feet (cases, 1, 2, 3), mm, of both axes in S_f, errors included."""
     layout = layout_by_case(layout_of(design), design.batch_shape)
     axes, feet = np.zeros((2, *np.shape(layout.offset), 2, 3))
     axes[..., 0, 2], feet[..., 1, 0] = 1.0, layout.offset
@@ -173,7 +173,7 @@ def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
 
 
 def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> FloatArray:
-    """Tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
+    """Find tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
     pairing = pairing_of(path.design, path.flank)
     units, v = units_of(pairing), normal[..., 2]
     across = (point[..., 2] - v * _dot(point, normal)) / np.sqrt(1.0 - v * v)  # w1, as in `curve_equations`
@@ -185,8 +185,8 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
 
 
 def _tooth_traces(path: ContactPath) -> FloatArray:
-    """Unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the contacts, on
-    pinion and gear, towards the heel."""
+    """Find the unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the
+    contacts, on pinion and gear, towards the heel."""
     design, cases = path.design, max(1, int(np.prod(path.l1.shape[:-1])))
     l, u, roll = (
         np.stack([values.reshape(cases, -1 if values.size else 0) for values in pair])

@@ -61,7 +61,7 @@ class Tolerances:
     sigmas: float = 3.0
 
     def values(self) -> FloatArray:
-        """The four tolerances, in the order of ERROR_NAMES."""
+        """Give the four tolerances, in the order of ERROR_NAMES."""
         return np.array([getattr(self, name) for name in ERROR_NAMES], dtype=float)
 
 
@@ -104,7 +104,7 @@ class Mountings:
         return np.asarray(self.status == Status.SOLVED)
 
     def quantities(self) -> dict[str, FloatArray]:
-        """What a study gives the spread of, by name, each (n,): mm and rad."""
+        """Find what a study gives the spread of, by name, each (n,): mm and rad."""
         names = "contact_ratio", "peak_to_peak", "normal_backlash"
         found = {name: getattr(self, name) for name in names}
         for name in ("pinion_z", "gear_z"):
@@ -146,7 +146,7 @@ class ToleranceStudy:
         return int(np.count_nonzero(changed & self.mountings.solved))
 
     def quantiles(self, shares: Sequence[float] = SHARES) -> dict[str, FloatArray]:
-        """Quantiles (shares) of the quantities over the mountings with a path; NaN without any.
+        """Find quantiles (shares) of the quantities over the mountings with a path; NaN without any.
 
         Mountings without a path are in `status_counts`, not here."""
         solved = self.mountings.solved
@@ -255,7 +255,7 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
 
 
 def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> FloatArray:
-    """Errors (cases, 4) of the first mountings of a unit, in the order of ERROR_NAMES, mm and rad.
+    """Draw the errors (cases, 4) of the first mountings of a unit, in the order of ERROR_NAMES, mm and rad.
 
     The stream is that of the child `unit` of numpy's SeedSequence of the seed. A tolerance changes
     its own error only."""
@@ -270,13 +270,13 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
 
 
 def mounted(design: Design, errors: FloatArray) -> Design:
-    """The design with drawn errors (n, 4), in the order of ERROR_NAMES, on top of its own: n mountings."""
-    sums = {name: getattr(design.errors, name) + errors[:, k] for k, name in enumerate(ERROR_NAMES)}
+    """Add errors (..., 4), mm and rad in the order of ERROR_NAMES, to those of a design: (...) mountings."""
+    sums = {name: getattr(design.errors, name) + errors[..., k] for k, name in enumerate(ERROR_NAMES)}
     return design.with_errors(unchecked(design.errors, **sums))
 
 
 def _solved_task(task: _Task) -> Mountings:
-    """The mountings of a task, unit by unit: rounding depends on what is solved in one call."""
+    """Give the mountings of a task, unit by unit: rounding depends on what is solved in one call."""
     parts = []
     for k, start in enumerate(range(0, task.cases, UNIT)):
         errors = drawn_errors(task.tolerances, task.seed, task.unit + k, min(UNIT, task.cases - start))
@@ -313,7 +313,8 @@ def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
 
 
 def swing_of(values: FloatArray) -> FloatArray:
-    """Greatest less least value (...) of smooth curves through values (..., points) at equal steps."""
+    """Find the greatest less least value (...) of smooth curves through values (..., points) at equal
+    steps."""
     place = np.broadcast_to(np.arange(values.shape[-1], dtype=float), values.shape)
     (_, least), (_, most) = (least_along(place, sign * values) for sign in (1.0, -1.0))
     return np.asarray(-least - most)

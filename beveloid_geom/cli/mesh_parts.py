@@ -29,10 +29,10 @@ class Request:
 
     source: str
     design: Design
-    part: str
-    out: Path
     suffix: str
     kind: str
+    part: str
+    out: Path
     tolerance: float
     flank: str
     teeth: int

@@ -2,8 +2,8 @@
 
 A new one is one module in `commands`, with a function of a name, a design and its options:
 
-    @result_command(flank_option, override_options, csv="one position a row")
-    def mine(name: str, design: Design, flank: str) -> Result:
+    @results.result_command(flank_option, override_options, csv="one position a row")
+    def mine(name: str, design: results.Design, flank: str) -> results.Result:
         '''One sentence that the list of commands shows.'''
         from ...report.mine import my_report
 
@@ -22,8 +22,9 @@ import click
 
 from .options import BUILTIN_DESIGN, OVERRIDES, Option, Refusal, block, changed_design, load_design, write_out
 
-if TYPE_CHECKING:
-    from ..report.result import Result
+if TYPE_CHECKING:  # what commands take and give: nothing reads their annotations while they run
+    from ..design.model import Design as Design
+    from ..report.result import Result as Result
 
 
 def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Command:

@@ -62,7 +62,7 @@ class DesignError(ValueError):
 
 
 def shown_value(value: object) -> str:
-    """A value on one short line, as TOML writes it."""
+    """Give a value on one short line, as TOML writes it."""
     if isinstance(value, bool | np.bool_):
         return str(value).lower()
     if isinstance(value, int) and value.bit_length() > 100:
@@ -74,7 +74,8 @@ def shown_value(value: object) -> str:
 
 
 def refused(limit: str, value: object, cure: str, place: str = "") -> str:
-    """The words for a value outside its limit ('be between ...'); `place` (' at [3]') is where in a batch."""
+    """Give the words for a value outside its limit ('be between ...'); `place` (' at [3]') is where in a
+    batch."""
     return f"must {limit}, got {shown_value(value)}{place}: {cure}"
 
 
@@ -93,7 +94,7 @@ class Limit(NamedTuple):
     optional: bool = False
 
     def fault(self, value: float, place: str = "") -> str | None:
-        """The words for a value outside, None for one within."""
+        """Give the words for a value outside, None for one within."""
         if self.low <= value <= self.high:
             return None
         unit = f" {self.unit}" if self.unit else ""
@@ -214,7 +215,7 @@ def in_radians(kind: str, values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
-    """A value as it is calculated with, or the words for what is wrong with it."""
+    """Give a value as it is calculated with, or the words for what is wrong with it."""
     given = _as_float64(value, WHOLE if limit.whole else NUMBER)
     if isinstance(given, str):
         return given
@@ -231,7 +232,7 @@ def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
 
 
 def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | str:
-    """A copy as float64, or the words for what is no number, and no row of numbers."""
+    """Give a copy as float64, or the words for what is no number, and no row of numbers."""
     parts = value if isinstance(value, list | tuple) else (value,)
     if any(isinstance(part, np.ma.MaskedArray) for part in parts):
         return refused("be a number or a plain array", value, "fill it, or take the cases that it shows")
@@ -245,12 +246,24 @@ def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | s
 
 
 def float64_of(name: str, value: object) -> NDArray[np.float64]:
-    """The argument `name` of a function as float64. Raises ValueError for what is no real number, and no
+    """Give the argument `name` of a function as float64. Raises ValueError for what is no real number, and no
     row of them."""
     found = _as_float64(value, NUMBER)
     if isinstance(found, str):
         raise ValueError(f"{name} {found}")
     return found
+
+
+def number_fault(value: object, limit: Limit) -> str | None:
+    """Say what is wrong with a value of a design file, None for a number within its limit."""
+    name, cure = WHOLE if limit.whole else NUMBER
+    if isinstance(value, bool) or not isinstance(value, int if limit.whole else int | float):
+        return refused(f"be {name}", value, cure)
+    if limit.whole:
+        return limit.fault(value)
+    if isinstance(value, int) and abs(value) > GREATEST:  # no float holds it
+        return refused(f"be {name}", value, cure)
+    return _fault_of(float(value), limit, "") or None
 
 
 def _fault_of(value: float, limit: Limit, place: str) -> str:
@@ -264,8 +277,8 @@ def _fault_of(value: float, limit: Limit, place: str) -> str:
 def base_pitch_fault(
     pitches: tuple[Any, Any], apart: float, suffix: str, table: str, other: str
 ) -> Fault | None:
-    """What is wrong with m_n cos(alpha_n), mm, of pinion and gear, if more than a share `apart` of it lies
-    between them; `suffix` is that of angles, `table` and `other` name gear and pinion."""
+    """Find what is wrong with m_n cos(alpha_n), mm, of pinion and gear, if more than a share `apart` of it
+    lies between them; `suffix` is that of angles, `table` and `other` name gear and pinion."""
     first, second = pitches
     bad = abs(first - second) > apart * abs(first)
     if not np.any(bad):

@@ -16,20 +16,15 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields, replace
 from importlib import resources
-from typing import Annotated, Any, TypeVar
-
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, create_model
-from pydantic_core import ErrorDetails, PydanticCustomError
+from typing import Any, NamedTuple, TypeAlias
 
 from .field_limits import (
-    FINITE,
     LIMITS,
-    NUMBER,
-    WHOLE,
     DesignError as DesignError,
     Fault,
     Limit,
     in_radians,
+    number_fault,
     shown_value,
 )
 from .limits import (
@@ -46,48 +41,38 @@ MOST_BYTES = 1_000_000
 """Of a design file; the built-in one has 2,000."""
 
 
-class _Keys(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+class _Key(NamedTuple):
+    """A key of a table: its `limit`, and its `default`, MISSING where it must be given."""
+
+    limit: Limit
+    default: Any
 
 
-def _within(limit: Limit) -> AfterValidator:
-    """The check of a key by its limit."""
-
-    def check(value: float) -> float:
-        if text := limit.fault(value):
-            raise PydanticCustomError("range", "{text}", {"text": text})
-        return value
-
-    return AfterValidator(check)
+_Keys: TypeAlias = Mapping[str, _Key]
 
 
-def _keys_of(inputs: type) -> dict[str, Any]:
-    """The quantities of a class of `design.model` as keys of a file, with pydantic's type and the default."""
-    keys: dict[str, Any] = {}
-    for field in fields(inputs):
-        if limit := LIMITS[inputs.__name__].get(field.name):
-            number: Any = Annotated[int if limit.whole else float, _within(limit)]
-            key = field.name + ("_deg" if limit.unit == "deg" else "")
-            default = ... if field.default is MISSING else field.default
-            keys[key] = (number | None if limit.optional else number, default)
-    return keys
+def _keys_of(inputs: type) -> dict[str, _Key]:
+    """Give the quantities of a class of `design.model` as keys of a file, those of angles with `_deg`."""
+    limits = LIMITS[inputs.__name__]
+    return {
+        field.name + ("_deg" if limits[field.name].unit == "deg" else ""): _Key(
+            limits[field.name], field.default
+        )
+        for field in fields(inputs)
+        if field.name in limits
+    }
 
 
-_TOOL = _keys_of(Tool)
-_PARABOLA = {"parabola": _TOOL.pop("parabola")}
-_ToolKeys = create_model("_ToolKeys", __base__=_Keys, **_TOOL)
-_ParabolaKeys = create_model("_ParabolaKeys", __base__=_Keys, **_PARABOLA)
-_MemberKeys = create_model("_MemberKeys", __base__=_Keys, **_TOOL, **_PARABOLA, **_keys_of(Member))
-_PairKeys = create_model("_PairKeys", __base__=_Keys, **_keys_of(Pair))
-_ErrorKeys = create_model("_ErrorKeys", __base__=_Keys, **_keys_of(Errors))
-_TABLES: dict[str, type[_Keys]] = {
-    "tool": _ToolKeys,
-    "pinion": _MemberKeys,
-    "gear": _MemberKeys,
-    "pair": _PairKeys,
-    "errors": _ErrorKeys,
+_MEMBER, _ERRORS = _keys_of(Tool) | _keys_of(Member), _keys_of(Errors)
+_PARABOLA = {"parabola": _MEMBER["parabola"]}
+_TOOL = {key: value for key, value in _keys_of(Tool).items() if key not in _PARABOLA}
+_TABLES: dict[str, _Keys] = {
+    "tool": _TOOL,
+    "pinion": _MEMBER,
+    "gear": _MEMBER,
+    "pair": _keys_of(Pair),
+    "errors": _ERRORS,
 }
-_TYPES = {"float_type": NUMBER, "int_type": WHOLE, "finite_number": FINITE}
 _MISSING = "is missing: the built-in design shows all tables and keys"
 
 
@@ -96,56 +81,49 @@ def _guess(word: str, known: Iterable[str]) -> str | None:
 
 
 def _unknown(table: str, key: str, value: object) -> Fault:
-    """A key that `table` does not have; '' stands for the top of the file."""
-    known = list(_TABLES[table].model_fields) if table else [f"[{name}]" for name in _TABLES]
+    """Refuse a key that `table` does not have; '' stands for the top of the file."""
+    known = list(_TABLES[table]) if table else [f"[{name}]" for name in _TABLES]
     shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
-    elif homes := [f"[{name}]" for name, model in _TABLES.items() if key in model.model_fields]:
+    elif homes := [f"[{name}]" for name, keys in _TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(homes)}")
     guess = _guess(shown, known)
     hint = f"did you mean {guess}?" if guess else f"there are {', '.join(known)}"
     return Fault(table, shown, f"is unknown: {hint}")
 
 
-def _translated(table: str, error: ErrorDetails) -> Fault:
-    """One of pydantic's errors in our words."""
-    kind, value, key = error["type"], error["input"], str(error["loc"][0])
-    if kind == "extra_forbidden":
-        return _unknown(table, key, value)
-    if kind == "missing":
-        return Fault(table, key, _MISSING)
-    if kind in _TYPES:
-        limit, cure = _TYPES[kind]
-        return outside(table, key, f"be {limit}", value, cure)
-    return Fault(table, key, error["msg"])
-
-
-K = TypeVar("K", bound=_Keys)
-
-
-def _checked(model: type[K], table: str, values: Mapping[str, object], faults: list[Fault]) -> K | None:
-    """The table as a model, or None and its faults added to `faults`."""
-    try:
-        return model.model_validate(dict(values))
-    except ValidationError as error:
-        details = error.errors(include_url=False)
+def _checked(
+    known: _Keys, table: str, given: Mapping[str, Any], faults: list[Fault]
+) -> dict[str, Any] | None:
+    """Take the numbers of a table, defaults for keys that are left out; None, with its faults added to
+    `faults`, where there are any."""
+    unknown = [key for key in given if key not in known]
     # A misspelt key is one mistake, not an unknown key and a missing one.
-    meant = {_guess(str(d["loc"][0]), model.model_fields) for d in details if d["type"] == "extra_forbidden"}
-    faults += [_translated(table, d) for d in details if d["type"] != "missing" or d["loc"][0] not in meant]
-    return None
+    meant = {_guess(key, known) for key in unknown}
+    values: dict[str, Any] = {}
+    found: list[Fault] = []
+    for key, (limit, default) in known.items():
+        values[key] = given.get(key, default)
+        if key in given and (text := number_fault(values[key], limit)):
+            found.append(Fault(table, key, text))
+        elif values[key] is MISSING and key not in meant:
+            found.append(Fault(table, key, _MISSING))
+    found += [_unknown(table, key, given[key]) for key in unknown]
+    faults += found
+    return None if found else values
 
 
 def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Fault]) -> Member | None:
-    """A member with what it takes over from [tool], whose own faults are reported elsewhere."""
+    """Read a member with what it takes over from [tool], whose own faults are reported elsewhere."""
     own, shared = tables[name], tables.get("tool", {})
-    inherited = {key: shared[key] for key in _ToolKeys.model_fields if key in shared and key not in own}
+    inherited = {key: shared[key] for key in _TOOL if key in shared and key not in own}
     found: list[Fault] = []
-    keys = _checked(_MemberKeys, name, inherited | own, found)
-    if keys is None:
-        faults += [fault for fault in found if fault.key in own or fault.key not in _ToolKeys.model_fields]
+    values = _checked(_MEMBER, name, inherited | own, found)
+    if values is None:
+        faults += [fault for fault in found if fault.key in own or fault.key not in _TOOL]
         return None
-    values, names = keys.model_dump(), {field.name for field in fields(Tool)}
+    names = {field.name for field in fields(Tool)}
     tool = {key: values.pop(key) for key in tuple(values) if key.removesuffix("_deg") in names}
     member = from_degrees(Member, tool=from_degrees(Tool, **tool), **values)
     for fault in member_faults(name, member):
@@ -154,7 +132,7 @@ def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Faul
 
 
 def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, dict[str, Any]]:
-    """The tables of a file as far as they are tables; all else is a fault."""
+    """Read the tables of a file as far as they are tables; all else is a fault."""
     unknown = [name for name in data if name not in _TABLES]
     faults += [_unknown("", name, data[name]) for name in unknown]
     meant = {_guess(name, _TABLES) for name in unknown}
@@ -171,7 +149,7 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
 
 
 def parse_design(text: str, source: str = "design") -> Design:
-    """The design written in `text`, TOML in mm and degrees; `source` leads the error messages.
+    """Read the design written in `text`, TOML in mm and degrees; `source` leads the error messages.
 
     Raises DesignError with every fault found."""
     try:
@@ -182,18 +160,18 @@ def parse_design(text: str, source: str = "design") -> Design:
     tables = _read_tables(data, faults)
     if "tool" in tables:
         members = [tables[name] for name in ("pinion", "gear") if name in tables]
-        supplied = {key for key in _ToolKeys.model_fields if members and all(key in own for own in members)}
+        supplied = {key for key in _TOOL if members and all(key in own for own in members)}
         found: list[Fault] = []
-        _checked(_ToolKeys, "tool", tables["tool"], found)
+        _checked(_TOOL, "tool", tables["tool"], found)
         faults += [fault for fault in found if fault.text != _MISSING or fault.key not in supplied]
     pinion, gear = (
         _read_member(name, tables, faults) if name in tables else None for name in ("pinion", "gear")
     )
     pair = errors = None
-    if "pair" in tables and (keys := _checked(_PairKeys, "pair", tables["pair"], faults)):
-        pair = from_degrees(Pair, **keys.model_dump())
-    if "errors" in tables and (error_keys := _checked(_ErrorKeys, "errors", tables["errors"], faults)):
-        errors = from_degrees(Errors, **error_keys.model_dump())
+    if "pair" in tables and (values := _checked(_TABLES["pair"], "pair", tables["pair"], faults)):
+        pair = from_degrees(Pair, **values)
+    if "errors" in tables and (values := _checked(_ERRORS, "errors", tables["errors"], faults)):
+        errors = from_degrees(Errors, **values)
     if pinion and gear:
         faults += mesh_faults(pinion, gear)
     if pair and errors:
@@ -246,7 +224,7 @@ def read_design(path: str | os.PathLike[str]) -> Design:
 
 
 def builtin_text(name: str = BUILTIN) -> str:
-    """Text of the built-in design file, as a start for one's own. Raises DesignError."""
+    """Give the text of the built-in design file, as a start for one's own. Raises DesignError."""
     if name != BUILTIN:
         raise DesignError([f"there is no built-in design {shown_value(name)}: there is '{BUILTIN}'"])
     return (resources.files(__package__) / "designs" / f"{name}.toml").read_text(encoding="utf-8")
@@ -296,10 +274,10 @@ def override(
     }
     faults: list[Fault] = []
     changes: dict[str, dict[str, Any]] = {}
-    for table, model in (("errors", _ErrorKeys), ("pinion", _ParabolaKeys), ("gear", _ParabolaKeys)):
+    for table, known in (("errors", _ERRORS), ("pinion", _PARABOLA), ("gear", _PARABOLA)):
         own = {key: value for (home, key, _), value in given.items() if home == table and value is not None}
-        keys = _checked(model, table, own, faults)
-        changes[table] = keys.model_dump(exclude_unset=True) if keys else {}
+        values = _checked(known, table, own, faults) or {}
+        changes[table] = {key: value for key, value in values.items() if key in own}
     changed = design.with_errors(replace(design.errors, **in_radians("Errors", changes["errors"])))
     changed = changed.with_parabola(changes["pinion"].get("parabola"), changes["gear"].get("parabola"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):

@@ -31,17 +31,17 @@ MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 de
 
 
 def in_degrees(angle: Any) -> float:
-    """Degrees for a message, free of the rounding of the way to rad and back."""
+    """Give degrees for a message, free of the rounding of the way to rad and back."""
     return float(f"{math.degrees(angle):.6g}")
 
 
 def outside(table: str, key: str, limit: str, value: object, cure: str) -> Fault:
-    """A key whose value is outside its limit ('be between ...')."""
+    """Refuse a key whose value is outside its limit ('be between ...')."""
     return Fault(table, key, refused(limit, value, cure))
 
 
 def parabola_limit(member: Member) -> float:
-    """Largest magnitude of the parabola coefficient (1/mm) that `member` can be cut with.
+    """Find the largest magnitude of the parabola coefficient (1/mm) that `member` can be cut with.
 
     Over the height h = max(addendum, dedendum) m_n either side of the tool's reference line
     the local pressure angle alpha - tau, tan(tau) = 2 a l, must stay 1 deg above the angle at
@@ -62,7 +62,7 @@ def parabola_limit(member: Member) -> float:
 
 
 def member_faults(name: str, member: Member) -> Iterator[Fault]:
-    """What joins several keys of one member, each within its own limits."""
+    """Find what joins several keys of one member, each within its own limits."""
     tool, alpha = member.tool, float(member.tool.normal_pressure_angle)
     most = parabola_limit(member)
     if most <= 0.0:
@@ -88,7 +88,7 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
 
 
 def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
-    """What keeps two members from running together."""
+    """Find what keeps two members from running together."""
     first, second = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
     if fault := base_pitch_fault((first, second), SAME_PITCH, "_deg", "gear", "[pinion]"):
         yield fault
@@ -100,7 +100,7 @@ def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
 
 
 def layout_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
-    """Assembly errors that leave no layout."""
+    """Refuse assembly errors that leave no layout."""
     if abs(float(errors.offset)) > (half := 0.5 * float(pair.offset)):
         limit = f"be between -{half:g} and {half:g} mm, half the offset"
         yield outside(
@@ -114,7 +114,7 @@ def layout_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
 
 
 def radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
-    """Angles within their limits that fit together only if some were given in rad."""
+    """Refuse angles within their limits that fit together only if some were given in rad."""
     keys = ("pinion", "helix_angle_deg"), ("gear", "helix_angle_deg"), ("pair", "shaft_angle_deg")
     given = float(pinion.helix_angle), float(gear.helix_angle), float(pair.shaft_angle)
     scale, cones = 180.0 / math.pi, (float(pinion.cone_angle), float(gear.cone_angle))

@@ -29,8 +29,8 @@ ROUNDED_PITCH = 1e-4
 
 
 def unchecked(given: T, **values: Any) -> T:
-    """The tool, member, pair or errors `given` with other values, float64 each, that are not checked: they
-    were made of checked ones, and may pass the limits of those that users give."""
+    """Give the tool, member, pair or errors `given` with other values, float64 each, that are not checked:
+    they were made of checked ones, and may pass the limits of those that users give."""
     made = object.__new__(type(given))
     vars(made).update(vars(given), **values)
     return made
@@ -195,11 +195,11 @@ class Design:
                     yield value
 
     def stacked_members(self) -> Member:
-        """Pinion and gear as one batched member, as in `stacked`."""
+        """Stack pinion and gear as one batched member, as in `stacked`."""
         return stacked(self.pinion, self.gear, self.batch_shape)
 
     def with_parabola(self, pinion: Quantity | None = None, gear: Quantity | None = None) -> Design:
-        """The same design with other parabola coefficients (1/mm)."""
+        """Give the same design with other parabola coefficients (1/mm)."""
         given = ("pinion", self.pinion, pinion), ("gear", self.gear, gear)
         members: dict[str, Any] = {
             name: replace(member, tool=replace(member.tool, parabola=parabola))
@@ -209,12 +209,12 @@ class Design:
         return replace(self, **members)
 
     def with_errors(self, errors: Errors) -> Design:
-        """The same design under other assembly errors."""
+        """Give the same design under other assembly errors."""
         return replace(self, errors=errors)
 
 
 def stacked(pinion: Member, gear: Member, shape: tuple[int, ...] = ()) -> Member:
-    """Two members as one batched member: every quantity has shape (2, cases, 1), the batch axes `shape`
+    """Stack two members as one batched member: every quantity has shape (2, cases, 1), the batch axes `shape`
     in one, ready to broadcast with flank parameters (2, cases, positions)."""
 
     def both(first: Quantity, second: Quantity) -> FloatArray:

@@ -55,7 +55,7 @@ CONVENTIONS = (
 
 
 def identifier(name: str) -> str:
-    """The name of a part or set as files have it: 'right flank' is right_flank."""
+    """Give the name of a part or set as files have it: 'right flank' is right_flank."""
     return "_".join(name.split())
 
 

@@ -68,7 +68,7 @@ def _array(kind: Any, values: Sequence[Any]) -> Any:
 
 
 def _knots(knots: FloatArray, poles: int) -> tuple[Any, Any, int]:
-    """Knots, multiplicities and degree as the kernel takes them."""
+    """Find knots, multiplicities and degree as the kernel takes them."""
     distinct, counts = np.unique(knots, return_counts=True)
     lengths = _array(Array1_double, distinct.tolist())
     return lengths, _array(Array1_int, counts.tolist()), len(knots) - poles - 1
@@ -144,7 +144,7 @@ def _placed_net(strip: Strip, net: Net) -> _Placed:
 
 
 def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
-    """A strip of a cone or cylinder. Angles count from its far side, so that nothing crosses the
+    """Place a strip of a cone or cylinder. Angles count from its far side, so that nothing crosses the
     seam; the axis points to where the cone widens, as STEP knows no other cones. Both turn the
     other way round: the cone's angle where it narrows towards the heel, the arcs' in a bore."""
     angles = np.concatenate((strip.first.angle, strip.last.angle))
@@ -191,7 +191,7 @@ def _wire(builder: BRep_Builder, edges: Sequence[TopoDS_Edge], forward: Sequence
 
 
 def _face_of(builder: BRep_Builder, placed: _Placed, edges: Sequence[TopoDS_Edge]) -> TopoDS_Face:
-    """The face of a strip between its edges at toe, last trace, heel and first trace."""
+    """Give the face of a strip between its edges at toe, last trace, heel and first trace."""
     face = TopoDS_Face()
     builder.MakeFace(face, placed.surface, PRECISION)
     for edge, curve in zip(edges, placed.in_surface, strict=True):
@@ -204,7 +204,7 @@ def _face_of(builder: BRep_Builder, placed: _Placed, edges: Sequence[TopoDS_Edge
 def _loop_faces(
     builder: BRep_Builder, loop: Sequence[Strip]
 ) -> tuple[list[TopoDS_Face], tuple[TopoDS_Wire, TopoDS_Wire]]:
-    """The faces of a closed loop of strips and the wires that bound it at toe and heel."""
+    """Give the faces of a closed loop of strips and the wires that bound it at toe and heel."""
     corners = [[_vertex(builder, strip.first.points[end]) for end in (0, -1)] for strip in loop]
     traces = [
         _edge(builder, _curve(strip.first.knots, strip.first.points), (0.0, 1.0), ends)
@@ -225,7 +225,7 @@ def _loop_faces(
 
 
 def solid_of(loops: Sequence[Sequence[Strip]]) -> tuple[TopoDS_Solid, list[tuple[str, TopoDS_Face]]]:
-    """The solid between two planes bounded by closed loops of strips, the outer one first, and its
+    """Give the solid between two planes bounded by closed loops of strips, the outer one first, and its
     faces with their names."""
     builder = BRep_Builder()
     named: list[tuple[str, TopoDS_Face]] = []
@@ -273,7 +273,7 @@ def write_solid(loops: Sequence[Sequence[Strip]], name: str, path: Path) -> None
 
 
 def _document(name: str, solid: TopoDS_Solid, named: Sequence[tuple[str, TopoDS_Face]]) -> TDocStd_Document:
-    """The solid as a product of that name, its faces coloured."""
+    """Give the solid as a product of that name, its faces coloured."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     shapes, colours = (
         tool(document.Main()) for tool in (XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s)
@@ -288,7 +288,7 @@ def _document(name: str, solid: TopoDS_Solid, named: Sequence[tuple[str, TopoDS_
 
 @contextmanager
 def quiet_kernel() -> Iterator[None]:
-    """Keeps the kernel from reporting its progress on standard output."""
+    """Keep the kernel from reporting its progress on standard output."""
     messenger = Message.DefaultMessenger_s()
     printers = list(messenger.Printers())
     messenger.ChangePrinters().Clear()
@@ -300,7 +300,7 @@ def quiet_kernel() -> Iterator[None]:
 
 
 def _sign(model: Any, name: str) -> None:
-    """Says what is in the file and what wrote it."""
+    """Say what is in the file and what wrote it."""
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(_text(name))
     header.SetOriginatingSystem(_text("beveloid-geom"))

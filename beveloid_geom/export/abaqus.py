@@ -17,10 +17,10 @@ import numpy as np
 from ..arrays import FloatArray
 from ..export import CONVENTIONS, identifier
 from ..shapes.elements import Indices, VolumeMesh
+from ..shapes.hexahedra import ELEMENTS
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG
 
-ELEMENT_NODES = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 FIXED_SETS = ("bore", "first side", "last side")
 """Where the body is cut from its shaft and from the rest of the gear: all held."""
 PER_LINE = 12
@@ -37,12 +37,12 @@ class LoadCase:
 
 
 def nearest_node(mesh: VolumeMesh, point: FloatArray) -> int:
-    """Index of the mesh point nearest to `point` (3,), mm."""
+    """Find the index of the mesh point nearest to `point` (3,), mm."""
     return int(np.argmin(((mesh.points - point) ** 2).sum(axis=-1)))
 
 
 def fixed_nodes(mesh: VolumeMesh, case: LoadCase) -> Indices:
-    """Sorted unique indices of all points that are held.
+    """Find the sorted unique indices of all points that are held.
 
     Raises ValueError if the load acts on one of them: its reaction would not be seen."""
     held = np.unique(np.concatenate([mesh.node_sets[name] for name in case.fixed]))
@@ -56,9 +56,9 @@ def write_deck(
 ) -> None:
     """Write a mesh with its sets, and with a `case` a deck that CalculiX runs as it is.
 
-    `element` is one of ELEMENT_NODES; each line of `comment` goes into the header. Raises
+    `element` is one of `hexahedra.ELEMENTS`; each line of `comment` goes into the header. Raises
     ValueError if the element has another number of nodes than the mesh."""
-    if ELEMENT_NODES.get(element) != mesh.hexahedra.shape[1]:
+    if ELEMENTS.get(element) != mesh.hexahedra.shape[1]:
         raise ValueError(f"a mesh with {mesh.hexahedra.shape[1]} nodes an element is not one of {element}")
     parts: list[Iterable[str]] = [_header(comment), _mesh(mesh, element), _sets(mesh)]
     if case is not None:
@@ -83,7 +83,7 @@ def _mesh(mesh: VolumeMesh, element: str) -> Iterator[str]:
 
 
 def _lines(numbers: Sequence[int]) -> str:
-    """Numbers with commas between; a line that goes on ends with one."""
+    """Write numbers with commas between; a line that goes on ends with one."""
     rows = [numbers[start : start + PER_LINE] for start in range(0, len(numbers), PER_LINE)]
     return ",\n".join(", ".join(map(str, row)) for row in rows) + "\n"
 

@@ -5,8 +5,7 @@ functions of the face: its equivalent nodal forces are N_i F. They add up to F, 
 moment is that of F at x. The pressure on the ellipse of contact is many such forces, all along the
 normal of the contact, on a grid that is symmetric about it and finer than the faces: their
 resultant is the whole force at the contact, whatever the mesh. Where the ellipse is smaller than a
-face, its nodes take it all. Shape functions: bilinear with 4 nodes, serendipity with 8 (Zienkiewicz,
-Taylor, Zhu, The Finite Element Method, ch. 4).
+face, its nodes take it all.
 
 An ellipse that reaches past the flank is cut at its edges, and as much on the opposite side, for
 the resultant to stay where it is; the rest carries the force. It is the part on the flank of the
@@ -23,11 +22,9 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..shapes.elements import Indices, VolumeMesh, face_nodes
+from ..shapes.elements import Indices, VolumeMesh, face_nodes, shape_functions
 from .material import POISSON, YOUNG
 
-FACE_CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-"""Isoparametric coordinates of a face's corners; its mid-side nodes follow them."""
 CANDIDATES = 16
 """Faces, by their centres, among which that of a point is looked for."""
 INSIDE = 1e-9
@@ -79,27 +76,6 @@ class ContactLoad:
         return f"Hertz's pressure on an ellipse of {size}, {self.ellipse.pressure:.0f} MPa at most"
 
 
-def shape_functions(size: int, parameter: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions (..., size) of a face with 4 or 8 nodes and their derivatives (..., size, 2)
-    at isoparametric coordinates (..., 2)."""
-    x, y = parameter[..., :1], parameter[..., 1:]
-    a, b = FACE_CORNERS.T
-    p, q = 1.0 + a * x, 1.0 + b * y
-    if size == 4:
-        return 0.25 * p * q, 0.25 * np.stack((a * q, b * p), axis=-1)
-    corner = 0.25 * p * q * (p + q - 3.0)
-    corner_x = 0.25 * a * q * (2.0 * p + q - 3.0)
-    corner_y = 0.25 * b * p * (p + 2.0 * q - 3.0)
-    below, right, above, left = 1.0 - y, 1.0 + x, 1.0 + y, 1.0 - x
-    bulge_x, bulge_y = 1.0 - x * x, 1.0 - y * y
-    middle = (bulge_x * below, right * bulge_y, bulge_x * above, left * bulge_y)
-    middle_x = (-2.0 * x * below, bulge_y, -2.0 * x * above, -bulge_y)
-    middle_y = (-bulge_x, -2.0 * y * right, bulge_x, -2.0 * y * left)
-    values, by_x, by_y = (0.5 * np.concatenate(part, axis=-1) for part in (middle, middle_x, middle_y))
-    slopes = np.stack((np.concatenate((corner_x, by_x), -1), np.concatenate((corner_y, by_y), -1)), axis=-1)
-    return np.concatenate((corner, values), axis=-1), slopes
-
-
 @dataclass(frozen=True, eq=False)
 class _Sight:
     """A surface seen along the normal of a contact: `corners` (f, 4 or 8, 3) of its faces, mm, by the
@@ -120,8 +96,8 @@ class _Sample:
 
 
 def contact_load(mesh: VolumeMesh, surface: str, place: ContactPlace, force: float) -> ContactLoad:
-    """The `force` (N) against the normal of a contact, on the named surface of one tooth of steel
-    pressed against another.
+    """Find the nodal forces of a `force` (N) against the normal of a contact, on the named surface of one
+    tooth of steel pressed against another.
 
     Raises ValueError where the contact is not on that surface, where the flanks cut each other beside
     it, or where a number is not finite."""
@@ -147,7 +123,7 @@ def _seen(corners: FloatArray, place: ContactPlace) -> _Sight:
 
 
 def _gap(sight: _Sight, surface: str, place: ContactPlace) -> float:
-    """Height (mm) of the mesh over the contact. Raises ValueError where it has no face there."""
+    """Find the height (mm) of the mesh over the contact. Raises ValueError where it has no face there."""
     face, parameter = _located(sight, np.zeros((1, 2)))
     if face[0] >= 0:
         corners = sight.corners[face[0]]
@@ -160,7 +136,7 @@ def _gap(sight: _Sight, surface: str, place: ContactPlace) -> float:
 
 
 def _pressed(sight: _Sight, curvature: FloatArray, force: float) -> tuple[HertzEllipse, _Sample]:
-    """The ellipse whose part on the surface carries the force, and the pressure there."""
+    """Give the ellipse whose part on the surface carries the force, and the pressure there."""
     from scipy.optimize import brentq
 
     modulus = contact_modulus(YOUNG, POISSON)
@@ -181,7 +157,7 @@ def _pressed(sight: _Sight, curvature: FloatArray, force: float) -> tuple[HertzE
 
 
 def _sampled(sight: _Sight, ellipse: HertzEllipse, per_face: int) -> _Sample:
-    """The pressure on a grid of the places that are on the surface with those opposite."""
+    """Give the pressure on a grid of the places that are on the surface with those opposite."""
     half = np.minimum(ellipse.semi_axes, np.abs(sight.corners[..., :2]).max(axis=(0, 1)))
     step = np.ptp(sight.corners[..., :2], axis=1).min(axis=0)
     counts = np.clip(np.ceil(2.0 * half * per_face / step), FEWEST, MOST)
@@ -197,7 +173,7 @@ def _sampled(sight: _Sight, ellipse: HertzEllipse, per_face: int) -> _Sample:
 
 
 def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:
-    """Which face (n,) is seen at each of the `places` (n, 2), -1 for none, and where on it (n, 2)."""
+    """Find which face (n,) is seen at each of the `places` (n, 2), -1 for none, and where on it (n, 2)."""
     count = min(CANDIDATES, len(sight.corners))
     _, near = sight.tree.query(places, k=np.arange(1, count + 1))
     face, parameter = np.full(len(places), -1), np.zeros((len(places), 2))
@@ -210,8 +186,8 @@ def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:
 
 
 def _parameters(corners: FloatArray, places: FloatArray) -> FloatArray:
-    """Isoparametric coordinates (k, 2) of places (k, 2) on faces (k, size, 2) of the plane, by Newton's
-    method; of a face far from the place any that are outside, or NaN."""
+    """Find the isoparametric coordinates (k, 2) of places (k, 2) on faces (k, size, 2) of the plane, by
+    Newton's method; of a face far from the place any that are outside, or NaN."""
     parameter = np.zeros_like(places)
     with np.errstate(invalid="ignore", divide="ignore"):
         for _ in range(20):

@@ -38,7 +38,7 @@ UNKNOWN_MEMORY = 2**33
 
 
 def memory_limit() -> int:
-    """Bytes that a surface may take: half of this machine's memory."""
+    """Find how many bytes a surface may take: half of this machine's memory."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
     except (AttributeError, ValueError, OSError):  # not on every system
@@ -65,7 +65,7 @@ def gear_surface(
     teeth: int | None = None,
     bore_radius: float | None = None,
 ) -> SurfaceMesh:
-    """A whole gear, or `teeth` neighbouring teeth, as triangles within `tolerance` (mm).
+    """Mesh a whole gear, or `teeth` neighbouring teeth, as triangles within `tolerance` (mm).
 
     For a format that holds fields: exact normals, the surfaces apart at their edges, and the cell
     field 'part' (0 ... as `surface_mesh.gear_mesh` names them). For the others: closed, each point there
@@ -81,7 +81,7 @@ def gear_surface(
 
 
 def pair_surface(design: Design, pose: MeshingPair, suffix: str, tolerance: float) -> SurfaceMesh:
-    """Both gears in S_f, with the cell fields 'member' (0 pinion, 1 gear), 'pinion' and 'gear' (1 on its
+    """Mesh both gears in S_f, with the cell fields 'member' (0 pinion, 1 gear), 'pinion' and 'gear' (1 on its
     faces, 0 on the other's)."""
     surfaces = []
     for number, (member, frame) in enumerate(zip(design.members, pose.frames, strict=True)):
@@ -94,14 +94,14 @@ def pair_surface(design: Design, pose: MeshingPair, suffix: str, tolerance: floa
 
 
 def flank_surface(grid: FlankGrid, fields: dict[str, FloatArray]) -> SurfaceMesh:
-    """The active flank of tooth 0 with its exact normals and `fields` on its points."""
+    """Mesh the active flank of tooth 0 with its exact normals and `fields` on its points."""
     points, normals = grid.points.reshape(-1, 3), grid.normals.reshape(-1, 3)
     flat = {name: values.reshape(-1) for name, values in fields.items()}
     return SurfaceMesh(points, grid_faces(grid.points, grid.normals), {"normals": normals, **flat}, {})
 
 
 def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
-    """Least separation (nl, nz), mm, of the flank over the mesh of one tooth pair, as
+    """Find the least separation (nl, nz), mm, of the flank over the mesh of one tooth pair, as
     `contact_pattern` finds it: below its thickness marking compound is left. NaN without a mate."""
     operation = first_contact_operation(design, pose.flank)
     rolls = sampled_rolls(design, operation)
@@ -111,7 +111,7 @@ def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGri
 
 
 def separation_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
-    """Distance (nl, nz), mm, of the other member's flank along its normal, in the middle of the path
+    """Find the distance (nl, nz), mm, of the other member's flank along its normal, in the middle of the path
     of contact; NaN where it has no flank opposite."""
     found = separation(design, pose.flank, member, grid.l, grid.z, *pose.roll)
     return np.where(found.inside, found.distance, np.nan)
@@ -127,7 +127,7 @@ FIELDS: dict[str, Callable[[Design, MeshingPair, int, FlankGrid], FloatArray]] =
 def flank_part(
     design: Design, member: int, flank: str, tolerance: float, pose: MeshingPair | None, names: Sequence[str]
 ) -> SurfaceMesh:
-    """A flank with the named `FIELDS`, which need the `pose`. Raises ValueError as `sample_flank`
+    """Mesh a flank with the named `FIELDS`, which need the `pose`. Raises ValueError as `sample_flank`
     does, and where memory would not suffice."""
     require_memory(lambda trial: sample_flank(design.members[member], flank, trial).l.size, tolerance)
     grid = sample_flank(design.members[member], flank, tolerance)
@@ -138,8 +138,8 @@ def flank_part(
 def contact_case(
     mesh: VolumeMesh, design: Design, pose: MeshingPair, member: int, force: float, tooth: int = 0
 ) -> LoadCase:
-    """`force` (N) along the inward normal of the flank, as the pressure of the contact in the middle of
-    the path as it is when this `tooth` has come there; the displacement is observed at the tip edge of
+    """Load a flank with the `force` (N) along its inward normal, as the pressure of the contact in the middle
+    of the path as it is when this `tooth` has come there; the displacement is observed at the tip edge of
     the tooth's opposite flank, at mid-face.
 
     Raises ValueError where the mesh has no face there, and where the flanks cut each other beside it."""

@@ -25,13 +25,13 @@ LIBRARIES = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
 def write_step(
     member: Member,
     path: Path | str,
-    teeth: Sequence[int] | None = None,
+    tooth_numbers: Sequence[int] | None = None,
     bore_radius: float | None = None,
     name: str = "gear",
 ) -> None:
-    """Write the whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), as one solid in
-    the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None. The
-    product has the `name`, with the number of teeth where they are not all.
+    """Write the whole gear, or the neighbouring teeth of the `tooth_numbers` (0 is at angle 0), as one
+    solid in the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None. The
+    product has the `name`, with the count of teeth where they are not all.
 
     Part of a gear is cut in the middle of the tooth spaces beside it. Raises ValueError for an
     undercut member, a pointed tooth, a pointed tool, a bore out of its limits, teeth that are no
@@ -41,7 +41,7 @@ def write_step(
         import OCP  # noqa: F401
 
         from ._brep import write_solid
-    loops = gear_loops(member, teeth, bore_radius)
+    loops = gear_loops(member, tooth_numbers, bore_radius)
     count, total = sum(strip.name == "tip" for strip in loops[0]), int(member.teeth)
     with whole_file(Path(path)) as unfinished:
         write_solid(loops, name if count == total else f"{name}, {count} of {total} teeth", unfinished)
@@ -49,7 +49,7 @@ def write_step(
 
 @contextmanager
 def _kernel_errors() -> Iterator[None]:
-    """Says how to install what is not there, the bindings or the system's libraries under them.
+    """Say how to install what is not there, the bindings or the system's libraries under them.
 
     An interrupt that the kernel's bindings met while they were imported, and turned into an ImportError,
     becomes one again."""

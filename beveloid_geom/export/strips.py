@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import ceil, cos, pi, sin, tan
+from math import ceil, pi, tan
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,10 +20,10 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.field_limits import shown_value
 from ..design.model import Member
-from ..gear.fillet import bottom_point, fillet_point, tool_round
-from ..gear.flank import flank_point, tip_parameter, tip_radius, trace_parameter
-from ..gear.rack import reference_radius
+from ..gear.fillet import bottom_point, fillet_point, root_radius, tool_round
+from ..gear.flank import tip_radius, turned
 from ..gear.undercut import require_sound
+from ..shapes.sampling import flank_sheet
 from ..shapes.solid import bore_of
 
 Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
@@ -97,15 +97,15 @@ class _Tooth:
 
 
 def gear_loops(
-    member: Member, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+    member: Member, tooth_numbers: Sequence[int] | None = None, bore_radius: float | None = None
 ) -> list[list[Strip]]:
-    """The faces of a gear between toe and heel, as closed loops: outline and bore of a whole gear,
-    or the one loop round some neighbouring `teeth` (numbers; 0 is at angle 0). Part of a gear is
-    cut in the middle of the tooth spaces beside it, radially down to the bore.
+    """Make the faces of a gear between toe and heel, as closed loops: outline and bore of a whole gear, or
+    the one loop round the neighbouring teeth of some `tooth_numbers` (0 is at angle 0). Part of a gear is
+    cut in the middle of the tooth spaces beside it, radially down to the `bore_radius` (mm).
 
     Raises ValueError for an undercut member, a pointed tooth, a pointed tool, a bore out of
     its limits, teeth that are no neighbours and a tooth that winds round the gear."""
-    numbers = _tooth_numbers(member, teeth)
+    numbers = _numbers_of(member, tooth_numbers)
     require_sound(member)
     cut, bore, pitch = _cut_tooth(member), bore_of(member, bore_radius), 2.0 * pi / float(member.teeth)
     space = Strip("bottom", cut.strips[-1].last, _turned(cut.strips[0].first, pitch), cut.root)
@@ -125,23 +125,14 @@ def gear_loops(
     return loops
 
 
-def _tooth_numbers(member: Member, teeth: Sequence[int] | None) -> list[int]:
+def _numbers_of(member: Member, given: Sequence[int] | None) -> list[int]:
+    """List the teeth, all of them unless `given`. Raises ValueError unless they are neighbours."""
     total = int(member.teeth)
-    numbers = list(range(total)) if teeth is None else [int(number) for number in teeth]
+    numbers = list(range(total)) if given is None else [int(number) for number in given]
     if not 0 < len(numbers) <= total or np.any(np.diff(numbers) != 1):
-        text = f"teeth must be 1 to {total} neighbours in rising order, got {shown_value(numbers)}"
+        text = f"tooth_numbers must be 1 to {total} neighbours in rising order, got {shown_value(numbers)}"
         raise ValueError(f"{text}: number them as in 0, 1, 2")
     return numbers
-
-
-def _root_cone(member: Member) -> Revolved:
-    tool, gamma = member.tool, float(member.cone_angle)
-    depth = float(tool.normal_module) * (float(tool.dedendum) / cos(gamma) - float(member.profile_shift))
-    return Revolved(float(reference_radius(member)) - depth, tan(gamma))
-
-
-def _tip_cone(member: Member) -> Revolved:
-    return Revolved(float(tip_radius(member, 0.0)), tan(float(member.cone_angle)))
 
 
 def _knots(spans: int) -> FloatArray:
@@ -149,7 +140,7 @@ def _knots(spans: int) -> FloatArray:
 
 
 def _nodes(knots: FloatArray) -> FloatArray:
-    """The points at which a B-spline is made to agree: Greville's, the means of `DEGREE` knots."""
+    """Find the points at which a B-spline is made to agree: Greville's, the means of `DEGREE` knots."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=-1))
 
 
@@ -161,7 +152,7 @@ def _poles(knots: FloatArray, values: FloatArray, axis: int = 0) -> FloatArray:
 
 
 def _fitted_knots(values: Callable[[FloatArray], FloatArray], fit: float) -> FloatArray:
-    """The shortest knots for which B-splines through `values` (n, ...) keep to them within `fit`."""
+    """Give the shortest knots for which B-splines through `values` (n, ...) keep to them within `fit`."""
     from scipy.interpolate import BSpline
 
     for spans in SPANS:
@@ -176,22 +167,19 @@ def _fitted_knots(values: Callable[[FloatArray], FloatArray], fit: float) -> Flo
 
 
 def _flank_place(member: Member, flank: str) -> Place:
-    half, joint = 0.5 * float(member.face_width), tool_round(member.tool, flank).joint
+    """Find the exact flank from its joint with the fillet to its tip."""
+    sheet = flank_sheet(member, flank, tool_round(member.tool, flank).joint)
 
     def place(s: Any, t: FloatArray) -> FloatArray:
-        z, s = half * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
-        tip = tip_parameter(member, flank, z)
-        if np.any(np.isnan(tip)):
-            text = f"the {flank} flank does not reach its tip cone"
-            raise ValueError(f"{text}: reduce the addendum or the shift")
-        l = joint + s * (tip - joint)
-        return flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+        z, s = sheet.half_width * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
+        low = sheet.lower(z)
+        return sheet.place(low + s * (sheet.upper(z) - low), z)[0]
 
     return place
 
 
 def _fillet_place(member: Member, flank: str) -> Place:
-    """The exact fillet; s is even in log(tan(angle / 2)), of which sine and cotangent of the
+    """Give the exact fillet; s is even in log(tan(angle / 2)), of which sine and cotangent of the
     angle are smoother functions than of the angle itself."""
     half, joint = 0.5 * float(member.face_width), tool_round(member.tool, flank).angle
 
@@ -204,7 +192,7 @@ def _fillet_place(member: Member, flank: str) -> Place:
 
 
 def _places(member: Member) -> dict[str, Place]:
-    """Fillets and flanks of tooth 0 in the order of its section, s and they from left to right."""
+    """Find fillets and flanks of tooth 0 in the order of its section, s and they from left to right."""
     return {
         "left fillet": _fillet_place(member, "left"),
         "left flank": _flank_place(member, "left"),
@@ -214,7 +202,7 @@ def _places(member: Member) -> dict[str, Place]:
 
 
 def _trace(knots: FloatArray, points: FloatArray) -> Trace:
-    """The line through points (n, 3) at the nodes of its knots."""
+    """Give the line through points (n, 3) at the nodes of its knots."""
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     angle -= 2.0 * pi * np.round(np.median(angle) / (2.0 * pi))
     poles = _poles(knots, points)
@@ -232,11 +220,12 @@ def _net(place: Place, first: Trace, last: Trace) -> Net:
 
 
 def _cut_tooth(member: Member) -> _Tooth:
-    """Tooth 0 as B-splines. Raises ValueError for a pointed tooth."""
+    """Fit tooth 0 by B-splines. Raises ValueError for a pointed tooth."""
     places, pitch = _places(member), 2.0 * pi / float(member.teeth)
     lines = [(place, s) for place in places.values() for s in PROBES]
     knots = _fitted_knots(lambda t: np.stack([place(s, t) for place, s in lines], axis=1), FIT_OF_TRACES)
-    t, tip, root = _nodes(knots), _tip_cone(member), _root_cone(member)
+    t, taper = _nodes(knots), tan(float(member.cone_angle))
+    tip, root = (Revolved(float(radius(member, 0.0)), taper) for radius in (tip_radius, root_radius))
     starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
     left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
     if np.any((right_tip.angle - left_tip.angle) * tip.radius < NARROW):
@@ -254,29 +243,24 @@ def _cut_tooth(member: Member) -> _Tooth:
 
 
 def _middle(member: Member, knots: FloatArray) -> Trace:
-    """The middle of the tooth space after tooth 0 on the bottom land."""
+    """Give the middle of the tooth space after tooth 0 on the bottom land."""
     z = 0.5 * float(member.face_width) * (2.0 * _nodes(knots) - 1.0)
     return _trace(knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0])
 
 
 def _turned(trace: Trace, angle: float) -> Trace:
-    return Trace(trace.knots, _turned_points(trace.points, angle), trace.angle + angle)
-
-
-def _turned_points(points: FloatArray, angle: float) -> FloatArray:
-    x, y, z = np.moveaxis(points, -1, 0)
-    return np.stack((x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle), z), axis=-1)
+    return Trace(trace.knots, turned(angle, *np.moveaxis(trace.points, -1, 0)), trace.angle + angle)
 
 
 def _turned_strip(strip: Strip, angle: float, tooth: int) -> Strip:
     surface = strip.surface
     if isinstance(surface, Net):
-        surface = Net(surface.knots, _turned_points(surface.poles, angle))
+        surface = Net(surface.knots, turned(angle, *np.moveaxis(surface.poles, -1, 0)))
     return Strip(strip.name, _turned(strip.first, angle), _turned(strip.last, angle), surface, tooth)
 
 
 def _whole_bore(member: Member, radius: float) -> list[Strip]:
-    """The bore of a whole gear as two halves, which run with the clock."""
+    """Give the bore of a whole gear as two halves, which run with the clock."""
     half = 0.5 * float(member.face_width)
     line = Trace(STRAIGHT, np.array([[radius, 0.0, -half], [radius, 0.0, half]]), np.zeros(2))
     traces = [_turned(line, -pi * i) for i in range(3)]
@@ -284,7 +268,7 @@ def _whole_bore(member: Member, radius: float) -> list[Strip]:
 
 
 def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], total: int, bore: float) -> list[Strip]:
-    """The loop round some teeth whose strips, with the spaces after them, are `outline`."""
+    """Give the loop round some teeth whose strips, with the spaces after them, are `outline`."""
     pitch = 2.0 * pi / total
     start, end = (_turned(cut.middle, number * pitch) for number in (numbers[0] - 1, numbers[-1]))
     loop = list(outline)
@@ -306,7 +290,7 @@ def _ruled(first: Trace, last: Trace) -> Net:
 
 
 def _on_cylinder(trace: Trace, radius: float) -> Trace:
-    """The trace with the same angles on a cylinder."""
+    """Give the trace with the same angles on a cylinder."""
     from scipy.interpolate import BSpline
 
     angle = BSpline(trace.knots, trace.angle, DEGREE)(_nodes(trace.knots))

@@ -40,7 +40,7 @@ class SurfaceMesh:
 
 
 def in_fixed(surface: SurfaceMesh, frame: Frame) -> SurfaceMesh:
-    """A surface of a member's own frame in S_f, its normals turned too."""
+    """Place a surface of a member's own frame in S_f, its normals turned too."""
     points, cells = (
         {
             name: normals_to_fixed(frame, values) if name == "normals" else values
@@ -52,7 +52,7 @@ def in_fixed(surface: SurfaceMesh, frame: Frame) -> SurfaceMesh:
 
 
 def joined(surfaces: Sequence[SurfaceMesh]) -> SurfaceMesh:
-    """Several surfaces as one, with the fields that all of them have."""
+    """Join several surfaces to one, with the fields that all of them have."""
     starts = np.cumsum([0, *(len(surface.points) for surface in surfaces[:-1])])
     faces = [surface.faces + start for surface, start in zip(surfaces, starts, strict=True)]
 
@@ -79,7 +79,7 @@ def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None, t
 
 
 def _plain(values: NDArray[Any]) -> NDArray[Any]:
-    """Values as both VTK formats have them: VTK knows only the longest integers as meshio names them."""
+    """Give values as both VTK formats have them: VTK knows only the longest integers as meshio names them."""
     return values if values.dtype.kind == "f" else values.astype(np.int64)
 
 
@@ -132,7 +132,7 @@ def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> 
 
 
 def _obj(surface: SurfaceMesh, title: str) -> str:
-    """The text of an .obj file, with an object and a group for each member of a pair."""
+    """Write the text of an .obj file, with an object and a group for each member of a pair."""
     import trimesh
     from trimesh.exchange import obj
 

@@ -70,14 +70,14 @@ def _vtu_mesh(mesh: VolumeMesh) -> meshio.Mesh:
 
 
 def plain_surfaces(mesh: VolumeMesh) -> dict[str, Indices]:
-    """The surfaces that share no face: where those of each tooth are there ('right flank 1'),
+    """Give the surfaces that share no face: where those of each tooth are there ('right flank 1'),
     the one that holds them all is left out."""
     whole = {re.sub(r" \d+$", "", name) for name in mesh.surfaces if re.search(r" \d+$", name)}
     return {name: faces for name, faces in mesh.surfaces.items() if name not in whole and len(faces)}
 
 
 def _gmsh_mesh(mesh: VolumeMesh) -> meshio.Mesh:
-    """Hexahedra as one physical volume, and the faces of each surface as a physical surface.
+    """Write hexahedra as one physical volume, and the faces of each surface as a physical surface.
 
     Gmsh's format 4.1 gives an entity its physical group, and meshio writes only entities that own
     nodes. So each owns at least one of its nodes, the volume those on no surface besides."""
@@ -103,7 +103,7 @@ def _gmsh_mesh(mesh: VolumeMesh) -> meshio.Mesh:
 
 
 def _owners(count: int, quads: Sequence[Indices]) -> NDArray[np.int64]:
-    """Dimension and tag (count, 2) of the entity that owns each node, the volume's tag last. Raises
+    """Find the dimension and tag (count, 2) of the entity that owns each node, the volume's tag last. Raises
     ValueError where one finds all of its nodes taken, which takes a mesh of next to no elements."""
     owner = np.zeros(count, dtype=np.int64)
     nodes = [*(np.unique(block) for block in quads), np.arange(count)]

@@ -27,7 +27,7 @@ class _Appended:
         self.offset = 0
 
     def element(self, name: str, values: Array) -> str:
-        """The XML element of an array (n,) or (n, components)."""
+        """Give the XML element of an array (n,) or (n, components)."""
         array = np.ascontiguousarray(values)
         kind = f"{TYPES[array.dtype.kind]}{8 * array.dtype.itemsize}"
         parts = array.shape[1] if array.ndim > 1 else 1

@@ -38,7 +38,7 @@ class ToolRound:
 
 
 def tool_round(tool: Tool, flank: str) -> ToolRound:
-    """The tip round of a single tool at one flank.
+    """Give the tip round of a single tool at one flank.
 
     Raises ValueError where the rounds of both flanks overlap, the flank ends above the round or
     its profile folds before it meets the round."""
@@ -75,7 +75,7 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
 def _cut(
     member: Member, flank: str, section: tuple[FloatArray, ...], z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What points (x_n, y_n) of the tool's normal section with unit normals (n_x, n_y) cut in the
+    """Find what points (x_n, y_n) of the tool's normal section with unit normals (n_x, n_y) cut in the
     planes `z`."""
     x, y, nx, ny = section
     rack, alpha = rack_of(member, flank), float(member.tool.normal_pressure_angle)
@@ -89,12 +89,12 @@ def _cut(
 
 
 def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
-    """Components (3, ...) of a vector (3,) times each of the lengths (...)."""
+    """Find components (3, ...) of a vector (3,) times each of the lengths (...)."""
     return np.multiply.outer(vector, lengths)
 
 
 def fillet_point(member: Member, flank: str, angle: ArrayLike, z: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Points (mm) and unit normals (..., 3), own frame, of the fillet below a flank of a single
+    """Find points (mm) and unit normals (..., 3), own frame, of the fillet below a flank of a single
     member, at section normal angles (rad, the joint's to pi/2) in the planes `z` (mm from mid-face)."""
     angle, z = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(z, dtype=float))
     rounding, sigma = tool_round(member.tool, flank), flank_sign(flank)
@@ -106,7 +106,7 @@ def fillet_point(member: Member, flank: str, angle: ArrayLike, z: ArrayLike) -> 
 def bottom_point(
     member: Member, flank: str, across: ArrayLike, z: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (mm) and unit normals (..., 3), own frame, of the bottom land beside a flank of a
+    """Find points (mm) and unit normals (..., 3), own frame, of the bottom land beside a flank of a
     single member; `across` is y_n of the tool, mm, in the planes `z` (mm from mid-face)."""
     across, z = np.broadcast_arrays(np.asarray(across, dtype=float), np.asarray(z, dtype=float))
     depth = float(member.tool.dedendum * np.asarray(member.tool.normal_module))
@@ -115,7 +115,7 @@ def bottom_point(
 
 
 def root_radius(member: Member, z: ArrayLike) -> FloatArray:
-    """Radius of the root cone in the plane `z` (mm from mid-face), mm."""
+    """Find the radius of the root cone in the plane `z` (mm from mid-face), mm."""
     height = member.profile_shift - member.tool.dedendum / np.cos(member.cone_angle)
     radius = reference_radius(member) + height * np.asarray(member.tool.normal_module)
     return np.asarray(radius + np.asarray(z) * np.tan(member.cone_angle))

@@ -60,7 +60,7 @@ class FlankPatch:
 
 
 def base_cylinder(member: Member, flank: str) -> BaseCylinder:
-    """Base radius and base helix angle of the flank cut without parabola."""
+    """Find the base radius and base helix angle of the flank cut without parabola."""
     rack = rack_of(member, flank)
     nx, ny, nz = rack.normal
     radius = rack.pitch_radius * np.abs(ny) / np.hypot(nx, ny)
@@ -68,28 +68,32 @@ def base_cylinder(member: Member, flank: str) -> BaseCylinder:
 
 
 def _turn(cos: FloatArray, sin: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    turned = np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z)
-    return np.stack(turned, axis=-1)
+    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
+
+
+def turned(phi: FloatArray | float, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Turn vectors given by their components about z by `phi` (rad): (..., 3)."""
+    return _turn(np.cos(phi), np.sin(phi), x, y, z)
 
 
 def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """`u` (mm) of the flank point with parameter `l` in the plane `z` (mm from mid-face)."""
+    """Find `u` (mm) of the flank point with parameter `l` in the plane `z` (mm from mid-face)."""
     rack = rack_of(member, flank)
     z0 = rack_point(rack, np.asarray(l, dtype=float))[2]
     return np.asarray((z - z0) / rack.trace[2])
 
 
 def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FloatArray:
-    """Points (..., 3) of a flank in its own frame S_j, mm (Eq. 6)."""
+    """Find points (..., 3) of a flank in its own frame S_j, mm (Eq. 6)."""
     rack = rack_of(member, flank)
     x, y, z, phi = _generated(rack, np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    return _turn(np.cos(phi), np.sin(phi), x, y, z)
+    return turned(phi, x, y, z)
 
 
 def _generated(
     rack: Rack, l: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Q and the generating roll angle phi of Eq. 6."""
+    """Find Q and the generating roll angle phi of Eq. 6."""
     x0, y0, z0 = rack_point(rack, l)
     tx, ty, tz = rack.trace
     return _envelope(rack, (x0 + u * tx, y0 + u * ty, z0 + u * tz), rack_normal(rack, l))
@@ -98,7 +102,7 @@ def _generated(
 def _envelope(
     rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
+    """Find Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
     x_c, y_c, z_c = point
     along = normal[1] / normal[0] * x_c
     phi = (y_c - along) / rack.pitch_radius  # Eq. (6), last line
@@ -108,7 +112,7 @@ def _envelope(
 def generated(
     rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Points (mm) and unit normals (..., 3), own frame, which the `rack` cuts (Eq. 6) with any of
+    """Find points (mm) and unit normals (..., 3), own frame, which the `rack` cuts (Eq. 6) with any of
     its surface points; these and their unit normals by components in S_c, as `rack_point` has them."""
     x, y, z, phi = _envelope(rack, point, normal)
     cos, sin = np.cos(phi), np.sin(phi)
@@ -116,7 +120,7 @@ def generated(
 
 
 def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FlankPatch:
-    """Points, unit normals and tangents (..., 3) of a flank in its own frame S_j.
+    """Find points, unit normals and tangents (..., 3) of a flank in its own frame S_j.
 
     The tangents are analytic: with Q(l, u) and phi(l, u) of Eq. 6, a derivative of the turned
     point is the turned (Q' + phi' k x Q)."""
@@ -158,26 +162,26 @@ def _pitch_slope(
 
 
 def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
-    """Radius of the tip cone in the plane `z` (mm from mid-face), mm."""
+    """Find the radius of the tip cone in the plane `z` (mm from mid-face), mm."""
     tool = member.tool
     height = (member.profile_shift + tool.addendum) * tool.normal_module
     return np.asarray(reference_radius(member) + height + np.asarray(z) * np.tan(member.cone_angle))
 
 
 def root_parameter(member: Member) -> FloatArray:
-    """Flank parameter `l` (mm, negative) at which the active profile starts; NaN where the tool
+    """Find the flank parameter `l` (mm, negative) at which the active profile starts; NaN where the tool
     cannot cut the active flank (see `active_range`)."""
     return active_range(member)[0]
 
 
 def highest_parameter(member: Member) -> FloatArray:
-    """Bound of `l` (mm) on the whole active flank: nowhere on the tip cone does a point stand
+    """Find the bound of `l` (mm) on the whole active flank: nowhere on the tip cone does a point stand
     higher in the tilted rack than cos(gamma) addenda. NaN as in `root_parameter`."""
     return active_range(member)[1]
 
 
 def active_range(member: Member) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest flank parameter `l` (mm) of the active flanks.
+    """Find the lowest and highest flank parameter `l` (mm) of the active flanks.
 
     NaN, both, where the tool cannot cut all of the flank between: where the profile of the rack
     folds, or its generating normal has no radial component out of the tooth on one of the flanks.
@@ -193,7 +197,7 @@ def active_range(member: Member) -> tuple[FloatArray, FloatArray]:
 
 
 def _leans_outwards(member: Member, l: FloatArray) -> NDArray[np.bool_]:
-    """Whether the rack's normals on both flanks lean out of the tooth at `l`, before the fold:
+    """Tell whether the rack's normals on both flanks lean out of the tooth at `l`, before the fold:
     tan(alpha - tau) > sin|beta| tan|gamma| with tan(tau) = 2 a l."""
     tool, bend = member.tool, 2.0 * member.tool.parabola * l
     sin, cos = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)
@@ -202,7 +206,7 @@ def _leans_outwards(member: Member, l: FloatArray) -> NDArray[np.bool_]:
 
 
 def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
-    """Flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
+    """Find the flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
 
     Newton from above with the exact slope of the radius along the line of constant z, kept
     between the start of the active profile and its highest point by halving; NaN where the flank
@@ -231,7 +235,7 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
 
 
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Angle (rad) from the tooth's own middle to the flank point (l, z), measured around the
+    """Find the angle (rad) from the tooth's own middle to the flank point (l, z), measured around the
     axis away from the metal: positive while there is tooth between the two flanks.
 
     The middle is where the rack's section at mid-face has y_n = 0; with a helix it turns
@@ -243,7 +247,7 @@ def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike)
 
 
 def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
-    """Transverse thickness (mm, along the circle) of the tooth at the tip cone in the plane
+    """Find the transverse thickness (mm, along the circle) of the tooth at the tip cone in the plane
     `z`; negative where the tooth is pointed below its tip cone."""
     angle = sum(
         half_thickness_angle(member, flank, tip_parameter(member, flank, z), z) for flank in ("right", "left")
@@ -252,7 +256,7 @@ def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
 
 
 def undercut_margin(member: Member, flank: str, points: int = 9) -> FloatArray:
-    """Least regularity of the active flank, relative to its largest: not positive where the
+    """Find the least regularity of the active flank, relative to its largest: not positive where the
     active flank is undercut. Taken over the rim of the active flank, where it is least for
     flanks that are sound inside."""
     half = 0.5 * np.asarray(member.face_width, dtype=float)

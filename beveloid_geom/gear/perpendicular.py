@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import FloatArray
 from ..design.model import Member
 from ..status import Status
-from .flank import highest_parameter, root_parameter, tip_radius
+from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
 from .rack import Rack, rack_normal, rack_of, rack_point
 
 NEWTON_LIMIT = 30
@@ -54,16 +54,10 @@ class Feet:
     status: NDArray[np.int8]
 
 
-def turned(phi: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Vectors (..., 3) given by components, turned by phi (rad) about z."""
-    cos, sin = np.cos(phi), np.sin(phi)
-    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
-
-
 def feet(
     member: Member, flank: str, points: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
 ) -> Feet:
-    """Feet on the flank of a single member of perpendiculars from `points` (..., 3), mm, in its own
+    """Find the feet on the flank of a single member of perpendiculars from `points` (..., 3), mm, in its own
     frame, near its tooth 0. `start`: (l, u) near the feet, mm; without it the unmodified flank's foot.
 
     The foot is taken on the flank as its parameters extend it; `status` says whether it lies within
@@ -83,7 +77,7 @@ def feet(
 
 
 def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """l and generating roll angle phi (Eq. 6) of the flank points (l, u)."""
+    """Find l and generating roll angle phi (Eq. 6) of the flank points (l, u)."""
     l = np.asarray(l, dtype=float)
     n, start = rack_normal(rack, l), rack_point(rack, l)
     slope = n[1] / n[0]
@@ -94,7 +88,7 @@ def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, Flo
 def _unmodified_foot(
     rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """l and phi of the foot on the involute helicoid that the rack's straight flank cuts."""
+    """Find l and phi of the foot on the involute helicoid that the rack's straight flank cuts."""
     nx, ny, _ = rack.normal
     sine = rack.pitch_radius * ny / (np.hypot(x, y) * np.hypot(nx, ny))
     theta = np.arctan2(ny, nx) - np.arcsin(np.clip(sine, -1.0, 1.0))
@@ -106,7 +100,7 @@ def _unmodified_foot(
 def _slid(
     rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], phi: FloatArray
 ) -> tuple[FloatArray, ...]:
-    """V.d, V.m, V.t of the module's text, with W.d, W.m and dW/dphi . d, dW/dphi . m."""
+    """Find V.d, V.m, V.t of the module's text, with W.d, W.m and dW/dphi . d, dW/dphi . m."""
     x, y, z = point
     cos, sin = np.cos(phi), np.sin(phi)
     fx, fy = cos * x + sin * y, cos * y - sin * x
@@ -123,7 +117,7 @@ def _slid(
 def _newton_step(
     rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], l: FloatArray, phi: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
+    """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
     vd, vm, _, wd, wm, wd_phi, wm_phi = _slid(rack, point, phi)
     bend = 2.0 * rack.parabola * l

@@ -55,12 +55,12 @@ class Rack:
 
 
 def reference_radius(member: Member) -> Quantity:
-    """Reference pitch radius r_P = m_n N / (2 cos beta), mm."""
+    """Find the reference pitch radius r_P = m_n N / (2 cos beta), mm."""
     return member.tool.normal_module * member.teeth / (2.0 * np.cos(member.helix_angle))
 
 
 def section_point(tool: Tool, flank: str, l: FloatArray) -> FloatArray:
-    """Points (..., 2) of the tool flank in its normal section, (x_n, y_n) (Eqs. 1-3), mm."""
+    """Find points (..., 2) of the tool flank in its normal section, (x_n, y_n) (Eqs. 1-3), mm."""
     sin, cos = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)
     bend = tool.parabola * l * l
     across = bend * cos - l * sin + 0.25 * np.pi * tool.normal_module
@@ -68,7 +68,7 @@ def section_point(tool: Tool, flank: str, l: FloatArray) -> FloatArray:
 
 
 def rack_of(member: Member, flank: str) -> Rack:
-    """The rack that generates `flank` ('right' or 'left') of `member` (Eqs. 3, 4)."""
+    """Give the rack that generates `flank` ('right' or 'left') of `member` (Eqs. 3, 4)."""
     tool, sigma = member.tool, flank_sign(flank)
     sin_alpha, cos_alpha = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)
     sin_beta, cos_beta = np.sin(member.helix_angle), np.cos(member.helix_angle)
@@ -94,31 +94,32 @@ def _vector(x: Quantity, y: Quantity, z: Quantity) -> FloatArray:
 
 
 def _against(vector: FloatArray, values: Numbers) -> FloatArray:
-    """The vectors (3, *batch) with axes put in behind the first, to broadcast with `values`."""
+    """Give the vectors (3, *batch) with axes put in behind the first, to broadcast with `values`."""
     missing = values.ndim + 1 - vector.ndim
     return vector if missing <= 0 else vector.reshape(3, *[1] * missing, *vector.shape[1:])
 
 
 def rack_point(rack: Rack, l: Numbers) -> Numbers:
-    """Points (3, ...) of the rack in S_c at `u = 0` (Eq. 4), mm."""
+    """Find points (3, ...) of the rack in S_c at `u = 0` (Eq. 4), mm."""
     bend = rack.parabola * l * l
     return _against(rack.apex, bend) + l * _against(rack.direction, bend) + bend * _against(rack.normal, bend)
 
 
 def rack_normal(rack: Rack, l: Numbers) -> Numbers:
-    """Unit normals (3, ...) of the rack in S_c (Eq. 5), out of the gear tooth."""
+    """Find the unit normals (3, ...) of the rack in S_c (Eq. 5), out of the gear tooth."""
     bend = 2.0 * rack.parabola * l
     return (_against(rack.normal, bend) - bend * _against(rack.direction, bend)) / np.sqrt(1.0 + bend * bend)
 
 
 def rack_tangent(rack: Rack, l: Numbers) -> Numbers:
-    """Derivative (3, ...) of the rack point by `l`; square to normal and trace, not of unit length."""
+    """Find the derivative (3, ...) of the rack point by `l`; square to normal and trace, not of unit
+    length."""
     bend = 2.0 * rack.parabola * l
     return _against(rack.direction, bend) + bend * _against(rack.normal, bend)
 
 
 def parameter_at_height(tool: Tool, height: Quantity) -> FloatArray:
-    """Flank parameter `l` at which the tool flank has x_n = `height` (mm).
+    """Find the flank parameter `l` at which the tool flank has x_n = `height` (mm).
 
     NaN where the parabola is so strong that the profile folds before it gets there."""
     sin, cos = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)

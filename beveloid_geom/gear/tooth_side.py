@@ -153,7 +153,7 @@ _kept_surface = kept(64)(_surface)
 
 
 def surface_of(member: Member, flank: str) -> Surface:
-    """The `flank` ('right' or 'left') of a single member with its fillet.
+    """Make the `flank` ('right' or 'left') of a single member with its fillet.
 
     Raises ValueError for a member of arrays, and as `fillet.tool_round` does."""
     if any(np.ndim(value) for value in (*vars(member.tool).values(), *vars(member).values())):
@@ -162,7 +162,7 @@ def surface_of(member: Member, flank: str) -> Surface:
 
 
 def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
-    """p, q, sin(tau), cos(tau), tau' and the derivatives of p and q at profile coordinates s."""
+    """Find p, q, sin(tau), cos(tau), tau' and the derivatives of p and q at profile coordinates s."""
     a, joint = surface.parabola, surface.joint
     on_fillet = s.real < joint
     low = bool(on_fillet.any())
@@ -186,7 +186,7 @@ def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
 
 
 def cut_at(surface: Surface, s: Numbers, z: Numbers) -> Cut:
-    """Points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
+    """Find points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
     p, q, sin, cos, turn_s, p_s, q_s = _section(surface, s)
     (ax, ay), (bx, by), (cx, cy), (ex, ey) = surface.apex, surface.along, surface.out, surface.trace
     (dx, dy, dz), (mx, my, mz) = surface.direction, surface.normal
@@ -213,12 +213,12 @@ def cut_at(surface: Surface, s: Numbers, z: Numbers) -> Cut:
 
 
 def angle_of(cut: Cut) -> FloatArray:
-    """Angles (rad) about the own axis of real points, own frame."""
+    """Find angles (rad) about the own axis of real points, own frame."""
     return np.asarray(cut.phi + np.arctan2(cut.y, cut.x))
 
 
 def profile_at(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArray:
-    """Profile coordinate s (mm) of the points with r^2 = `square` (mm^2) in the planes `z`, arrays
+    """Find the profile coordinate s (mm) of the points with r^2 = `square` (mm^2) in the planes `z`, arrays
     of one axis. NaN where the surface has none; the caller silences NumPy's warnings."""
     s = _straight_profile(surface, square, z)
     if surface.parabola != 0.0:
@@ -230,7 +230,7 @@ def profile_at(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArra
 
 
 def _straight_profile(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArray:
-    """s on the flank without parabola: r^2 is quadratic in x_c. NaN below the base cylinder."""
+    """Find s on the flank without parabola: r^2 is quadratic in x_c. NaN below the base cylinder."""
     r, slope = surface.pitch_radius, surface.normal[1] / surface.normal[0]
     spread = 1.0 + slope * slope
     excess = square - r * r
@@ -240,7 +240,7 @@ def _straight_profile(surface: Surface, square: FloatArray, z: FloatArray) -> Fl
 
 
 def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatArray) -> FloatArray:
-    """Newton from the straight flank. What falls below the joint is left to the fillet."""
+    """Solve by Newton from the straight flank. What falls below the joint is left to the fillet."""
     low, high = surface.joint, 2.0 * surface.highest - surface.joint
     last = LAST_STEP * (surface.highest - surface.joint)
     s = np.where(np.isnan(s), low, np.clip(s, low, high))
@@ -265,7 +265,7 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
 
 
 def _fillet_profile(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArray:
-    """Newton inside a bracket from bottom land to joint; NaN outside."""
+    """Solve by Newton inside a bracket from bottom land to joint; NaN outside."""
     low, high = np.full_like(z, surface.bottom), np.full_like(z, surface.joint)
     floor, top = cut_at(surface, low, z).square, cut_at(surface, high, z).square
     share = (square - floor) / (top - floor)

@@ -78,20 +78,20 @@ class Undercut:
 
 
 def cut_fault(member: Member) -> str | None:
-    """Why the tool cannot cut the active flanks of a single member, in a line; None if it can."""
+    """Say why the tool cannot cut the active flanks of a single member, in a line; None if it can."""
     if not np.isnan(root_parameter(member)):
         return None
     return next(map(str, member_faults("", member)), "a quantity is not a number")
 
 
 def require_cut(member: Member) -> None:
-    """Raises ValueError for a single member whose active flanks the tool cannot cut."""
+    """Raise ValueError for a single member whose active flanks the tool cannot cut."""
     if fault := cut_fault(member):
         raise ValueError(f"the flanks cannot be cut: {fault}")
 
 
 def undercut_of(member: Member, flank: str, stations: int = STATIONS) -> Undercut:
-    """Undercut of a flank of a single member. Raises ValueError where the tool cannot cut the flank
+    """Find the undercut of a flank of a single member. Raises ValueError where the tool cannot cut the flank
     or has no sound round."""
     require_cut(member)
     joint = tool_round(member.tool, flank).joint
@@ -105,8 +105,8 @@ def undercut_of(member: Member, flank: str, stations: int = STATIONS) -> Undercu
 
 
 def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
-    """Flank parameter l (n,), mm, from which the surface of a single member's flank is regular up to its tip
-    in the planes `z` (n,), mm: its root, or where the tool stops folding it, found by bisection.
+    """Find the flank parameter l (n,), mm, from which the surface of a single member's flank is regular up to
+    its tip in the planes `z` (n,), mm: its root, or where the tool stops folding it, found by bisection.
 
     The tool's round need not fit; with one, the fillet may cross the flank above (`undercut_of`)."""
     root, tip = root_parameter(member), tip_parameter(member, flank, z)
@@ -125,7 +125,7 @@ def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
 
 
 def require_sound(member: Member) -> None:
-    """Raises ValueError for a single member whose flanks are undercut or cannot be cut."""
+    """Raise ValueError for a single member whose flanks are undercut or cannot be cut."""
     for flank in ("right", "left"):
         found = undercut_of(member, flank, 9)
         if found.undercut:
@@ -133,7 +133,7 @@ def require_sound(member: Member) -> None:
 
 
 def words_of(undercut: Undercut) -> str:
-    """Where and how much, for a message."""
+    """Say where and how much, for a message."""
     worst, (first, last) = undercut.worst, undercut.limits
     where = f"from z = {first:.4g} to {last:.4g} mm"
     if first == undercut.z[0] and last == undercut.z[-1]:
@@ -146,7 +146,7 @@ def words_of(undercut: Undercut) -> str:
 
 
 def pointed_part(member: Member) -> tuple[float, float]:
-    """Ends (z, mm) of the part of the face of a single member on which its flanks cross below the
+    """Find ends (z, mm) of the part of the face of a single member on which its flanks cross below the
     tip cone; NaN where there is none."""
     z = np.linspace(-0.5, 0.5, STATIONS) * float(member.face_width)
 
@@ -157,7 +157,7 @@ def pointed_part(member: Member) -> tuple[float, float]:
 
 
 def _profile(member: Member, flank: str, joint: float, z: FloatArray, rows: int) -> FloatArray:
-    """Flank parameters (rows, n) from the joint to the tip cone, or as far as a tip can be."""
+    """Find the flank parameters (rows, n) from the joint to the tip cone, or as far as a tip can be."""
     tip = tip_parameter(member, flank, z)
     tip = np.where(np.isnan(tip), highest_parameter(member), tip)
     return joint + np.linspace(0.0, 1.0, rows)[:, None] * (tip - joint)
@@ -168,13 +168,14 @@ def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Flo
 
 
 def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Flags:
-    """In which of the planes (n,) the flank folds back."""
+    """Tell in which of the planes (n,) the flank folds back."""
     l = _profile(member, flank, joint, z, ROWS)
     return np.asarray(_regularity(member, flank, l, z).min(axis=0) <= 0.0)
 
 
 def _ends(z: FloatArray, found: Flags, test: Callable[[FloatArray], Flags]) -> tuple[float, float]:
-    """Least and greatest z at which `test` holds, from the samples `found` (n,), to 1e-6 of their step."""
+    """Find the least and greatest z at which `test` holds, from the samples `found` (n,), to 1e-6 of their
+    step."""
     if not found.any():
         return np.nan, np.nan
     ends = []
@@ -188,7 +189,7 @@ def _ends(z: FloatArray, found: Flags, test: Callable[[FloatArray], Flags]) -> t
 
 
 def _crossing(member: Member, flank: str, joint: float, z: float) -> tuple[float, float]:
-    """Where a folded flank starts in the plane `z` (l, mm) and how far the fillet reaches in behind
+    """Find where a folded flank starts in the plane `z` (l, mm) and how far the fillet reaches in behind
     it (mm); NaN where no flank is left.
 
     Below the start the tool leaves the curve that runs from the bottom land up the fillet and on
@@ -226,7 +227,7 @@ def _crossing(member: Member, flank: str, joint: float, z: float) -> tuple[float
 
 
 def _polar(points: FloatArray, sigma: float, middle: float) -> tuple[FloatArray, FloatArray]:
-    """Radius (mm) and angle (rad) about the axis away from the metal, from `middle` (rad) and within
+    """Find radius (mm) and angle (rad) about the axis away from the metal, from `middle` (rad) and within
     half a turn of it, of points (n, 3)."""
     x, y = points[:, 0], points[:, 1]
     sin, cos = np.sin(middle), np.cos(middle)

@@ -94,7 +94,7 @@ def _only_single(design: Design) -> None:
 
 
 def _pressure_angles(design: Design) -> FloatArray:
-    """Working pressure angles (rad), ascending, at which both members have a working helix and
+    """Find the working pressure angles (rad), ascending, at which both members have a working helix and
     cone angle; empty if there are none.
 
     cos(b_w) = 0 bounds them: with s = sin^2(a_w), A = sin^2(alpha) sin^2(gamma) and
@@ -114,7 +114,7 @@ def _pressure_angles(design: Design) -> FloatArray:
 
 
 def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, rw: FloatArray) -> FloatArray:
-    """Angle (rad) about the axis between the flanks of a tooth at the pitch point."""
+    """Find the angle (rad) about the axis between the flanks of a tooth at the pitch point."""
     roll = {}
     for flank in ("left", "right"):
         rack = rack_of(member, flank)
@@ -129,7 +129,7 @@ def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, r
 
 
 def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
-    """The closed layout of the members of a single `design` with the working normal pressure
+    """Give the closed layout of the members of a single `design` with the working normal pressure
     angle(s) given (rad, any shape). The pair's own offset and shaft angle are not used."""
     aw = np.asarray(pressure_angle, dtype=float)
     gw, bw, rw, thickness = (np.empty((2, *aw.shape)) for _ in range(4))
@@ -166,7 +166,7 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
 
 
 def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) -> FloatArray:
-    """Zeros of a vectorised `function` between samples at which its values change sign. All are halved
+    """Find zeros of a vectorised `function` between samples at which its values change sign. All are halved
     at once: scipy's root finders take longer to import than that."""
     values = function(samples)
     known = np.isfinite(values[:-1]) & np.isfinite(values[1:])
@@ -220,7 +220,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
 
 
 def _pressure_angle_as_mounted(design: Design) -> float:
-    """Working pressure angle (rad) that the two common normals make at the design's shaft angle, if
+    """Find the working pressure angle (rad) that the two common normals make at the design's shaft angle, if
     their lines meet: half the length of their sum is its sine. NaN without common normals."""
     layout, branch = layout_of(design, with_errors=False), mounting_of(design).branch
     normals = []
@@ -233,7 +233,7 @@ def _pressure_angle_as_mounted(design: Design) -> float:
 
 
 def closing_offset(design: Design) -> float:
-    """Offset (mm) that closes at the design's shaft angle, NaN if there is none."""
+    """Find the offset (mm) that closes at the design's shaft angle, NaN if there is none."""
     with np.errstate(invalid="ignore"):
         closed = closed_layout(design, np.asarray(_pressure_angle_as_mounted(design)))
     meant = abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < AMISS
@@ -241,7 +241,7 @@ def closing_offset(design: Design) -> float:
 
 
 def _closing_shaft_angle(design: Design) -> float:
-    """Shaft angle (rad) that closes at the design's offset; of several that nearest to the
+    """Find the shaft angle (rad) that closes at the design's offset; of several that nearest to the
     design's, NaN if there is none."""
 
     def excess(pressure_angle: FloatArray) -> FloatArray:
@@ -254,7 +254,7 @@ def _closing_shaft_angle(design: Design) -> float:
 
 
 def closing_of(design: Design) -> Closing:
-    """How well a single design closes. Raises ValueError for arrays."""
+    """Say how well a single design closes. Raises ValueError for arrays."""
     _only_single(design)
     mounting = mounting_of(design)
     offset, shaft_angle = closing_offset(design), _closing_shaft_angle(design)

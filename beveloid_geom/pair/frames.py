@@ -51,28 +51,28 @@ class CommonNormal:
 
 
 def signed_shaft_angle(design: Design, with_errors: bool = True) -> FloatArray:
-    """Shaft angle (rad) with the sign of the sum of the helix angles, errors included."""
+    """Find the shaft angle (rad) with the sign of the sum of the helix angles, errors included."""
     hand = design.pinion.helix_angle + np.asarray(design.gear.helix_angle)
     magnitude = design.pair.shaft_angle + (design.errors.shaft_angle if with_errors else 0.0)
     return np.asarray(np.where(hand < 0.0, -1.0, 1.0) * magnitude)
 
 
 def layout_of(design: Design, with_errors: bool = True) -> Layout:
-    """Axes of the pair, with or without its assembly errors."""
+    """Find the axes of the pair, with or without its assembly errors."""
     angle = signed_shaft_angle(design, with_errors)
     offset = design.pair.offset + (design.errors.offset if with_errors else 0.0)
     return Layout(np.asarray(offset), angle, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
 
 
 def layout_by_case(layout: Layout, batch_shape: tuple[int, ...]) -> Layout:
-    """The layout with every quantity of shape (cases, 1), to go with positions."""
+    """Give the layout with every quantity of shape (cases, 1), to go with positions."""
     if not batch_shape:  # spares a single design some microseconds
         return Layout(*(np.reshape(value, (1, 1)) for value in vars(layout).values()))
     return Layout(*(np.broadcast_to(value, batch_shape).reshape(-1, 1) for value in vars(layout).values()))
 
 
 def common_normal(layout: Layout, axial: FloatArray | tuple[FloatArray, FloatArray]) -> CommonNormal:
-    """Common normal of two flanks whose outward unit normals have the axial components
+    """Find the common normal of two flanks whose outward unit normals have the axial components
     `axial`, pinion first; the two may have shapes that broadcast.
 
     With n the pinion's normal, n.k1 = v1 and n.k2 = -v2 give n_y = -(v2 + v1 cos d)/sin d,
@@ -86,7 +86,7 @@ def common_normal(layout: Layout, axial: FloatArray | tuple[FloatArray, FloatArr
 def member_frame(
     layout: Layout, member: int, roll: ArrayLike, axial_position: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotation (..., 3, 3) and origin (..., 3) that carry a member's own frame to S_f:
+    """Find the rotation (..., 3, 3) and origin (..., 3) that carry a member's own frame to S_f:
     `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion, 1 for the gear;
     `axial_position` is its mounting distance plus axial error, mm."""
     roll, position = np.asarray(roll, dtype=float), np.asarray(axial_position, dtype=float)
@@ -113,11 +113,11 @@ def member_frame(
 
 
 def to_fixed(frame: tuple[FloatArray, FloatArray], points: FloatArray) -> FloatArray:
-    """Points (..., 3) of a member's own frame in S_f, mm (Eq. 7)."""
+    """Carry points (..., 3) of a member's own frame to S_f, mm (Eq. 7)."""
     rotation, origin = frame
     return np.asarray(np.einsum("...ij,...j->...i", rotation, points) + origin)
 
 
 def normals_to_fixed(frame: tuple[FloatArray, FloatArray], normals: FloatArray) -> FloatArray:
-    """Directions (..., 3) of a member's own frame in S_f (Eq. 8)."""
+    """Carry directions (..., 3) of a member's own frame to S_f (Eq. 8)."""
     return np.asarray(np.einsum("...ij,...j->...i", frame[0], normals))

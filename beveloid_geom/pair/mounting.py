@@ -65,7 +65,7 @@ class _Action:
 def across_action(
     layout: Layout, axial: FloatArray, square: FloatArray, normal_y: FloatArray, moment: FloatArray
 ) -> FloatArray:
-    """`n_x w_j` (2, ...): where the line of action crosses the members' planes of action.
+    """Find `n_x w_j` (2, ...): where the line of action crosses the members' planes of action.
 
     A contact normal n lies in the plane of action of member j, parallel to k_j and n at the
     distance g_j / S_j from the axis, with g_j = r_P n_y (`moment`) and S_j = sqrt(1 - v_j^2)
@@ -91,7 +91,7 @@ def across_action(
 def across_of_gear(
     layout: Layout, axial: FloatArray, square: FloatArray, moment: FloatArray, first: Any, normal_x: Any
 ) -> Any:
-    """w_2 from w_1 (`first`) and n_x; n_x w_2 from n_x w_1 and n_x^2: see `across_action`."""
+    """Find w_2 from w_1 (`first`) and n_x; n_x w_2 from n_x w_1 and n_x^2: see `across_action`."""
     shared = layout.cos_angle + axial[0] * axial[1]
     side = layout.offset * axial[1] + moment[0] / (square[0] * square[0]) * layout.sin_angle
     return (shared / square[0] * first - normal_x * side) / square[1]
@@ -117,7 +117,7 @@ def _action(layout: Layout, members: Member, flank: str, sign: float, distance: 
 
 
 def _closest(first: _Action, second: _Action) -> tuple[FloatArray, FloatArray]:
-    """Middle (..., 3) and signed length of the common perpendicular of two lines of action."""
+    """Find the middle (..., 3) and signed length of the common perpendicular of two lines of action."""
     across = np.cross(first.normal, second.normal)
     size = np.linalg.norm(across, axis=-1)
     between = second.foot - first.foot
@@ -136,7 +136,7 @@ SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
 
 
 def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Pitch point (cases, 1, 3), gap (cases, 1) and branches (2, cases, 1)."""
+    """Find the pitch point (cases, 1, 3), gap (cases, 1) and branches (2, cases, 1)."""
     none = np.zeros_like(members.helix_angle)
     pairs = [
         (_action(layout, members, "right", r, none), _action(layout, members, "left", s, none))
@@ -156,7 +156,7 @@ def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArra
 
 
 def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: FloatArray) -> FloatArray:
-    """Normal backlash (cases, 1), reduced to half a pitch either way, mm."""
+    """Find the normal backlash (cases, 1), reduced to half a pitch either way, mm."""
     right, left = (
         _action(layout, members, flank, sign, distance).phase
         for flank, sign in zip(("right", "left"), branch, strict=True)
@@ -167,14 +167,14 @@ def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: Flo
 
 
 def half_pitch(value: Quantity, pitch: Quantity) -> FloatArray:
-    """A value less whole pitches, within half a pitch either way."""
+    """Give a value less whole pitches, within half a pitch either way."""
     return np.asarray(np.remainder(value + 0.5 * pitch, pitch) - 0.5 * pitch)
 
 
 def unmodified_backlash(design: Design) -> FloatArray:
-    """Normal backlash (mm, batch shape) of the flanks without parabolas, endless along depth and face, with
-    the errors of the design: followed from that of the layout, half a pitch at the most. NaN where a side
-    has no common normal."""
+    """Find the normal backlash (mm, batch shape) of the flanks without parabolas, endless along depth and
+    face, with the errors of the design: followed from that of the layout, half a pitch at the most. NaN
+    where a side has no common normal."""
     mounting, shape = mounting_of(design), design.batch_shape
     plain = design.with_parabola(0.0, 0.0)
     members, errors = plain.stacked_members(), plain.errors
@@ -221,7 +221,7 @@ def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
 
 
 def mounting_of(design: Design) -> Mounting:
-    """Mounting of a design, from its unmodified flanks and without its errors.
+    """Give the mounting of a design, from its unmodified flanks and without its errors.
 
     Array quantities broadcast. The answer for a design of plain numbers is kept, as it is
     asked for by every path computed on it."""

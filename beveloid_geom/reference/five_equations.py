@@ -4,8 +4,8 @@ The contacts are followed as a curve by its length (`five_equations_curve`), so 
 the pinion's roll or l1 turns back, or n_x changes its sign, is a path like any other. The ends are
 roots of the least distance inside the limits along the curve. Nothing is shared with the one-equation
 method but the flanks, the frames and the very first starting value, which is moved off the solution;
-where that method gives none, the start is the pitch point of the unmodified pair, from where the
-coefficients and errors are brought in step by step.
+where that method gives none, the start is the rough pitch point of the unmodified pair (`pitch_region`),
+from where the coefficients and errors are brought in step by step.
 
 `refine` takes positions found by any method and moves them on to the curve: how far they had to be moved
 is an independent check of them.
@@ -20,12 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import fsolve
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
 from ..design.model import Design, Errors
-from ..pair.mounting import mounting_of
 from ..status import Status
 from .five_equations_curve import (
     L1,
@@ -36,6 +34,7 @@ from .five_equations_curve import (
     five_equations_of,
     follow_five_equations,
 )
+from .pitch_region import pitch_guess
 
 UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
 FIRST_GUESS = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
@@ -47,7 +46,7 @@ least share of them brought in at a time."""
 
 
 def path_of_contact_five_equations(design: Design, flank: str = "right", points: int = 101) -> ContactPath:
-    """Path of contact of a single design by the paper's five equations; see `path_of_contact`.
+    """Find the path of contact of a single design by the paper's five equations; see `path_of_contact`.
 
     Positions are evenly spaced in pinion roll, in l1 where the roll turns back along the path, and in
     length along the curve where l1 turns back as well. Empty if both methods find no contact on the
@@ -110,7 +109,7 @@ def refine(
     gear_roll: ArrayLike,
     pinion_roll: ArrayLike,
 ) -> Refined:
-    """The contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
+    """Give the contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
     for in the plane through the position that is square to the curve of contacts.
 
     So a position is not moved along the path, and no quantity is held that might turn back along it.
@@ -153,13 +152,14 @@ def _only_single(design: Design) -> None:
 
 
 def _span(curve: FiveCurve, piece: FloatArray) -> float:
-    """Pinion roll (rad) covered by a piece of the curve."""
+    """Find the pinion roll (rad) covered by a piece of the curve."""
     stops = np.concatenate((piece, curve.turns(ROLL, (piece[0], piece[1]))))
     return float(np.ptp([curve.at(s)[ROLL] for s in stops]) * curve.system.scale[ROLL])
 
 
 def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: FloatArray) -> list[FloatArray]:
-    """Scaled unknowns at `share` in [0, 1] of the way along a piece with these ends; NaN where lost."""
+    """Find the scaled unknowns at `share` in [0, 1] of the way along a piece with these ends; NaN where
+    lost."""
     between = float(piece.min()), float(piece.max())
     row = next((row for row in (ROLL, L1) if curve.turns(row, between).size == 0), None)
     if row is None:
@@ -178,39 +178,13 @@ def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: Flo
 
 
 def _nearest(system: FiveEquations, start: FloatArray) -> FloatArray | None:
-    """The contact in the plane through `start` that is square to the curve there; scaled."""
+    """Give the contact in the plane through `start` that is square to the curve there; scaled."""
     tangent = system.tangent(start)
     return None if tangent is None else system.correct(start, tangent)
 
 
-def _at_pitch_point(design: Design, system: FiveEquations) -> FloatArray:
-    """Unknowns (6,) with which both flanks pass through the pitch point of the unmodified pair: near its
-    contact, and on it where the two lines of action meet."""
-    point, unknowns = mounting_of(design).pitch_point, np.zeros(6)
-    if np.isnan(point).any():
-        return np.full(6, np.nan)
-    for j in range(2):
-        seen = system.rotation[j].T @ (point - system.origin[j])
-        unknowns[2 * j : 2 * j + 2] = _through(system, j, float(np.hypot(seen[0], seen[1])), float(seen[2]))
-        x, y, _ = system.at(unknowns).own[j]
-        unknowns[5 - j] = np.arctan2(seen[1], seen[0]) - np.arctan2(y, x)
-    return unknowns
-
-
-def _through(system: FiveEquations, member: int, radius: float, z: float) -> FloatArray:
-    """l and u (mm) of a member's flank point at a radius and z."""
-
-    def missing(parameters: FloatArray) -> FloatArray:
-        unknowns = np.zeros(6)
-        unknowns[2 * member : 2 * member + 2] = parameters
-        x, y, z_own = system.at(unknowns).own[member]
-        return np.array((np.hypot(x, y) - radius, z_own - z))
-
-    return np.asarray(fsolve(missing, np.zeros(2), full_output=True)[0])
-
-
 def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
-    """A contact of the design, scaled, led over from the pitch point of the unmodified pair."""
+    """Give a contact of the design, scaled, led over from the pitch point of the unmodified pair."""
     errors, a1, a2 = design.errors, design.pinion.tool.parabola, design.gear.tool.parabola
 
     def part(share: float) -> FiveEquations:
@@ -218,7 +192,11 @@ def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
         return five_equations_of(design.with_parabola(share * a1, share * a2).with_errors(partly), flank)
 
     system = part(0.0)
-    known = _nearest(system, _at_pitch_point(design, system) / system.scale)
+    try:
+        *parameters, pinion_roll, gear_roll = pitch_guess(design, flank)
+    except ArithmeticError:  # the cones have no common plane
+        return None
+    known = _nearest(system, np.array((*parameters, gear_roll, pinion_roll)) / system.scale)
     done, step = 0.0, 0.25
     while known is not None and done < 1.0:
         ahead = min(done + step, 1.0)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ class FiveEquations:
     reach: FloatArray
 
     def at(self, unknowns: Numbers) -> FivePositions:
-        """Points and normals at unknowns (..., 6), real or complex."""
+        """Find points and normals at unknowns (..., 6), real or complex."""
         flat, shape = unknowns.reshape(-1, 6).T, (2, *unknowns.shape[:-1], 3)
         l, u, roll = (flat[rows, None] for rows in ([0, 2], [1, 3], [5, 4]))
         trace, normal = self.rack.trace, rack_normal(self.rack, l)
@@ -87,29 +88,28 @@ class FiveEquations:
         return FivePositions(unknowns, own.reshape(shape), point.reshape(shape), normal.reshape(shape))
 
     def _to_fixed(self, vectors: Numbers, roll: Numbers) -> Numbers:
-        """Vectors (2, 1, positions, 3) of members turned by `roll`, (2, positions, 3) in S_f."""
+        """Carry vectors (2, 1, positions, 3) of members turned by `roll` to S_f, (2, positions, 3)."""
         cos, sin = np.cos(roll), np.sin(roll)
         x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
         turned = np.stack((cos * x - sin * y, sin * x + cos * y, z), axis=-1)
         return np.asarray(turned[:, 0] @ self.rotation.transpose(0, 2, 1))
 
     def residual(self, scaled: Numbers, kept: NDArray[np.int_]) -> Numbers:
-        """R1 - R2 and two components of n1 + n2 (Eq. 15), (..., 5)."""
+        """Find R1 - R2 and two components of n1 + n2 (Eq. 15), (..., 5)."""
         here = self.at(scaled * self.scale)
         both = (here.point[0] - here.point[1], (here.normal[0] + here.normal[1])[..., kept])
         return np.concatenate(both, axis=-1)
 
     def jacobian(self, scaled: FloatArray, kept: NDArray[np.int_]) -> FloatArray:
-        """Derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
-        steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
-        return np.asarray(self.residual(steps, kept).imag.T / COMPLEX_STEP)
+        """Find derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
+        return _slopes(lambda steps: self.residual(steps, kept), scaled)
 
     def kept(self, scaled: FloatArray) -> NDArray[np.int_]:
-        """The two components of the normals to compare: the largest is the least sensitive."""
+        """Give the two components of the normals to compare: the largest is the least sensitive."""
         return np.sort(np.argsort(np.abs(self.at(scaled * self.scale).normal[0]))[:2])
 
     def tangent(self, scaled: FloatArray, along: FloatArray | None = None) -> FloatArray | None:
-        """Unit tangent (6,) of the curve of contacts, in the sense of `along`; None where the flanks
+        """Find the unit tangent (6,) of the curve of contacts, in the sense of `along`; None where the flanks
         have none."""
         slopes = self.jacobian(scaled, self.kept(scaled))
         if not np.isfinite(slopes).all():
@@ -118,44 +118,41 @@ class FiveEquations:
         return np.asarray(tangent if along is None or tangent @ along >= 0.0 else -tangent)
 
     def correct(self, start: FloatArray, across: FloatArray, xtol: float = XTOL) -> FloatArray | None:
-        """The contact (6,) in the plane through `start` square to `across`, both scaled; None where
+        """Give the contact (6,) in the plane through `start` square to `across`, both scaled; None where
         none is found from this start."""
         return self._solved(start, lambda scaled: (scaled - start) @ across, xtol)
 
     def meet_limit(self, start: FloatArray, limit: int) -> FloatArray | None:
-        """The contact (6,) next to `start`, scaled, at which a limit is met; None where none is found."""
+        """Give the contact (6,) next to `start`, scaled, at which a limit is met; None where none is
+        found."""
         return self._solved(start, lambda scaled: self.margins(scaled)[..., limit], XTOL)
 
     def _solved(
         self, start: FloatArray, sixth: Callable[[Numbers], Numbers], xtol: float
     ) -> FloatArray | None:
-        """Where the five equations and a sixth one, of unknowns (..., 6), real or complex, are zero."""
+        """Find where the five equations and a sixth one, of unknowns (..., 6), real or complex, are zero."""
         kept = self.kept(start)
 
         def six(scaled: Numbers) -> Numbers:
             return np.concatenate((self.residual(scaled, kept), sixth(scaled)[..., None]), axis=-1)
 
-        def slopes(scaled: FloatArray) -> FloatArray:
-            steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
-            return np.asarray(six(steps).imag.T / COMPLEX_STEP)
-
         with np.errstate(all="ignore"):
             try:
-                found = fsolve(six, start, fprime=slopes, xtol=xtol, full_output=True)[0]
+                found = fsolve(six, start, fprime=partial(_slopes, six), xtol=xtol, full_output=True)[0]
             except ValueError:  # not a number on the way
                 return None
             left = *self.misfit(found * self.scale), abs(float(sixth(found)))
             return found if max(left) <= ACCEPTED else None
 
     def misfit(self, unknowns: FloatArray) -> tuple[float, float]:
-        """Largest component of R1 - R2 (mm) and of n1 + n2 at unknowns (6,); infinite for NaN."""
+        """Find the largest component of R1 - R2 (mm) and of n1 + n2 at unknowns (6,); infinite for NaN."""
         here = self.at(unknowns)
         gap = float(np.abs(here.point[0] - here.point[1]).max())
         normal_gap = float(np.abs(here.normal[0] + here.normal[1]).max())
         return (gap, normal_gap) if np.isfinite(gap + normal_gap) else (np.inf, np.inf)
 
     def margins(self, scaled: Numbers) -> Numbers:
-        """Distances (..., 8) inside the limits, indexed by `Limit`, mm."""
+        """Find distances (..., 8) inside the limits, indexed by `Limit`, mm."""
         unknowns = scaled * self.scale
         low, tip, taper, half = self.limits
         own = self.at(unknowns).own
@@ -165,8 +162,14 @@ class FiveEquations:
         return np.concatenate(parts, axis=-1)
 
 
+def _slopes(function: Callable[[Numbers], Numbers], scaled: FloatArray) -> FloatArray:
+    """Differentiate equations (..., k) by the scaled unknowns (6,): (k, 6), exact to rounding."""
+    steps = scaled + np.diag(np.full(6, COMPLEX_STEP * 1j))
+    return np.asarray(function(steps).imag.T / COMPLEX_STEP)
+
+
 def five_equations_of(design: Design, flank: str) -> FiveEquations:
-    """The five equations of a single design."""
+    """Give the five equations of a single design."""
     layout, errors, distance = layout_of(design), design.errors, mounting_of(design).distance
     position = (distance[0] + errors.pinion_axial, distance[1] + errors.gear_axial)
     frames = [member_frame(layout, j, 0.0, position[j]) for j in range(2)]
@@ -206,7 +209,7 @@ class FiveCurve:
     closed: bool
 
     def at(self, s: float) -> FloatArray:
-        """The scaled unknowns (6,) at length s: the contact in the plane square to the spline."""
+        """Give the scaled unknowns (6,) at length s: the contact in the plane square to the spline."""
         start, along = self.spline(s), self.spline(s, 1)
         found = self.system.correct(start, along / np.linalg.norm(along))
         if found is None:
@@ -214,24 +217,24 @@ class FiveCurve:
         return found
 
     def end(self, s: float) -> FloatArray:
-        """The scaled unknowns (6,) where a limit is met at length s, the limit met to rounding: at(s) alone
-        misses it by as much as rounding moves an ill-conditioned contact."""
+        """Give the scaled unknowns (6,) where a limit is met at length s, the limit met to rounding: at(s)
+        alone misses it by as much as rounding moves an ill-conditioned contact."""
         start = self.at(s)
         found = self.system.meet_limit(start, int(self.system.margins(start).argmin()))
         near = found is not None and np.linalg.norm(found - start) < SAME_END
         return found if found is not None and near else start
 
     def least_margin(self, s: float) -> float:
-        """Least distance (mm) inside the limits at s."""
+        """Find the least distance (mm) inside the limits at s."""
         return float(self.system.margins(self.at(s)).min())
 
     def rate(self, s: float, row: int) -> float:
-        """Rate of one unknown along the curve at s."""
+        """Find the rate of one unknown along the curve at s."""
         tangent = self.system.tangent(self.at(s), self.spline(s, 1))
         return np.nan if tangent is None else float(tangent[row])
 
     def pieces(self) -> FloatArray:
-        """Where the curve enters and leaves the flanks, (pieces, 2) in s, ascending.
+        """Find where the curve enters and leaves the flanks, (pieces, 2) in s, ascending.
 
         Of the cubics through the margins the roots, and the extrema close to zero, say where to look;
         the answers are roots of the exact least margin."""
@@ -248,7 +251,7 @@ class FiveCurve:
         return edges.reshape(-1, 2)
 
     def turns(self, row: int, piece: tuple[float, float]) -> FloatArray:
-        """Where one unknown turns back between two lengths."""
+        """Find where one unknown turns back between two lengths."""
         extrema = np.asarray(self.spline.derivative().roots(extrapolate=False)[row])
         return _sign_changes(lambda s: self.rate(s, row), extrema, piece, np.empty(0))
 
@@ -256,7 +259,7 @@ class FiveCurve:
 def _sign_changes(
     value: Callable[[float], float], cuts: FloatArray, ends: tuple[float, float], extra: FloatArray
 ) -> FloatArray:
-    """Roots of `value` between `ends`: one in each gap between probes in which its sign changes. Probes
+    """Find roots of `value` between `ends`: one in each gap between probes in which its sign changes. Probes
     are the ends, the middles between neighbouring cuts, and `extra`."""
     low, high = ends
     stops = np.concatenate(([low], np.sort(cuts[(cuts > low) & (cuts < high)]), [high]))
@@ -281,7 +284,7 @@ class _Walk:
 
 
 def _walk(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Walk:
-    """Nodes from `start` on, to beyond the limits by `reach`, to where contact ends outside them, or
+    """Find nodes from `start` on, to beyond the limits by `reach`, to where contact ends outside them, or
     around to the start again."""
     walk, step = _Walk([start], [tangent]), FIRST_STEP
     for _ in range(LONGEST):
@@ -310,7 +313,7 @@ def _walk(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: 
 def _ahead(
     system: FiveEquations, here: FloatArray, along: FloatArray, step: float
 ) -> tuple[FloatArray, FloatArray] | None:
-    """The contact a step ahead and the tangent there, None where the step is too long."""
+    """Give the contact a step ahead and the tangent there, None where the step is too long."""
     guess = here + step * along
     found = system.correct(guess, along, ROUGH)
     if found is None or np.linalg.norm(found - guess) > FLAT * step:
@@ -327,7 +330,7 @@ def _lost(unknowns: FloatArray) -> str:
 
 
 def follow_five_equations(system: FiveEquations, start: FloatArray) -> FiveCurve:
-    """The curve of contacts through a contact (6,), scaled, both ways.
+    """Give the curve of contacts through a contact (6,), scaled, both ways.
 
     Raises ArithmeticError where it is lost on the flanks."""
     reach = np.maximum(system.reach, -2.0 * system.margins(start))

@@ -118,7 +118,7 @@ def five_residuals(
 
 
 def first_start(design: Design, guess: Sequence[float], roll: float) -> FloatArray:
-    """Unknowns (5,) to start from at pinion roll `roll`: those of `guess` (l1, u1, l2, u2, phi1,
+    """Find unknowns (5,) to start from at pinion roll `roll`: those of `guess` (l1, u1, l2, u2, phi1,
     phi2), the gear rolled on by the ratio of the teeth."""
     ratio = float(design.pinion.teeth) / float(design.gear.teeth)
     return np.array([*guess[:4], guess[5] - ratio * (roll - guess[4])], dtype=np.float64)
@@ -135,7 +135,7 @@ def solve_math(
     cold: bool = False,
     residual_limit: float = RESIDUAL_LIMIT,
 ) -> Contacts:
-    """Contacts at pinion rolls `phi1`, in order, each started from the ones before.
+    """Find contacts at pinion rolls `phi1`, in order, each started from the ones before.
 
     `guess` is (l1, u1, l2, u2, phi1, phi2), see `first_start`; with `cold` every roll starts from
     it. `xtol` is that of `fsolve`. Raises ArithmeticError at the first roll where a residual stays

@@ -9,12 +9,15 @@ floats and count as exact. Lengths mm, angles rad.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..arrays import FLANK_SIGN
-from ..design.model import Design, Errors, Member
-from .pitch_region import hand_of_pair, pitch_guess, pitch_region
+from ..design.model import Design, Member
+from .pitch_region import hand_of_pair
 
 try:
     import mpmath
@@ -26,7 +29,8 @@ MP.dps = 60
 RESIDUAL_LIMIT = MP.mpf(10) ** -40
 
 Mpf: TypeAlias = Any  # mpmath's numbers belong to a context and carry no static type
-Vector: TypeAlias = tuple[Mpf, Mpf, Mpf]
+Vector: TypeAlias = NDArray[Any]
+"""Three of them: NumPy adds and multiplies whatever numbers it is given."""
 Surface: TypeAlias = Callable[[Mpf, Mpf, Mpf], tuple[Vector, Vector]]
 
 
@@ -47,18 +51,6 @@ class ContactMp:
 
 
 @dataclass(frozen=True)
-class MountingMp:
-    """Pitch point of the unmodified pair without errors, and its place on both members."""
-
-    dw1: Mpf
-    dw2: Mpf
-    rw1: Mpf
-    rw2: Mpf
-    pitch_point: Vector
-    gap: Mpf  # closest approach of the right and left lines of contact
-
-
-@dataclass(frozen=True)
 class ZeroShift:
     """How far the paper's reference (zero-shift section) is from the project's (mid-face)."""
 
@@ -74,7 +66,7 @@ def reference_radius(member: Member) -> Mpf:
 
 
 def zero_shift(member: Member) -> ZeroShift:
-    """Distance of the zero-shift section, and what it does to `u` and to the roll.
+    """Find the distance of the zero-shift section, and what it does to `u` and to the roll.
 
     With s = bc / (cos(beta) cos(gamma)), the rack's trace direction t gives s t =
     (x m_n, bc tan(beta)/cos(gamma), bc): moved along its own trace by s, the unshifted rack
@@ -105,22 +97,15 @@ def flank_surface(member: Member, flank: str) -> Surface:
     sa, ca, sb, cb = MP.sin(alpha), MP.cos(alpha), MP.sin(beta), MP.cos(beta)
     sg, cg = MP.sin(gamma), MP.cos(gamma)
 
-    def to_rack_frame(x: Mpf, y: Mpf, u: Mpf) -> Vector:  # S_n -> S_P -> S_c of Eq. 4
-        return (
-            cg * x + u * cb * sg - sb * sg * y,
-            cb * y + u * sb,
-            u * cb * cg - sg * x - cg * sb * y,
-        )
+    # S_n -> S_P -> S_c of Eq. 4: its columns are x_n, y_n and the trace.
+    to_rack_frame = np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]])
 
     def surface(el: Mpf, u: Mpf, roll: Mpf) -> tuple[Vector, Vector]:
-        x_c, y_c, z_c = to_rack_frame(
-            a * el**2 * sa + el * ca, sigma * (a * el**2 * ca - el * sa + half_space), u
-        )
-        x_c += radial
-        along_l = to_rack_frame(2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), MP.zero)
-        along_u = to_rack_frame(MP.zero, MP.zero, MP.one)
-        n = _scaled(_cross(along_l, along_u), -sigma)  # Eq. 5, out of the tooth
-        n = _scaled(n, 1 / MP.sqrt(_dot(n, n)))
+        section = a * el**2 * sa + el * ca, sigma * (a * el**2 * ca - el * sa + half_space), u
+        x_c, y_c, z_c = to_rack_frame @ section + (radial, 0, 0)
+        along_l = to_rack_frame @ (2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), 0)
+        n = -sigma * np.cross(along_l, to_rack_frame[:, 2])  # Eq. 5, out of the tooth
+        n = n / MP.sqrt(n @ n)
         phi = (n[0] * y_c - n[1] * x_c) / (n[0] * r_p)  # Eq. 6
         sin, cos = MP.sin(phi), MP.cos(phi)
         point = (
@@ -128,8 +113,7 @@ def flank_surface(member: Member, flank: str) -> Surface:
             x_c * sin + y_c * cos + r_p * (sin - phi * cos),
             z_c,
         )
-        normal = _turned(n, phi)
-        return _turned(point, roll), _turned(normal, roll)
+        return _turned(point, roll), _turned(n, phi + roll)
 
     return surface
 
@@ -141,7 +125,7 @@ def solve_mp(
     fixed: tuple[str, float],
     mounting: tuple[Mpf, Mpf],
 ) -> ContactMp:
-    """Contact of two flanks where `fixed` = ("l1", value) or ("phi1", value).
+    """Find the contact of two flanks where `fixed` = ("l1", value) or ("phi1", value).
 
     `guess` is (l1, u1, l2, u2, phi1, phi2), its fixed entry ignored; `mounting` the distances
     dw1, dw2 without axial errors. Raises ArithmeticError where no solution is found whose six
@@ -181,55 +165,6 @@ def solve_mp(
     return ContactMp(l1, u1, l2, u2, phi1, phi2, point, outward, residual)
 
 
-def mounting_mp(design: Design) -> MountingMp:
-    """Pitch point: midpoint of the closest approach of the right and left lines of contact of
-    the unmodified pair without errors, each line through two contacts solved for.
-
-    Raises ArithmeticError if a line belongs to the other, false branch of the common normal.
-    """
-    plain = replace(design.with_parabola(0.0, 0.0), errors=Errors())
-    region = pitch_region(plain)
-    lines = []
-    for flank in ("right", "left"):
-        guess = pitch_guess(plain, flank)
-        first, second = (
-            solve_mp(plain, flank, guess, ("phi1", guess[4] + turn), region.mounting)
-            for turn in (-0.05, 0.05)
-        )
-        if _dot(first.normal, region.plane_normal) <= 0:  # sin of the working pressure angle
-            raise ArithmeticError(f"the {flank} flank's common normal belongs to the false branch")
-        lines.append((first.point, _minus(second.point, first.point)))
-    (p, along_p), (q, along_q) = lines
-    # Closest points p + s along_p and q + t along_q: the difference is square to both lines.
-    pp, pq, qq = _dot(along_p, along_p), _dot(along_p, along_q), _dot(along_q, along_q)
-    between = _minus(q, p)
-    determinant = pp * qq - pq**2
-    s = (_dot(between, along_p) * qq - _dot(between, along_q) * pq) / determinant
-    t = (_dot(between, along_p) * pq - _dot(between, along_q) * pp) / determinant
-    on_p, on_q = _plus(p, _scaled(along_p, s)), _plus(q, _scaled(along_q, t))
-    pitch_point = _scaled(_plus(on_p, on_q), MP.mpf(1) / 2)
-    separation = _minus(on_q, on_p)
-    offset, shaft = MP.mpf(plain.pair.offset), hand_of_pair(plain) * MP.mpf(plain.pair.shaft_angle)
-    from_gear = _minus(pitch_point, (offset, MP.zero, MP.zero))
-    dw1, dw2 = pitch_point[2], _dot(from_gear, (MP.zero, MP.sin(shaft), MP.cos(shaft)))
-    return MountingMp(
-        dw1=dw1,
-        dw2=dw2,
-        rw1=MP.sqrt(_dot(pitch_point, pitch_point) - dw1**2),
-        rw2=MP.sqrt(_dot(from_gear, from_gear) - dw2**2),
-        pitch_point=pitch_point,
-        gap=MP.sqrt(_dot(separation, separation)),
-    )
-
-
-def base_cylinder_mp(member: Member, flank: str, el: float = 0.0, u: float = 0.0) -> tuple[Mpf, Mpf]:
-    """Radius of the cylinder that the flank's normal touches, and arcsin of its z component,
-    at one point of the flank; constant over an unmodified one."""
-    point, normal = flank_surface(member, flank)(MP.mpf(el), MP.mpf(u), MP.zero)
-    across = MP.sqrt(normal[0] ** 2 + normal[1] ** 2)
-    return abs(point[0] * normal[1] - point[1] * normal[0]) / across, MP.asin(normal[2])
-
-
 def _six_equations(
     design: Design, flank: str, mounting: tuple[Mpf, Mpf]
 ) -> Callable[[Sequence[Mpf]], tuple[Vector, Vector, Vector, Vector]]:
@@ -243,40 +178,21 @@ def _six_equations(
     shaft = hand_of_pair(design) * (MP.mpf(design.pair.shaft_angle) + MP.mpf(errors.shaft_angle))
     sin, cos = MP.sin(shaft), MP.cos(shaft)
 
-    def gear_to_fixed(v: Vector) -> Vector:  # X2 = -x, Y2 = k2 x X2, Z2 = k2
-        return -v[0], -cos * v[1] + sin * v[2], sin * v[1] + cos * v[2]
+    # X2 = -x, Y2 = k2 x X2, Z2 = k2
+    gear_to_fixed = np.array([[-1, 0, 0], [0, -cos, sin], [0, sin, cos]])
 
     def gaps(six: Sequence[Mpf]) -> tuple[Vector, Vector, Vector, Vector]:
         l1, u1, l2, u2, phi1, phi2 = six
-        (x1, y1, z1), n1 = surface1(l1, u1, phi1)
-        (x2, y2, z2), n2 = surface2(l2, u2, phi2)
-        point1 = (x1, y1, z1 + height1)
-        point2 = _plus(gear_to_fixed((x2, y2, z2 + height2)), (offset, MP.zero, MP.zero))
-        return _minus(point1, point2), _plus(n1, gear_to_fixed(n2)), point1, n1
+        (point1, n1), (point2, n2) = surface1(l1, u1, phi1), surface2(l2, u2, phi2)
+        point1 += 0, 0, height1
+        point2 += 0, 0, height2
+        point2 = gear_to_fixed @ point2 + (offset, 0, 0)
+        return point1 - point2, n1 + gear_to_fixed @ n2, point1, n1
 
     return gaps
 
 
-def _turned(v: Vector, angle: Mpf) -> Vector:
+def _turned(v: Sequence[Mpf] | Vector, angle: Mpf) -> Vector:
+    """Turn a vector (3,) about z by an angle, rad."""
     sin, cos = MP.sin(angle), MP.cos(angle)
-    return cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]
-
-
-def _dot(v: Sequence[Mpf], w: Sequence[Mpf]) -> Mpf:
-    return v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
-
-
-def _cross(v: Vector, w: Vector) -> Vector:
-    return v[1] * w[2] - v[2] * w[1], v[2] * w[0] - v[0] * w[2], v[0] * w[1] - v[1] * w[0]
-
-
-def _scaled(v: Vector, factor: Mpf) -> Vector:
-    return factor * v[0], factor * v[1], factor * v[2]
-
-
-def _plus(v: Vector, w: Vector) -> Vector:
-    return v[0] + w[0], v[1] + w[1], v[2] + w[2]
-
-
-def _minus(v: Vector, w: Vector) -> Vector:
-    return v[0] - w[0], v[1] - w[1], v[2] - w[2]
+    return np.array((cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]))

@@ -29,7 +29,7 @@ class PitchRegion:
 
 
 def hand_of_pair(design: Design) -> float:
-    """Sign of the shaft angle: that of the sum of the helix angles (+ when the sum is zero)."""
+    """Find the sign of the shaft angle: that of the sum of the helix angles (+ when the sum is zero)."""
     return -1.0 if float(design.pinion.helix_angle) + float(design.gear.helix_angle) < 0.0 else 1.0
 
 
@@ -61,7 +61,7 @@ def pitch_region(design: Design) -> PitchRegion:
 
 
 def pitch_guess(design: Design, flank: str) -> Guess:
-    """Rough (l1, u1, l2, u2, phi1, phi2) of the contact at the pitch point.
+    """Find a rough (l1, u1, l2, u2, phi1, phi2) of the contact at the pitch point.
 
     It holds for a design mounted at about its pitch point, with small errors.
     """
@@ -81,5 +81,5 @@ def _mid_face_radius(member: Member) -> float:
 
 
 def _half_tooth(member: Member) -> float:
-    """Half the angular thickness of the tooth where the rack rolls: s0 / (2 cos(beta) r_P)."""
+    """Find half the angular thickness of the tooth where the rack rolls: s0 / (2 cos(beta) r_P)."""
     return pi / (2.0 * float(member.teeth))

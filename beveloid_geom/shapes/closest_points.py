@@ -24,7 +24,7 @@ from ..arrays import FloatArray
 def closest_on_mesh(
     points: ArrayLike, faces: ArrayLike, queries: ArrayLike
 ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-    """Closest points of a mesh with vertices `points` (p, 3), mm, and triangles `faces` (m, 3).
+    """Find the closest points of a mesh with vertices `points` (p, 3), mm, and triangles `faces` (m, 3).
 
     For `queries` (n, 3), mm: the closest points (n, 3), mm, the index of a triangle that holds
     each (n,), and its barycentric coordinates there (n, 3). Raises ValueError for a mesh
@@ -73,7 +73,7 @@ def _located(
 
 
 def _barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3)."""
+    """Find coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3)."""
     sides = corners[:, 1:] - corners[:, :1]
     area = np.cross(sides[:, 0], sides[:, 1])
     square = np.einsum("ni,ni->n", area, area)

@@ -26,6 +26,11 @@ CORNERS = np.array(
     float,
 )
 """Isoparametric coordinates of an element's corners."""
+NODES = {
+    axes: np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in edges]))
+    for axes, corners, edges in ((2, CORNERS[:4, :2], EDGES[:4]), (3, CORNERS, EDGES))
+}
+"""Isoparametric coordinates of all nodes of a face and of an element, by the number of coordinates."""
 BLOCK = 20_000
 """Elements handled at a time."""
 
@@ -54,7 +59,7 @@ class VolumeMesh:
 
 
 def face_nodes(mesh: VolumeMesh, faces: Indices) -> Indices:
-    """Nodes (k, 4) or (k, 8) of faces (k, 2): corners in turn, then the mid-side nodes after them."""
+    """Find nodes (k, 4) or (k, 8) of faces (k, 2): corners in turn, then the mid-side nodes after them."""
     size = mesh.hexahedra.shape[1]
     columns = []
     for corners in ELEMENT_FACES:
@@ -64,56 +69,55 @@ def face_nodes(mesh: VolumeMesh, faces: Indices) -> Indices:
     return np.asarray(mesh.hexahedra[faces[:, :1], np.array(columns)[faces[:, 1]]])
 
 
-def shape_derivatives(size: int, parameter: FloatArray) -> FloatArray:
-    """Derivatives (..., size, 3) of the shape functions of an element with 8 or 20 nodes at
-    isoparametric coordinates (..., 3)."""
-    nodes = (
-        CORNERS
-        if size == 8
-        else np.concatenate((CORNERS, [0.5 * (CORNERS[a] + CORNERS[b]) for a, b in EDGES]))
-    )
-    at = parameter[..., None, :]
+def shape_functions(size: int, parameter: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Find the shape functions (..., size) at isoparametric coordinates and their derivatives by these.
+
+    Of an element with 8 or 20 nodes coordinates are (..., 3), derivatives (..., size, 3); of a face with 4 or
+    8 nodes (..., 2) and (..., size, 2). Linear, or serendipity with mid-side nodes (Zienkiewicz, Taylor, Zhu,
+    The Finite Element Method, ch. 4)."""
+    axes = parameter.shape[-1]
+    nodes, at = NODES[axes][:size], parameter[..., None, :]
     middle = nodes == 0.0
     factor = np.where(middle, 1.0 - at**2, 1.0 + nodes * at)
     slope = np.where(middle, -2.0 * at, nodes * np.ones_like(at))
-    scale = np.where(middle.any(axis=1), 0.25, 0.125)
-    product = factor.prod(axis=-1)
-    derivatives = np.stack(
-        [slope[..., i] * np.delete(factor, i, axis=-1).prod(axis=-1) for i in range(3)], axis=-1
-    )
-    if size == 20:
-        # Corners have the factor (x x_k + y y_k + z z_k - 2) besides.
-        rest = np.where(middle.any(axis=1), 1.0, (nodes * at).sum(axis=-1) - 2.0)
+    scale = np.where(middle.any(axis=1), 2.0, 1.0) / 2.0**axes
+    values = factor.prod(axis=-1)
+    others = [np.delete(factor, i, axis=-1).prod(axis=-1) for i in range(axes)]
+    derivatives = slope * np.stack(others, axis=-1)
+    if size > 2**axes:
+        # Corners have the factor (x x_k + y y_k + z z_k - 2) besides, of a face (x x_k + y y_k - 1).
+        rest = np.where(middle.any(axis=1), 1.0, (nodes * at).sum(axis=-1) - (axes - 1.0))
         own = np.where(middle.any(axis=1)[:, None], 0.0, nodes)
-        derivatives = derivatives * rest[..., None] + product[..., None] * own
-    return np.asarray(derivatives * scale[:, None])
+        derivatives = derivatives * rest[..., None] + values[..., None] * own
+        values = values * rest
+    return np.asarray(values * scale), np.asarray(derivatives * scale[:, None])
 
 
 def _jacobians(mesh: VolumeMesh, at: FloatArray) -> Iterator[FloatArray]:
     """Block by block, rows (m, g, 3, 3) of the derivatives of the place, mm, by the isoparametric coordinates
     of `at` (g, 3)."""
-    derivatives = shape_derivatives(mesh.hexahedra.shape[1], at)
+    _, derivatives = shape_functions(mesh.hexahedra.shape[1], at)
     for start in range(0, len(mesh.hexahedra), BLOCK):
         x = mesh.points[mesh.hexahedra[start : start + BLOCK]]
         yield np.asarray(np.einsum("gka,mkc->mgac", derivatives, x, optimize=True))
 
 
 def gauss_points(order: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points (order^3, 3) of an element, and their weights."""
+    """Find Gauss points (order^3, 3) of an element, and their weights."""
     place, weight = np.polynomial.legendre.leggauss(order)
     at = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
     return at, np.multiply.outer(np.multiply.outer(weight, weight), weight).ravel()
 
 
 def determinants(mesh: VolumeMesh, order: int = 3) -> tuple[FloatArray, FloatArray]:
-    """Determinants (m, g) of the Jacobian at Gauss points, `order` along each axis, and the
+    """Find determinants (m, g) of the Jacobian at Gauss points, `order` along each axis, and the
     weights (g,): their products are the volumes, mm^3. All must be positive."""
     at, weights = gauss_points(order)
     return np.concatenate([np.linalg.det(block) for block in _jacobians(mesh, at)]), weights
 
 
 def element_shapes(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
-    """Scaled Jacobian (m,) of the elements, the least determinant of the unit vectors along the
+    """Find the scaled Jacobian (m,) of the elements, the least determinant of the unit vectors along the
     isoparametric lines, and the ratio (m,) of the least determinant of the Jacobian to the greatest. Both
     are 1 for a box, and at most 0 where an element is turned over.
 
@@ -122,8 +126,7 @@ def element_shapes(mesh: VolumeMesh) -> tuple[FloatArray, FloatArray]:
     integration points besides."""
     at = np.concatenate((CORNERS, np.zeros((1, 3))))
     if mesh.hexahedra.shape[1] == 20:
-        middles = [0.5 * (CORNERS[a] + CORNERS[b]) for a, b in EDGES]
-        at = np.concatenate((at, middles, gauss_points(3)[0]))
+        at = np.concatenate((at, NODES[3][8:], gauss_points(3)[0]))
     scaled, ratio = [], []
     for rows in _jacobians(mesh, at):
         values, sizes = np.linalg.det(rows), np.linalg.norm(rows, axis=-1).prod(axis=-1)

@@ -32,7 +32,7 @@ class FlankMesh:
 
 @kept(16)
 def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
-    """A flank of a single member as triangles within `tolerance` (mm) of it.
+    """Mesh a flank of a single member as triangles within `tolerance` (mm) of it.
 
     Raises ValueError as `sample_flank` does."""
     grid = sample_flank(member, flank, tolerance)
@@ -46,7 +46,7 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
 
 
 def _normals(corners: FloatArray, edges: NDArray[np.intp], faces: Faces) -> FloatArray:
-    """The normals (m, 7, 3) of FlankMesh, of triangles with `corners` (m, 3, 3), mm, whose edges, by the
+    """Give the normals (m, 7, 3) of FlankMesh, of triangles with `corners` (m, 3, 3), mm, whose edges, by the
     corner opposite, and corners have the numbers `edges` and `faces` (m, 3)."""
     sides = _unit(np.roll(corners, -1, axis=1) - corners)  # from each corner to the next
     own = _unit(np.cross(sides[:, 0], sides[:, 1]))
@@ -60,6 +60,6 @@ def _normals(corners: FloatArray, edges: NDArray[np.intp], faces: Faces) -> Floa
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) of length 1; those without length stay as they are."""
+    """Scale vectors (..., 3) to length 1; those without length stay as they are."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(length > 0.0, length, 1.0))

@@ -12,7 +12,6 @@ with 20 nodes are as large, but have curved edges and come much closer.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +22,7 @@ from .elements import Indices, VolumeMesh, element_shapes, face_nodes
 from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
-from .solid import NAMES, bore_of, turned
+from .solid import NAMES, bore_of, joined_numbers, surface_name, teeth_with, turned
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Nodes of the elements, by Abaqus's names."""
@@ -66,7 +65,7 @@ class Cells:
 
 
 def cells_of(member: Member, tolerance: float) -> Cells:
-    """Elements whose faces with 4 nodes stay within `tolerance` (mm) of the surfaces; flank, bottom
+    """Count the elements whose faces with 4 nodes stay within `tolerance` (mm) of the surfaces; flank, bottom
     and tooth are divided so that sizes do not jump at the fillet, where elements are least.
 
     Raises ValueError as `cut_sheets` does, and for a tolerance below LEAST_TOLERANCE."""
@@ -80,7 +79,7 @@ def cells_of(member: Member, tolerance: float) -> Cells:
 
 
 def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance: float) -> Cells:
-    """Elements that keep half the tolerance along profiles and half along the face, if distances
+    """Count the elements that keep half the tolerance along profiles and half along the face, if distances
     fall with the square of their number from what is measured."""
     off = _deviations(sheets, measured)
     rows, length = dict.fromkeys(("bottom", "fillet", "flank", "tip"), 1), dict.fromkeys(sheets, 0.0)
@@ -114,8 +113,8 @@ def _count(number: float) -> int:
 
 
 def _deviations(sheets: dict[str, Sheet], cells: Cells) -> dict[str, tuple[float, float]]:
-    """Greatest distances (mm) of straight edges from each surface, along its profile and the face; of
-    a face with 4 nodes at most their sum."""
+    """Find the greatest distances (mm) of straight edges from each surface, along its profile and the
+    face; of a face with 4 nodes at most their sum."""
     z = sheets["tip"].half_width * np.linspace(-1.0, 1.0, 2 * cells.face + 1)
     found = {}
     for name, grid in _grids(sheets, cells, z).items():
@@ -177,8 +176,8 @@ def tooth_hexahedra(
 
 
 def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
-    """One tooth of so many cells. Raises ValueError for numbers below 1, and where `teeth` of them take too
-    many nodes."""
+    """Mesh one tooth of so many cells. Raises ValueError for numbers below 1, and where `teeth` of
+    them take too many nodes."""
     for name, number in vars(cells).items():
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
@@ -192,7 +191,7 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
 
 
 def _require_shape(mesh: VolumeMesh) -> None:
-    """Raises ValueError for elements that are turned over or too distorted."""
+    """Raise ValueError for elements that are turned over or too distorted."""
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
     if not min(scaled, ratio) >= LEAST_SHAPE:
         text = (
@@ -202,7 +201,7 @@ def _require_shape(mesh: VolumeMesh) -> None:
 
 
 def _outline(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, FloatArray]:
-    """The curves (2 k + 1, nz, 3) around the tooth, of corners and mid-side nodes in turn."""
+    """Give the curves (2 k + 1, nz, 3) around the tooth, of corners and mid-side nodes in turn."""
     found = {}
     for name, grid in _grids(sheets, cells, z).items():
         points = _centred(sheets[name], grid)
@@ -211,9 +210,9 @@ def _outline(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str,
 
 
 def _centred(sheet: Sheet, grid: SheetGrid) -> FloatArray:
-    """The points (2 k + 1, nz, 3) of a grid, every other row moved on the surface to over the middle of the
-    edge between its neighbours: the stations are those of mid-face, and a flank that is next to undercut at
-    its toe stretches from there."""
+    """Give the points (2 k + 1, nz, 3) of a grid, every other row moved on the surface to over the middle
+    of the edge between its neighbours: the stations are those of mid-face, and a flank that is next to
+    undercut at its toe stretches from there."""
     points, ends = grid.points.copy(), grid.parameter[::2]
     edge, at = points[2::2] - points[:-2:2], grid.parameter[1::2]
     z = np.broadcast_to(grid.z, at.shape)
@@ -226,7 +225,7 @@ def _centred(sheet: Sheet, grid: SheetGrid) -> FloatArray:
 
 
 def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, SheetGrid]:
-    """The surfaces at the stations of corners and, half-way between them, of mid-side nodes."""
+    """Give the surfaces at the stations of corners and, half-way between them, of mid-side nodes."""
     grids = {}
     for name, sheet in sheets.items():
         side, kind = name.split()[0], name.split()[-1]
@@ -246,14 +245,14 @@ def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, S
 
 
 def _lengths(sheet: Sheet) -> tuple[FloatArray, FloatArray]:
-    """Stations s = 0 ... 1 of a profile and the lengths (mm) from its start there, at mid-face."""
+    """Find stations s = 0 ... 1 of a profile and the lengths (mm) from its start there, at mid-face."""
     s = np.linspace(0.0, 1.0, FINE + 1)
     steps = np.linalg.norm(np.diff(grid_of(sheet, s, np.zeros(1)).points[:, 0], axis=0), axis=1)
     return s, np.concatenate(([0.0], np.cumsum(steps)))
 
 
 def _growing(first: float, number: int) -> FloatArray:
-    """Stations 0 ... 1 (number + 1,) whose steps grow from about `first` until they are even."""
+    """Find stations 0 ... 1 (number + 1,) whose steps grow from about `first` until they are even."""
     grown = GROWTH ** np.minimum(np.arange(number), 1000)  # which is more than any step needs
     steps = np.minimum(1.0, first * number * grown)
     return np.asarray(np.concatenate(([0.0], np.cumsum(steps))) / steps.sum())
@@ -263,16 +262,12 @@ def _corners(outline: dict[str, FloatArray]) -> dict[str, FloatArray]:
     return {name: curve[::2] for name, curve in outline.items()}
 
 
-def _nodes_per_tooth(size: tuple[int, int], face: int, quadratic: bool) -> int:
-    """Nodes of one tooth whose section has so many points and quadrilaterals."""
-    points, quads = size
-    corners = points * (face + 1)
-    return corners + (points + quads - 1) * (face + 1) + points * face if quadratic else corners
-
-
 def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int) -> None:
-    """Raises ValueError for a mesh of too many nodes."""
-    nodes = teeth * _nodes_per_tooth(size, face, quadratic)
+    """Raise ValueError for a mesh of too many nodes; `size`: points and quadrilaterals of the section."""
+    points, quads = size
+    nodes = teeth * points * (face + 1)
+    if quadratic:
+        nodes += teeth * ((points + quads - 1) * (face + 1) + points * face)
     if nodes > MAX_NODES:
         text = f"the mesh takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
         raise ValueError(f"{text}: take a larger tolerance, fewer teeth or elements with 8 nodes")
@@ -291,19 +286,19 @@ class _Tooth:
 
 
 def _layers(nodes: Indices, stride: int, count: int) -> Indices:
-    """Node numbers of a section (..., k) in `count` layers (count * ..., k)."""
+    """Find the node numbers of a section (..., k) in `count` layers (count * ..., k)."""
     return np.asarray((nodes + stride * np.arange(count)[:, None, None]).reshape(-1, nodes.shape[-1]))
 
 
 def _edges(quads: Indices) -> tuple[Indices, Indices]:
-    """The edges (e, 2) of quadrilaterals, and those (m, 4) of each, from each corner to the next."""
+    """Give the edges (e, 2) of quadrilaterals, and those (m, 4) of each, from each corner to the next."""
     sides = np.sort(np.stack((quads, np.roll(quads, -1, axis=1)), axis=-1), axis=-1)
     edges, numbers = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
     return edges, numbers.reshape(-1, 4)
 
 
 def _along(section: Section, edges: Indices) -> dict[str, Indices]:
-    """The edges along the curves of the boundary."""
+    """Give the edges along the curves of the boundary."""
     size = len(section.points)
     keys = edges @ (size, 1)
     found = {}
@@ -314,7 +309,7 @@ def _along(section: Section, edges: Indices) -> dict[str, Indices]:
 
 
 def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
-    """Faces (k, 2) of each surface of one tooth."""
+    """Find faces (k, 2) of each surface of one tooth."""
     edges, sides = _edges(section.quads)
     place = np.empty(len(edges), dtype=np.int64)
     place[sides.ravel()] = np.arange(sides.size)
@@ -323,9 +318,7 @@ def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
     for name, along in _along(section, edges).items():
         own = np.stack((place[along] // 4, 2 + place[along] % 4), axis=-1)
         stacked = (own + np.multiply.outer(size * np.arange(layers), (1, 0))[:, None]).reshape(-1, 2)
-        faces.setdefault({"left bottom": "bottom", "right bottom": "bottom"}.get(name, name), []).append(
-            stacked
-        )
+        faces.setdefault(surface_name(name), []).append(stacked)
     ends = np.arange(size)
     faces["toe"] = [np.stack((ends, 0 * ends), axis=-1)]
     faces["heel"] = [np.stack((ends + size * (layers - 1), 0 * ends + 1), axis=-1)]
@@ -333,7 +326,7 @@ def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
 
 
 def _linear(section: Section) -> _Tooth:
-    """Hexahedra with 8 nodes between every other station."""
+    """Make hexahedra with 8 nodes between every other station."""
     size, layers = len(section.points), section.points.shape[1] // 2
     hexahedra = _layers(np.concatenate((section.quads, section.quads + size), axis=1), size, layers)
     first, last = (_layers(section.boundary[name][None], size, layers + 1).ravel() for name in SIDES)
@@ -342,7 +335,7 @@ def _linear(section: Section) -> _Tooth:
 
 
 def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) -> _Tooth:
-    """Hexahedra with 20 nodes between every other station."""
+    """Make hexahedra with 20 nodes between every other station."""
     quads, size = section.quads, len(section.points)
     (edges, sides), layers = _edges(quads), section.points.shape[1] // 2
     along = _along(section, edges)
@@ -374,19 +367,13 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
 
 
 def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
-    """So many teeth of a gear of `count`, joined; all of them round the gear."""
-    closed = wanted == count
-    numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if closed:
-        numbers[:, tooth.last] = np.roll(numbers[:, tooth.first], -1, axis=0)
-    else:
-        for number in range(1, wanted):
-            numbers[number, tooth.first] = numbers[number - 1, tooth.last]
+    """Join so many teeth of a gear of `count`, joined; all of them round the gear."""
+    numbers = joined_numbers(len(tooth.points), tooth.first, tooth.last, wanted, wanted == count)
     used, hexahedra = np.unique(numbers[:, tooth.hexahedra], return_inverse=True)
     angles = np.asarray(2.0 * np.pi / count * np.arange(wanted), dtype=float)
     points = turned(tooth.points, angles).reshape(-1, 3)[used]
     bare = VolumeMesh(points, hexahedra.reshape(-1, tooth.hexahedra.shape[1]), {}, {}, {})
-    surfaces = _named(tooth, wanted, closed)
+    surfaces = _named(tooth, wanted, wanted == count)
     return VolumeMesh(
         points,
         bare.hexahedra,
@@ -397,12 +384,10 @@ def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
 
 
 def _named(tooth: _Tooth, teeth: int, closed: bool) -> dict[str, Indices]:
-    """The surfaces of all teeth, and with several of them those of each."""
+    """Give the surfaces of all teeth, and with several of them those of each."""
     surfaces = {}
     for name in NAMES:
-        numbers: Iterable[int] = range(teeth)
-        if name in SIDES:
-            numbers = () if closed else (0,) if name == SIDES[0] else (teeth - 1,)
+        numbers = range(teeth)[teeth_with(name, teeth, closed)]
         each = [tooth.surfaces[name] + (number * len(tooth.hexahedra), 0) for number in numbers]
         if each:
             surfaces[name] = np.concatenate(each)

@@ -119,7 +119,7 @@ def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame
 
 
 def _seen_from(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:
-    """Points (..., 3) of S_f in a member's own frame."""
+    """Carry points (..., 3) of S_f to a member's own frame."""
     rotation, origin = frames[member]
     return np.asarray((points - origin) @ rotation)
 
@@ -134,7 +134,7 @@ def mesh_separation(
     gear_roll: float,
     polish: bool = True,
 ) -> MeshSeparation:
-    """Separation of the grid points of a `member`'s flank (0 pinion, 1 gear) from the other's flank.
+    """Find the separation of the grid points of a `member`'s flank (0 pinion, 1 gear) from the other's flank.
 
     Both flanks are sampled to `tolerance` (mm). Without `polish` separations and feet are those of
     the other's triangles, else of its flank. Raises ValueError for a batch of designs, for one that
@@ -155,7 +155,7 @@ def mesh_separation(
 
 
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Signed distance, l and z (3, n) of the closest points on a mesh, and status.
+    """Find the signed distance, l and z (3, n) of the closest points on a mesh, and status.
 
     A foot on the rim is on the flank if it is beside the point by no more than the tolerance."""
     grid, faces = mesh.grid, mesh.faces
@@ -181,7 +181,7 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
 def _polished_feet(
     member: Member, flank: str, seen: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """The same on the flank itself, by Newton from the feet on the mesh."""
+    """Give the same on the flank itself, by Newton from the feet on the mesh."""
     u = trace_parameter(member, flank, start[1], start[2])
     found = feet(member, flank, seen, (start[1], u))
     return np.stack((found.distance, found.l, found.z)), found.status
@@ -196,7 +196,7 @@ def mesh_contact(
     gear_roll: float,
     polish: bool = True,
 ) -> MeshContact:
-    """The contact at a pose as the least separation of the flanks, sampled to `tolerance` (mm).
+    """Give the contact at a pose as the least separation of the flanks, sampled to `tolerance` (mm).
 
     Without `polish` it is found among the vertices of both meshes and the closest points of these on
     the other mesh. With it the exact separation is brought to its standstill from there. A least
@@ -216,7 +216,7 @@ def _no_contact(status: Status) -> MeshContact:
 
 
 def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
-    """The vertex of least separation and its closest point on the other mesh."""
+    """Give the vertex of least separation and its closest point on the other mesh."""
     sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
     least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
     member = int(np.argmin(least))
@@ -234,7 +234,8 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
 
 
 def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
-    """Grid points (n, 3) of the cells about those points whose separation is within the bound, S_f."""
+    """Find the grid points (n, 3) of the cells about those points whose separation is within the bound,
+    S_f."""
     near = np.pad(side.separation <= bound, 1)  # no NaN is
     rows, columns = near.shape
     beside = [near[i : rows - 2 + i, j : columns - 2 + j] for i in range(3) for j in range(3)]
@@ -244,7 +245,7 @@ def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
 def _polished_contact(
     design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
 ) -> MeshContact:
-    """The least of the exact separation, downhill from a mesh's contact: steps are Newton's where the
+    """Give the least of the exact separation, downhill from a mesh's contact: steps are Newton's where the
     separation is convex, and never lead to a greater one."""
     pinion, reach = design.pinion, 1.0
     depth = float(highest_parameter(pinion) - root_parameter(pinion))
@@ -283,8 +284,8 @@ class _Local:
     metric: FloatArray
 
     def step(self, longest: FloatArray, reach: float) -> FloatArray:
-        """Step (2,) downhill: Newton's along each direction of curvature that is positive, as long for a
-        negative one, and no longer than the `reach` share of `longest` (2,), mm."""
+        """Find the step (2,) downhill: Newton's along each direction of curvature that is positive, as
+        long for a negative one, and no longer than the `reach` share of `longest` (2,), mm."""
         if not np.isfinite(self.bend).all():
             return np.full(2, np.nan)
         curvature, directions = np.linalg.eigh(self.bend * np.outer(longest, longest))
@@ -292,8 +293,8 @@ class _Local:
         return np.asarray(longest * (directions @ np.clip(share, -reach, reach)))
 
     def doubt(self, longest: FloatArray) -> float:
-        """How far (mm) the least separation may be from here: the Newton step that is left, and the slope's
-        rounding over the least curvature. Infinite where the separation is not convex."""
+        """Say how far (mm) the least separation may be from here: the Newton step that is left, and the
+        slope's rounding over the least curvature. Infinite where the separation is not convex."""
         if not np.isfinite(self.bend).all():
             return float("inf")
         root = np.linalg.inv(np.linalg.cholesky(self.metric))
@@ -303,7 +304,7 @@ class _Local:
 
 
 def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], place: FloatArray) -> _Local:
-    """The separation from the gear's flank at the place (l, u) of the pinion's."""
+    """Give the separation from the gear's flank at the place (l, u) of the pinion's."""
     l, u = place
     own = flank_patch(design.pinion, flank, l, u)
     point = to_fixed(frames[0], own.point)
@@ -333,7 +334,8 @@ def convergence(
     *,
     share: float = 0.5,
 ) -> Convergence:
-    """Errors of the route by meshes for sampling `tolerances` (n,), mm, at one pose of the path of contact.
+    """Find errors of the route by meshes for sampling `tolerances` (n,), mm, at one pose of the path of
+    contact.
 
     `share` (0 ... 1): how far the pose is along the path, in pinion roll. The reference is the contact of
     `path_of_contact` and the distance to the flank itself. Raises ValueError where the path has

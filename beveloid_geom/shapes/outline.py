@@ -27,6 +27,7 @@ from .sampling import (
     Sheet,
     SheetGrid,
     cells_for,
+    columns_for,
     estimated_deviation,
     flank_sheet,
     form_of,
@@ -34,9 +35,8 @@ from .sampling import (
     measured_deviation,
     stations,
 )
+from .section import OUTLINE
 
-OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "right fillet", "right bottom")
-"""Curves around one tooth, against the clock seen from +z."""
 ASPECT = 20.0
 """Greatest ratio of the sides of a cell. It leaves an angle of 2 deg in a triangle of the most
 slanting cells."""
@@ -61,7 +61,7 @@ ATTEMPTS = 12
 
 
 def require_tolerance(tolerance: float) -> None:
-    """Raises ValueError for a tolerance (mm) that cannot be meant."""
+    """Raise ValueError for a tolerance (mm) that cannot be meant."""
     if not 0.0 < tolerance < np.inf:
         raise ArgumentError("tolerance", f"must be a positive length in mm, got {tolerance:g}")
     if tolerance < LEAST_TOLERANCE:
@@ -81,7 +81,7 @@ def _straight_sheet(member: Member, place: Place, ends: tuple[float, float]) -> 
 
 
 def _bottom_ends(member: Member, flank: str) -> tuple[float, float, float]:
-    """Width (mm) of half the bottom land in the tool, how much of the round is added to it, and
+    """Find the width (mm) of half the bottom land in the tool, how much of the round is added to it, and
     the angle (rad) of the section normal up to which."""
     rounding, module = tool_round(member.tool, flank), float(member.tool.normal_module)
     width = 0.5 * np.pi * module - abs(rounding.centre[1])
@@ -93,13 +93,13 @@ def _bottom_ends(member: Member, flank: str) -> tuple[float, float, float]:
 
 
 def fillet_sheet(member: Member, flank: str) -> Sheet:
-    """The fillet below one flank, over the angle of the section normal: bottom land first."""
+    """Give the fillet below one flank, over the angle of the section normal: bottom land first."""
     ends = _bottom_ends(member, flank)[2], tool_round(member.tool, flank).angle
     return _straight_sheet(member, lambda p, z: fillet_point(member, flank, p, z), ends)
 
 
 def bottom_sheet(member: Member, flank: str) -> Sheet:
-    """The bottom land from the middle of the tooth space beside one flank to its fillet, over the
+    """Give the bottom land from the middle of the tooth space beside one flank to its fillet, over the
     way along the tool from where the fillet begins (mm). If it is very narrow it takes in the
     end of the fillet, for triangles of a sound shape."""
     width, added, last = _bottom_ends(member, flank)
@@ -118,14 +118,14 @@ def bottom_sheet(member: Member, flank: str) -> Sheet:
 
 
 def tip_angle(member: Member, flank: str, z: ArrayLike) -> FloatArray:
-    """Angle (rad) about the gear axis of the flank's tip edge in the plane `z`, whole turns of a long
-    helix counted."""
+    """Find the angle (rad) about the gear axis of the flank's tip edge in the plane `z`, whole turns of a
+    long helix counted."""
     angle = half_thickness_angle(member, flank, tip_parameter(member, flank, z), z)
     return np.asarray(flank_sign(flank) * angle)
 
 
 def tip_sheet(member: Member) -> Sheet:
-    """The tip cone, over the angle about the axis, from the left to the right flank.
+    """Give the tip cone, over the angle about the axis, from the left to the right flank.
 
     Raises ValueError for a pointed tooth."""
     half, gamma = 0.5 * float(member.face_width), float(member.cone_angle)
@@ -151,7 +151,7 @@ def tip_sheet(member: Member) -> Sheet:
 
 
 def cut_sheets(member: Member) -> dict[str, Sheet]:
-    """The surfaces a tool leaves on one tooth, by name, in the order of `OUTLINE`; those of the
+    """Give the surfaces a tool leaves on one tooth, by name, in the order of `OUTLINE`; those of the
     right side run the other way, from the bottom land up.
 
     Raises ValueError for a pointed or undercut tooth, and for a tool whose rounds overlap."""
@@ -167,7 +167,7 @@ def cut_sheets(member: Member) -> dict[str, Sheet]:
 def outline_grids(
     sheets: dict[str, Sheet], tolerance: float, teeth: int = 1, bore_arc: float = np.inf
 ) -> dict[str, SheetGrid]:
-    """The surfaces of one tooth as grids (rows, nz) with common stations along the face, whose
+    """Give the surfaces of one tooth as grids (rows, nz) with common stations along the face, whose
     triangles stay within `tolerance` (mm); left and right have equal numbers of rows. With
     `bore_arc` (mm), the part of the bore that belongs to the tooth, cells there are kept in shape too.
 
@@ -194,7 +194,7 @@ def outline_grids(
 
 
 def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
-    """Raises ValueError for a fillet whose widths along the face differ by more than SHRUNK times."""
+    """Raise ValueError for a fillet whose widths along the face differ by more than SHRUNK times."""
     for name in ("left fillet", "right fillet"):
         z = sheets[name].half_width * np.linspace(-1.0, 1.0, 9)
         width = _lengths(grid_of(sheets[name], np.linspace(0.0, 1.0, 33), z).points, 0).sum(axis=0)
@@ -211,7 +211,7 @@ def _grid(sheet: Sheet, form: Form, rows: int, nz: int) -> SheetGrid:
 
 
 def require_memory(points: float, tolerance: float, teeth: int) -> None:
-    """Raises ValueError for a solid of so many points for each of its `teeth`, if they are too many."""
+    """Raise ValueError for a solid of so many points for each of its `teeth`, if they are too many."""
     whole = points * teeth
     if whole > MAX_POINTS:
         size = f"about {whole:.2g} points and {whole * BYTES_PER_POINT / 2.0**30:.2g} GB of memory"
@@ -221,20 +221,9 @@ def require_memory(points: float, tolerance: float, teeth: int) -> None:
 
 
 def _rows_for(form: Form, columns: int, tolerance: float) -> float:
-    """Fewest rows with so many columns that the estimate allows, infinity where there are none."""
-    most = 1
-    while estimated_deviation(form, most, columns) > tolerance:
-        most *= 2
-        if most > MAX_POINTS:
-            return np.inf
-    few = most // 2
-    while most - few > 1:
-        middle = (few + most) // 2
-        if estimated_deviation(form, middle, columns) > tolerance:
-            few = middle
-        else:
-            most = middle
-    return most
+    """Find the fewest rows with so many columns that the estimate allows, infinity where there are none."""
+    rows = float(columns_for(form.shapes[:, ::-1], np.array([[float(columns)]]), tolerance)[0])
+    return rows if estimated_deviation(form, rows, columns) <= tolerance * (1.0 + 1e-9) else np.inf
 
 
 def _paired(rows: dict[str, float]) -> dict[str, int]:

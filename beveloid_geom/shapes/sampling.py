@@ -35,7 +35,7 @@ from ..design.model import Member
 from ..gear.flank import generated, root_parameter, tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.undercut import require_cut
-from ..support.chebyshev import polynomials
+from ..support.chebyshev import basis_of, polynomials
 from ..support.few_lines import few_lines
 
 Faces: TypeAlias = NDArray[np.int64]
@@ -129,7 +129,7 @@ RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
 
 
 def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet:
-    """A flank of a single member as a surface over (l, z), own frame, from `start` (l, mm) or
+    """Give a flank of a single member as a surface over (l, z), own frame, from `start` (l, mm) or
     else from the start of its active profile to the tip cone.
 
     Raises ValueError if the tool cannot cut the flank or the flank does not reach its tip cone."""
@@ -151,21 +151,18 @@ def flank_sheet(member: Member, flank: str, start: float | None = None) -> Sheet
 
 
 def series_of(sheet: Sheet) -> Series | None:
-    """Series through exact points of a surface, None if it departs from others by more than rounding."""
+    """Find series through exact points of a surface, None if it departs from others by more than rounding."""
     s, z = 0.5 * (BETWEEN + 1.0), sheet.half_width * BETWEEN
     exact = grid_of(sheet, s, z)
     sizes = {"points": np.abs(exact.points).max(), "normals": 1.0, "parameter": np.abs(exact.points).max()}
     for degree in DEGREES:
-        order = np.arange(degree + 1)
-        cosines = np.cos(np.pi / degree * (np.outer(order, order) % (2 * degree)))
-        weights = np.where(order % degree == 0, 0.5, 1.0)
-        fit, nodes = 2.0 / degree * np.outer(weights, weights) * cosines, cosines[1]
-        grid = grid_of(sheet, 0.5 * (nodes + 1.0), sheet.half_width * nodes)
+        basis = basis_of(degree)
+        grid = grid_of(sheet, 0.5 * (basis.nodes + 1.0), sheet.half_width * basis.nodes)
         values = np.stack((grid.points, grid.normals)).transpose(0, 3, 1, 2)
         corner = values[..., :1, :1]  # taken off, lest rounding is that of the radius
-        place = (fit @ (values - corner) @ fit).transpose(0, 2, 3, 1).copy()
+        place = (basis.fit.T @ (values - corner) @ basis.fit).transpose(0, 2, 3, 1).copy()
         place[:, 0, 0] += corner[..., 0, 0]
-        series = Series(place, grid.parameter[0] @ fit)
+        series = Series(place, basis.coefficients(grid.parameter[-1]))
         found = grid_of(replace(sheet, series=series), s, z)
         apart = {name: np.abs(getattr(found, name) - getattr(exact, name)).max() for name in sizes}
         if all(apart[name] <= ROUNDING * size for name, size in sizes.items()):
@@ -220,7 +217,7 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
 
 
 def form_of(sheet: Sheet, tolerance: float) -> Form:
-    """Second fundamental form of a surface, stretched in the way that suits `tolerance` best."""
+    """Find the second fundamental form of a surface, stretched in the way that suits `tolerance` best."""
     s, z = np.linspace(0.0, 1.0, PROBES[0]), np.linspace(-1.0, 1.0, PROBES[1]) * sheet.half_width
     grid = grid_of(sheet, s, z)
     by_s, by_z = (
@@ -241,7 +238,7 @@ def _stretched(L: FloatArray, M: FloatArray, N: FloatArray, evenness: float) -> 
 
 
 def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, FloatArray]:
-    """Stations that share out the root of the greatest curvature (n, others) evenly, at 129 even
+    """Find stations that share out the root of the greatest curvature (n, others) evenly, at 129 even
     steps, and how far the first coordinate moves there for a step of the even one, (n,)."""
     greatest = np.abs(curvature).max(axis=1)
     density = np.sqrt(greatest + evenness * greatest.max() + 1e-24)
@@ -253,14 +250,14 @@ def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, Flo
 
 
 def stations(form: Form, ns: int, nz: int, half_width: float) -> tuple[FloatArray, FloatArray]:
-    """Stations s and z (mm) of a grid of ns x nz cells."""
+    """Find stations s and z (mm) of a grid of ns x nz cells."""
     even = np.linspace(0.0, 1.0, form.profile.size)
     s = np.interp(np.linspace(0.0, 1.0, ns + 1), even, form.profile)
     return s, half_width * (2.0 * np.interp(np.linspace(0.0, 1.0, nz + 1), even, form.face) - 1.0)
 
 
 def grid_of(sheet: Sheet, s: FloatArray, z: FloatArray) -> SheetGrid:
-    """The surface at stations s (ns,) of its profile and z (nz,), mm."""
+    """Give the surface at stations s (ns,) of its profile and z (nz,), mm."""
     lower, series = sheet.lower(z), sheet.series
     if series is None:
         parameter = lower + s[:, None] * (sheet.upper(z) - lower)
@@ -278,7 +275,7 @@ def grid_of(sheet: Sheet, s: FloatArray, z: FloatArray) -> SheetGrid:
 
 
 def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
-    """Estimated deviations (n, 3) of one cell, for a second fundamental form (samples, 1), that may
+    """Find the estimated deviations (n, 3) of one cell, for a second fundamental form (samples, 1), that may
     be the greatest. The diagonal suits L, M and N: for cells as chosen here all edges along
     s and z count about the same, so that the sign of M (L + N) decides."""
     balance = np.abs(L).max() / max(np.abs(N).max(), 1e-300)
@@ -291,34 +288,40 @@ def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     return np.asarray(shapes.T[np.unique(np.abs(sides @ shapes).argmax(axis=1))])
 
 
-def estimated_deviation(form: Form, ns: int, nz: int) -> float:
-    """Distance (mm) that the second fundamental form foretells for ns x nz cells."""
+def estimated_deviation(form: Form, ns: float, nz: float) -> float:
+    """Find the distance (mm) that the second fundamental form foretells for ns x nz cells."""
     return float(np.abs(form.shapes @ (1.0 / ns**2, 1.0 / (ns * nz), 1.0 / nz**2)).max()) + 1e-300
 
 
 def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
-    """The cheapest numbers of cells (ns, nz) that the estimate allows.
+    """Find the cheapest numbers of cells (ns, nz) that the estimate allows.
 
-    For every ns the deviation at each place is a quadratic in 1/nz; where it first reaches the
-    tolerance is the longest cell. Raises ValueError for a tolerance that is not positive or
-    takes too many points."""
+    Raises ValueError for a tolerance that is not positive or takes too many points."""
     if not 0.0 < tolerance < np.inf:
         raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
-    a, b, c = np.concatenate((form.shapes, -form.shapes)).T
+    a, b, _ = np.concatenate((form.shapes, -form.shapes)).T
     bound = max(tolerance, 1e-50)  # below it is out of reach, and out of range when squared
     least = max(1.0, np.ceil(np.sqrt(a.max() / bound) - 1e-9))
     most = 4.0 * least + np.floor(2.0 * np.sqrt(b.max() / bound)) + 2.0
-    counts = np.unique(np.round(np.geomspace(least, most, 60)))[:, None]
-    left, b = np.maximum(bound - a / counts**2, 1e-9 * bound), b / counts
-    with np.errstate(invalid="ignore"):
-        across = np.fmax.reduce((b + np.sqrt(b * b + 4.0 * c * left)) / (2.0 * left), axis=1)
-    across = np.maximum(np.ceil(across - 1e-9), 1.0)
+    counts = np.unique(np.round(np.geomspace(least, most, 60))).astype(float)[:, None]
+    across = columns_for(form.shapes, counts, bound)
     points = (counts[:, 0] + 1.0) * (across + 1.0)
     best = int(np.argmin(points))
     if points[best] > MAX_POINTS:
         count = f"{points[best]:.2g} points, the limit is {MAX_POINTS:.2g}"
         raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {count}")
     return int(counts[best, 0]), int(across[best])
+
+
+def columns_for(shapes: FloatArray, rows: FloatArray, tolerance: float) -> FloatArray:
+    """Find the fewest columns (n,) with `rows` (n, 1) that the estimate by the `shapes` (m, 3) of a Form
+    allows for a tolerance (mm): at each place the deviation is a quadratic in 1/columns, and where it first
+    reaches the tolerance is the longest cell. Columns are very many where the rows alone miss it."""
+    a, b, c = np.concatenate((shapes, -shapes)).T
+    left, b = np.maximum(tolerance - a / rows**2, 1e-9 * tolerance), b / rows
+    with np.errstate(invalid="ignore"):
+        across = np.fmax.reduce((b + np.sqrt(b * b + 4.0 * c * left)) / (2.0 * left), axis=1)
+    return np.asarray(np.maximum(np.ceil(across - 1e-9), 1.0))
 
 
 def falling_diagonals(points: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
@@ -333,7 +336,7 @@ def falling_diagonals(points: FloatArray, normals: FloatArray) -> NDArray[np.boo
 
 
 def grid_faces(points: FloatArray, normals: FloatArray) -> Faces:
-    """Triangles (m, 3) of a grid of points and normals (ns, nz, 3), as indices of its points in
+    """Make triangles (m, 3) of a grid of points and normals (ns, nz, 3), as indices of its points in
     row-major order. They wind so that they face along the normals; each cell is cut along
     the diagonal that departs least from the surface."""
     ns, nz = points.shape[:2]
@@ -348,7 +351,7 @@ def grid_faces(points: FloatArray, normals: FloatArray) -> Faces:
 
 
 def measured_deviation(sheet: Sheet, form: Form, ns: int, nz: int) -> float:
-    """Greatest distance (mm) from the surface, along its normals, found at a lattice of points
+    """Find the greatest distance (mm) from the surface, along its normals, found at a lattice of points
     inside the triangles of its grid of ns x nz cells, in up to `MEASURED_CELLS` rows and
     columns of cells."""
     (rows, s), (columns, z) = (_inside_cells(values) for values in stations(form, ns, nz, sheet.half_width))

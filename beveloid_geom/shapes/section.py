@@ -75,7 +75,7 @@ class _Lattice:
 def section_of(
     outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
 ) -> Section:
-    """Quadrilaterals between an outline and the bore.
+    """Make quadrilaterals between an outline and the bore.
 
     `outline`: points (k, nz, 3), mm, of the curves of `OUTLINE` from the middle of one tooth space
     to that of the next; all have the same stations, neighbours share their ends, left and right
@@ -106,7 +106,7 @@ def section_of(
 def section_size(
     outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
 ) -> tuple[int, int]:
-    """Numbers of points and of quadrilaterals that `section_of` would give; raises what it does, but
+    """Count the points and of quadrilaterals that `section_of` would give; raises what it does, but
     for an outline that cannot be filled."""
     flat = _flat(outline)
     lattice = _lattice_of(flat, _corner(flat), bore_radius, (aspect, growth))
@@ -114,7 +114,7 @@ def section_size(
 
 
 def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
-    """The curves as points of transverse planes, in order, checked."""
+    """Give the curves as points of transverse planes, in order, checked."""
     flat = {name: np.asarray(outline[name][..., 0] + 1.0j * outline[name][..., 1]) for name in OUTLINE}
     for name, partner in zip(OUTLINE[:3], OUTLINE[:3:-1], strict=True):
         if flat[name].shape != flat[partner].shape:
@@ -131,7 +131,7 @@ def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
 
 
 def _quads(lattice: _Lattice) -> Indices:
-    """Node numbers (m, 4) of the lattice's cells, against the clock."""
+    """Find the node numbers (m, 4) of the lattice's cells, against the clock."""
     index = lattice.index
     quads = np.stack((index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]), axis=-1)
     return np.asarray(quads[(quads >= 0).all(axis=-1)])
@@ -150,7 +150,7 @@ def _refuse_folds(x: Plane, z: FloatArray, quads: Indices) -> None:
 
 
 def _lengths(curve: Plane) -> FloatArray:
-    """Length (mm) along points (k,) from the first."""
+    """Find the length (mm) along points (k,) from the first."""
     return np.concatenate(([0.0], np.cumsum(np.abs(np.diff(curve)))))
 
 
@@ -165,7 +165,7 @@ def _corner(flat: dict[str, Plane]) -> int:
 
 
 def _shares(root: float, bore: float, first: float, across: float, limits: tuple[float, float]) -> FloatArray:
-    """Stations 0 ... 1 from root radius to bore, three or more. The `first` row (mm) is given,
+    """Find stations 0 ... 1 from root radius to bore, three or more. The `first` row (mm) is given,
     others grow, but not beyond the aspect of cells `across` (rad) wide."""
     (aspect, growth), radii, height = limits, [root], min(first, 0.5 * (root - bore))
     while radii[-1] > bore:
@@ -177,19 +177,19 @@ def _shares(root: float, bore: float, first: float, across: float, limits: tuple
 
 
 def _swept(flat: dict[str, Plane]) -> FloatArray:
-    """Angles (rad) about the axis from the outline's first to its last point, by station: one pitch. They
-    are added up, as a pitch may be half a turn or a whole one."""
+    """Find angles (rad) about the axis from the outline's first to its last point, by station: one pitch.
+    They are added up, as a pitch may be half a turn or a whole one."""
     outline = np.concatenate([flat[name] for name in OUTLINE])
     return np.asarray(np.angle(outline[1:] * outline[:-1].conj()).sum(axis=0))
 
 
 def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
-    """Lattice coordinate at lengths from an inner corner: their power 3/2, linear beyond `scale`."""
+    """Find the lattice coordinate at lengths from an inner corner: their power 3/2, linear beyond `scale`."""
     return np.asarray(lengths * np.sqrt(lengths / (lengths + scale)))
 
 
 def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[float, float]) -> _Lattice:
-    """The lattice's shape; the rows of the body suit the outline at the middle station."""
+    """Give the lattice's shape; the rows of the body suit the outline at the middle station."""
     first = flat["left bottom"][0]
     root = float(np.abs(first).min())
     if not 0.0 < bore < root:
@@ -215,7 +215,7 @@ def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[fl
 
 
 def _profile(flat: dict[str, Plane], side: str, half: int, at: int) -> tuple[FloatArray, FloatArray]:
-    """Lengths (mm) of the outline at one station from an inner corner, down and up."""
+    """Find lengths (mm) of the outline at one station from an inner corner, down and up."""
     step = 1 if side == "left" else -1
     bottom, fillet, flank = (flat[f"{side} {part}"][::step, at] for part in ("bottom", "fillet", "flank"))
     below = np.concatenate((bottom, fillet[1 : half + 1]))[::-1]
@@ -225,7 +225,7 @@ def _profile(flat: dict[str, Plane], side: str, half: int, at: int) -> tuple[Flo
 def _coordinates(
     flat: dict[str, Plane], half: int, at: int, lattice: _Lattice, pitch: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Lattice coordinates xi and eta (rows, columns) that suit the outline at one station."""
+    """Find the lattice coordinates xi and eta (rows, columns) that suit the outline at one station."""
     wings, walls = [], []
     for side in ("left", "right"):
         below, above = _profile(flat, side, half, at)
@@ -252,7 +252,7 @@ def _coordinates(
 
 
 def _boundary(lattice: _Lattice, flat: dict[str, Plane], half: int) -> dict[str, Indices]:
-    """Node numbers of the boundary's curves, in order."""
+    """Find the node numbers of the boundary's curves, in order."""
     index, body, left, right = lattice.index, lattice.body, lattice.left, lattice.right
     profiles = {
         "left": np.concatenate((index[body, : left + 1], index[body + 1 :, left])),
@@ -270,7 +270,7 @@ def _boundary(lattice: _Lattice, flat: dict[str, Plane], half: int) -> dict[str,
 
 
 def _operators(lattice: _Lattice, coordinates: tuple[FloatArray, FloatArray]) -> tuple[Indices, FloatArray]:
-    """The inner nodes with their neighbours (9, n), row by row, and weights (5, 9, n): first
+    """Give the inner nodes with their neighbours (9, n), row by row, and weights (5, 9, n): first
     derivatives by xi and eta, second ones by xi, by both, by eta."""
     window = np.lib.stride_tricks.sliding_window_view(lattice.index, (3, 3))
     rows, columns = np.nonzero((window >= 0).all(axis=(2, 3)))
@@ -313,7 +313,7 @@ def _fill(x: Plane, z: FloatArray, flat: dict[str, Plane], half: int, lattice: _
 
 
 def _solved(x: Plane, nodes: Indices, values: FloatArray) -> Plane:
-    """Inner nodes (n, k) to the given ones of `x` (all, k), for equations (9, n)."""
+    """Find the inner nodes (n, k) to the given ones of `x` (all, k), for equations (9, n)."""
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
 
@@ -333,7 +333,7 @@ def _winslow(
     operators: tuple[Indices, FloatArray],
     pitch: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """The equations (9, n) of the inner nodes at one station, and the shares of the pitch at
+    """Give the equations (9, n) of the inner nodes at one station, and the shares of the pitch at
     which columns reach the bore."""
     nodes, weights = operators
     ends, above = lattice.index[:2]

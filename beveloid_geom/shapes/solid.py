@@ -80,7 +80,7 @@ class ToothSurface:
 
 
 def bore_of(member: Member, bore_radius: float | None) -> float:
-    """Radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
+    """Find the radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
     ValueError outside the limits LEAST_BORE and LEAST_RIM."""
     half = 0.5 * float(member.face_width)
     root = float(root_radius(member, (-half, half)).min())
@@ -96,7 +96,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
 def tooth_surface(
     member: Member, tolerance: float, bore_radius: float | None = None, teeth: int = 1
 ) -> ToothSurface:
-    """Surface of one tooth of a single member with its part of the body, own frame; `tolerance`
+    """Make the surface of one tooth of a single member with its part of the body, own frame; `tolerance`
     (mm) is the greatest distance of its triangles from the surfaces the tool cuts.
 
     Raises ValueError for a gear of one tooth, a pointed or undercut tooth, a tool whose rounds overlap,
@@ -133,7 +133,7 @@ def tooth_surface(
 
 
 def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:
-    """The grids, all with their rows against the clock."""
+    """Give the grids, all with their rows against the clock."""
 
     def turned_round(grid: SheetGrid) -> SheetGrid:
         return SheetGrid(grid.points[::-1], grid.normals[::-1], grid.parameter[::-1], grid.z)
@@ -144,7 +144,7 @@ def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:
 def _filled(
     grids: dict[str, SheetGrid], tip: Sheet, bore: float, tolerance: float, teeth: int
 ) -> tuple[dict[str, SheetGrid], Section]:
-    """The section at toe, mid-face and heel, of more columns at the tip where its cells are too
+    """Give the section at toe, mid-face and heel, of more columns at the tip where its cells are too
     slender or too few on the bore; these come with the grids."""
     best: tuple[tuple[float, float], dict[str, SheetGrid], Section] | None = None
     last = len(grids["tip"].z) - 1
@@ -175,7 +175,7 @@ def _filled(
 def _inner_walls(
     section: Section, edge: FloatArray, pitch: float
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Points and normals (k, nz, 3) of the bore and of the sides, at the stations of the first
+    """Find points and normals (k, nz, 3) of the bore and of the sides, at the stations of the first
     side's outer `edge` (nz, 3), as the section has them at toe and heel."""
     outer, z = edge @ (1.0, 1.0j, 0.0), edge[:, 2]
     first, ring = (
@@ -199,13 +199,13 @@ def _inner_walls(
 
 
 def _turns(section: Section, station: int) -> FloatArray:
-    """Angles (rad) on the bore from the first side, at a station."""
+    """Find angles (rad) on the bore from the first side, at a station."""
     ring = section.points[section.boundary["bore"], station] @ (1.0, 1.0j, 0.0)
     return np.asarray(np.unwrap(np.angle(ring / ring[0])))
 
 
 def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: FloatArray) -> Piece:
-    """What a curve of the section's boundary draws along the face: numbers (k, nz), points and
+    """Make what a curve of the section's boundary draws along the face: numbers (k, nz), points and
     normals (k, nz, 3). Raises ValueError where its triangles are turned over."""
     faces = grid_faces(points, normals)
     flat, outward = points.reshape(-1, 3), normals.reshape(-1, 3)
@@ -214,12 +214,12 @@ def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: 
         raise ValueError(
             f"the surface of the {curve} folds back: take a less deep tool or a larger tip radius"
         )
-    name = curve.split()[-1] if curve.endswith("bottom") else curve
-    return Piece(name, numbers.ravel(), flat, outward, faces)
+    return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 
 
 def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
-    """Toe (0) or heel (1), of the section's quadrilaterals, each cut so that its least angle is greatest."""
+    """Make toe (0) or heel (1) of the section's quadrilaterals, each cut so that its least angle is
+    greatest."""
     points, sign = section.points[:, -end], 2 * end - 1
     faces = _halved(points, section.quads)[:, ::sign]
     return Piece(
@@ -228,7 +228,7 @@ def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
 
 
 def _halved(points: FloatArray, quads: NDArray[np.int64]) -> Faces:
-    """Triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
+    """Make triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
     a, b, c, d = (quads[:, i] for i in range(4))
     cuts = np.stack(((a, b, c, a, c, d), (a, b, d, b, c, d)), axis=-1).reshape(2, 3, -1, 2)
     cuts = cuts.transpose(2, 3, 0, 1)  # (m, cut, triangle, corner)
@@ -237,7 +237,7 @@ def _halved(points: FloatArray, quads: NDArray[np.int64]) -> Faces:
 
 
 def least_angle(points: FloatArray, faces: Faces) -> FloatArray:
-    """Least angle (rad) of triangles (..., 3) of `points` (n, 3)."""
+    """Find the least angle (rad) of triangles (..., 3) of `points` (n, 3)."""
     corners = points[faces]
     sides = np.roll(corners, -1, axis=-2) - corners
     back = -np.roll(sides, 1, axis=-2)
@@ -276,18 +276,11 @@ def gear_solid(
     if not 0 < wanted <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {wanted}")
     tooth = tooth_surface(member, tolerance, bore_radius, wanted)
-    closed = wanted == count
-    numbers = np.arange(wanted * len(tooth.points)).reshape(wanted, -1)
-    if closed:
-        numbers[:, tooth.last_side] = np.roll(numbers[:, tooth.first_side], -1, axis=0)
-    else:
-        numbers[:-1, tooth.last_side] = numbers[1:, tooth.first_side]
+    numbers = joined_numbers(len(tooth.points), tooth.first_side, tooth.last_side, wanted, wanted == count)
     faces, part = [], []
     for piece in tooth.pieces:
-        of = slice(None)
-        if piece.name in SIDES:
-            of = slice(0, 0) if closed else slice(0, 1) if piece.name == SIDES[0] else slice(wanted - 1, None)
-        some = numbers[of][:, piece.nodes[piece.faces]].reshape(-1, 3)
+        shown = numbers[teeth_with(piece.name, wanted, wanted == count)]
+        some = shown[:, piece.nodes[piece.faces]].reshape(-1, 3)
         faces.append(some)
         part.append(np.full(len(some), NAMES.index(piece.name)))
     used = np.zeros(numbers.size, dtype=bool)
@@ -298,7 +291,31 @@ def gear_solid(
     return Solid(points[used], (np.cumsum(used) - 1)[every], np.concatenate(part), NAMES)
 
 
+def joined_numbers(
+    size: int, first: NDArray[np.int64], last: NDArray[np.int64], teeth: int, closed: bool
+) -> NDArray[np.int64]:
+    """Number the `size` points of each of some neighbouring teeth, (teeth, size), those of the side `last` of
+    a tooth as those of the side `first` of the next one; `closed` where the next of the last is the first."""
+    numbers = np.arange(teeth * size).reshape(teeth, size)
+    ahead = numbers[:, first]
+    numbers[: teeth if closed else -1, last] = np.roll(ahead, -1, axis=0) if closed else ahead[1:]
+    return numbers
+
+
+def teeth_with(name: str, teeth: int, closed: bool) -> slice:
+    """Find which of some neighbouring teeth show a surface: the first and the last one the sides, at which
+    they are cut from the others, and none if they are the whole gear."""
+    if name not in SIDES:
+        return slice(None)
+    return slice(0, 0) if closed else slice(0, 1) if name == SIDES[0] else slice(teeth - 1, None)
+
+
+def surface_name(curve: str) -> str:
+    """Name the surface that a curve of the section draws along the face: the bottom land has two."""
+    return "bottom" if curve.endswith("bottom") else curve
+
+
 def turned(vectors: FloatArray, angles: FloatArray) -> FloatArray:
-    """Vectors (n, 3) turned about z by each of the angles (k,): (k, n, 3)."""
+    """Turn vectors (n, 3) about z by each of the angles (k,): (k, n, 3)."""
     plane = np.exp(1.0j * angles)[:, None] * (vectors[:, :2] @ (1.0, 1.0j))
     return np.stack((plane.real, plane.imag, np.broadcast_to(vectors[:, 2], plane.shape)), axis=-1)

@@ -17,8 +17,7 @@ from ..design.model import Member
 from ..support.few_lines import few_lines
 from .outline import cut_sheets
 from .sampling import Faces, cells_for, form_of, grid_of, stations
-from .section import SIDES
-from .solid import NAMES, tooth_surface, turned
+from .solid import NAMES, teeth_with, tooth_surface, turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +35,15 @@ class Mesh:
     names: tuple[str, ...]
 
     def of(self, *names: str) -> Mesh:
-        """Only the faces of the named parts."""
+        """Keep only the faces of the named parts."""
         return self.where(self.is_of(*names))
 
     def is_of(self, *names: str) -> NDArray[np.bool_]:
-        """Which faces (m,) belong to the named parts."""
+        """Find which faces (m,) belong to the named parts."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
     def where(self, wanted: NDArray[np.bool_]) -> Mesh:
-        """Only the faces `wanted` (m,), with the points they use."""
+        """Keep only the faces `wanted` (m,), with the points they use."""
         used, faces = np.unique(self.faces[wanted], return_inverse=True)
         return Mesh(
             self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[wanted], self.names
@@ -52,21 +51,23 @@ class Mesh:
 
 
 def gear_mesh(
-    member: Member, tolerance: float, teeth: Sequence[int] | None = None, bore_radius: float | None = None
+    member: Member,
+    tolerance: float,
+    tooth_numbers: Sequence[int] | None = None,
+    bore_radius: float | None = None,
 ) -> Mesh:
-    """The whole gear, or the neighbouring `teeth` numbered (0 is at angle 0), own frame. All teeth are the
+    """Mesh the whole gear, or the neighbouring teeth of the `tooth_numbers` (0 is at angle 0), in the own
+    frame, within `tolerance` (mm) of its surfaces; `bore_radius` (mm) as in `gear_solid`. All teeth are the
     whole gear.
 
     Raises ValueError as `tooth_surface` does."""
-    numbers = np.arange(int(member.teeth)) if teeth is None else np.asarray(teeth)
+    numbers = np.arange(int(member.teeth)) if tooth_numbers is None else np.asarray(tooth_numbers)
     surface = tooth_surface(member, tolerance, bore_radius, len(numbers))
     whole = len(numbers) == int(member.teeth)
     angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)
     points, normals, faces, part, start = [], [], [], [], 0
     for piece in surface.pieces:
-        at = angles
-        if piece.name in SIDES:
-            at = angles[:0] if whole else angles[:1] if piece.name == SIDES[0] else angles[-1:]
+        at = angles[teeth_with(piece.name, len(numbers), whole)]
         points.append(turned(piece.points, at).reshape(-1, 3))
         normals.append(turned(piece.normals, at).reshape(-1, 3))
         first = start + len(piece.points) * np.arange(len(at))
@@ -79,7 +80,7 @@ def gear_mesh(
 
 
 def transverse_section(member: Member, z: float, tolerance: float) -> FloatArray:
-    """Outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
+    """Find the outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
     clock. Its points are exact, `tolerance` (mm) sets how many. Raises ValueError as
     `outline.cut_sheets` does."""
     at, pieces = np.array([z]), []

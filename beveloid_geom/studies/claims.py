@@ -74,46 +74,46 @@ class Case:
         return read_only(np.array([[float(member.face_width)] for member in self.design.members]))
 
     def both_shifts(self, error: str, size: float) -> dict[str, Ways]:
-        """Shifts under -size and +size of an error, of the design and of the modified one."""
+        """Find shifts under -size and +size of an error, of the design and of the modified one."""
         both = {"unmodified": self.design, "modified": self.modified}
         return {name: shifts(design, self.flank, error, size) for name, design in both.items()}
 
 
 def grows(row: FloatArray) -> bool:
-    """Whether numbers (n,) grow throughout."""
+    """Tell whether numbers (n,) grow throughout."""
     return bool((np.diff(row) > 0.0).all())
 
 
 def ends_greater(row: FloatArray) -> bool:
-    """Whether the last number is greater than the first."""
+    """Tell whether the last number is greater than the first."""
     return bool(row[-1] > row[0])
 
 
 def ends_clearly_less(row: FloatArray) -> bool:
-    """Whether the last number is less than the first by CLEAR."""
+    """Tell whether the last number is less than the first by CLEAR."""
     return bool(row[-1] < (1.0 - CLEAR) * row[0])
 
 
 def angle_falls(row: FloatArray) -> bool:
-    """Whether angles fall throughout, without another sign."""
+    """Tell whether angles fall throughout, without another sign."""
     return grows(-np.abs(row)) and bool((row * row[0] > 0.0).all())
 
 
 def turns_over(row: FloatArray) -> bool:
-    """Whether the angle grows up to 90 deg and falls from there with the other sign, turning one way."""
+    """Tell whether the angle grows up to 90 deg and falls from there with the other sign, turning one way."""
     turned = unwrapped(row)
     one_way = grows(turned) or grows(-turned)
     return one_way and bool(row[0] * row[-1] < 0.0 and abs(turned[-1]) > 90.0)
 
 
 def shorter_first(row: FloatArray) -> bool:
-    """Whether numbers fall to one in between and grow from there."""
+    """Tell whether numbers fall to one in between and grow from there."""
     least = int(row.argmin())
     return 0 < least < row.size - 1 and grows(-row[: least + 1]) and grows(row[least:])
 
 
 def little_up_to_half(row: FloatArray) -> bool:
-    """Whether the first half stays within LITTLE of the first number."""
+    """Tell whether the first half stays within LITTLE of the first number."""
     return bool(np.abs(row[: row.size // 2 + 1] - row[0]).max() < LITTLE * row[0])
 
 
@@ -174,7 +174,7 @@ in more than one way."""
 
 
 def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
-    """First, least or greatest between, and last value of a sweep."""
+    """Find the first, least or greatest between, and last value of a sweep."""
     if not np.isfinite(row).all():
         return f"{np.isfinite(row).sum()} of {row.size} paths on the flanks"
     text = f"{row[0]:z.4g}"
@@ -191,7 +191,8 @@ def _concavity(case: Case) -> Measured:
 
 
 def _sweep(name: str, shown: tuple[tuple[str, str, str, str], ...], case: Case) -> Measured:
-    """Lengths, angles and locations of a sweep; `shown` are name, measure, way and unit of those in words."""
+    """Find lengths, angles and locations of a sweep; `shown` are name, measure, way and unit of those in
+    words."""
     found, small = case.sweeps[name], case.sweeps["C2"].paths.angle
     falls = {  # of the angle from first to last, and in C2
         way: np.stack((*np.abs(rows[:, [0, -1]]).T, *np.abs(small[way][:, [0, -1]]).T), axis=-1)
@@ -207,7 +208,7 @@ def _sweep(name: str, shown: tuple[tuple[str, str, str, str], ...], case: Case) 
 
 
 def _ratios(name: str, case: Case) -> Measured:
-    """Contact ratios of a sweep, with and without toe and heel; NaN without a path."""
+    """Find the contact ratios of a sweep, with and without toe and heel; NaN without a path."""
     found, design = case.sweeps[name], case.design
     pinion, gear = (replace(m, face_width=WIDE * m.face_width) for m in design.members)
     wide = replace(design, pinion=pinion, gear=gear).with_parabola(
@@ -272,7 +273,7 @@ def _lengths(case: Case) -> Measured:
 
 
 def _smaller(error: str, size: float, case: Case) -> Measured:
-    """Mean shifts without and with modification, and the derivatives by the error."""
+    """Find the mean shifts without and with modification, and the derivatives by the error."""
     both = case.both_shifts(error, size)
     ways = {
         name: np.stack([np.abs(found[name]).mean(axis=-1) for found in both.values()], axis=-1)
@@ -291,7 +292,7 @@ def _smaller(error: str, size: float, case: Case) -> Measured:
 
 
 def _axial(case: Case) -> Measured:
-    """Shifts in face widths, and changes of the contact ratio, under axial errors."""
+    """Find shifts in face widths, and changes of the contact ratio, under axial errors."""
     ways: Ways = {}
     ratios: Ways = {}
     errors = np.array((-AXIAL_ERROR, AXIAL_ERROR))

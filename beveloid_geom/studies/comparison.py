@@ -147,8 +147,8 @@ def compare(design: Design, flank: str = "right", settings: Settings | None = No
 
 
 def timed(work: Callable[[], Result], repeat: int = 3) -> tuple[Result, float]:
-    """Result and seconds of a call: the least of a first one and of `repeat` measurements after it; a
-    long call is made once."""
+    """Measure the result and seconds of a call: the least of a first one and of `repeat` measurements after
+    it; a long call is made once."""
     begin = CLOCK()
     result = work()
     first = best = CLOCK() - begin
@@ -182,14 +182,14 @@ def _row(positions: Positions, trial: _Trial, repeat: int) -> Row:
 
 
 def _phase(design: Design, roll: FloatArray) -> FloatArray:
-    """Transmission error (n,), rad, from rolls (2, n) of any precision."""
+    """Find the transmission error (n,), rad, from rolls (2, n) of any precision."""
     phase = roll[1].astype(float) + design.pinion.teeth / design.gear.teeth * roll[0].astype(float)
     return np.asarray(phase - phase[len(phase) // 2])
 
 
 def _setup(design: Design, work: Callable[[Design], object], repeat: int) -> float:
-    """Seconds of the mounting distances and of `work`, on designs of which nothing is kept yet: the
-    same but for the last digits of the face widths."""
+    """Measure the seconds of the mounting distances and of `work`, on designs of which nothing is kept yet:
+    the same but for the last digits of the face widths."""
     best = float("inf")
     for grown in 1.0 + 1e-9 * np.random.default_rng().random(repeat):
         pinion, gear = (replace(part, face_width=float(part.face_width * grown)) for part in design.members)

@@ -62,7 +62,7 @@ class Positions:
 
 
 def numbers_in(name: str, values: object, least: int | None = None) -> None:
-    """Raises TypeError for what is no row of numbers, or of whole ones where `least` is given, ValueError
+    """Raise TypeError for what is no row of numbers, or of whole ones where `least` is given, ValueError
     for one under `least`, or, without it, for one that is not finite and positive."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
@@ -77,7 +77,7 @@ def numbers_in(name: str, values: object, least: int | None = None) -> None:
 
 
 def true_positions(design: Design, flank: str) -> Positions:
-    """The positions compared, by the five equations at 60 digits: kept ones of the built-in design, else
+    """Give the positions compared, by the five equations at 60 digits: kept ones of the built-in design, else
     solved for.
 
     The path of contact says at which rolls, and where to start. Raises TypeError for what is no
@@ -99,8 +99,8 @@ def true_positions(design: Design, flank: str) -> Positions:
 
 
 def kept_positions(design: Design, flank: str) -> FloatArray | None:
-    """What `solved_positions` gave for the built-in design without and with parabolas, so that its figure
-    needs no mpmath; None for other designs. Made by `python -m tests.studies.kept_positions`."""
+    """Find what `solved_positions` gave for the built-in design without and with parabolas, so that its
+    figure needs no mpmath; None for other designs. Made by `python -m tests.studies.kept_positions`."""
     for case in json.loads((files(__package__) / "positions_of_table1.json").read_text(encoding="utf-8")):
         if case["flank"] == flank and builtin_design().with_parabola(*case["parabola"]) == design:
             return np.array(case["positions"])
@@ -108,8 +108,8 @@ def kept_positions(design: Design, flank: str) -> FloatArray | None:
 
 
 def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatArray:
-    """Pinion and gear roll (rad), l1 and the point in S_f (mm), (n, 6), at 60 digits, rounded to double, at
-    the pinion rolls of `guesses` (n, 6): l1, u1, l2, u2 (mm), both rolls (rad)."""
+    """Find the pinion and gear roll (rad), l1 and the point in S_f (mm), (n, 6), at 60 digits, rounded to
+    double, at the pinion rolls of `guesses` (n, 6): l1, u1, l2, u2 (mm), both rolls (rad)."""
     from ..reference.five_equations_mp import solve_mp
 
     distance = mounting_of(design).distance
@@ -124,7 +124,8 @@ def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatAr
 
 
 def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
-    """By proximity of flanks sampled to `tolerance` (mm), the gear turned until they touch.
+    """Find points and rolls by proximity of flanks sampled to `tolerance` (mm), the gear turned until they
+    touch.
 
     The gear starts START_TURN off its true roll and is turned by the least separation over the
     moment of its normal, until that separation vanishes. Raises ArithmeticError where it does not,
@@ -142,7 +143,7 @@ def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
 def _turned(
     positions: Positions, tolerance: float, polish: bool, pinion_roll: float, gear_roll: float
 ) -> tuple[MeshContact, float]:
-    """The contact of meshes at a pinion roll, and the gear roll to which it is turned."""
+    """Give the contact of meshes at a pinion roll, and the gear roll to which it is turned."""
     design, flank = positions.design, positions.flank
     limit = TURNED_EXACTLY if polish else TURNED * tolerance
     for _ in range(TURNS):
@@ -159,14 +160,16 @@ def _turned(
 
 
 def along(size: int) -> tuple[int, slice]:
-    """The size 10 k + 1 of a path nearest to `size`, and where such a path holds the positions compared."""
+    """Give the size 10 k + 1 of a path nearest to `size`, and where such a path holds the positions
+    compared."""
     step = max(1, round((size - 1) / (2 * COUNT)))
     return 2 * COUNT * step + 1, slice(step, None, 2 * step)
 
 
 def five_answer(positions: Positions, xtol: float, rolls: FloatArray, picked: slice, cold: bool) -> Answer:
-    """By the five equations as `reference.five_equations_math` has them, at pinion `rolls` (rad) of which
-    `picked` are compared. From the pitch point, each of them if `cold`, else the first."""
+    """Find points and rolls by the five equations as `reference.five_equations_math` has them, at pinion
+    `rolls` (rad) of which `picked` are compared. From the pitch point, each of them if `cold`, else the
+    first."""
     design, flank, distance = positions.design, positions.flank, mounting_of(positions.design).distance
     known = five_equations_math.solve_math(
         *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
@@ -180,7 +183,7 @@ def five_answer(positions: Positions, xtol: float, rolls: FloatArray, picked: sl
 
 
 def path_answer(positions: Positions, size: int) -> Answer:
-    """By `path_of_contact` of `size` 10 k + 1 positions, ends included."""
+    """Find points and rolls by `path_of_contact` of `size` 10 k + 1 positions, ends included."""
     _, picked = along(size)
     return _of_path(path_of_contact(positions.design, positions.flank, size), picked)
 
@@ -190,7 +193,8 @@ def _of_path(path: ContactPath, picked: slice) -> Answer:
 
 
 def batches(positions: Positions, size: int) -> list[FloatArray]:
-    """The l1 compared, in calls of `size`; a larger call is filled up with l1 in between, behind them."""
+    """Give the l1 compared, in calls of `size`; a larger call is filled up with l1 in between, behind
+    them."""
     l1 = positions.l1
     if size >= COUNT:
         return [np.append(l1, np.linspace(l1.min(), l1.max(), size - COUNT))]
@@ -203,8 +207,8 @@ def _joined(found: list[Answer]) -> Answer:
 
 
 def given_answer(positions: Positions, calls: list[FloatArray]) -> Answer:
-    """By `path_of_contact` at given l1, a call for each batch. Raises ArithmeticError with the status
-    of positions that it does not find."""
+    """Find points and rolls by `path_of_contact` at given l1, a call for each batch. Raises
+    ArithmeticError with the status of positions that it does not find."""
     paths = [path_of_contact(positions.design, positions.flank, l1=l1) for l1 in calls]
     point, roll = _joined([_of_path(path, slice(None)) for path in paths])
     lost = np.isnan(point).any(axis=-1)
@@ -216,8 +220,8 @@ def given_answer(positions: Positions, calls: list[FloatArray]) -> Answer:
 
 
 def newton_answer(pairing: Pairing, calls: list[FloatArray], iterations: int) -> Answer:
-    """By Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, a call for each batch, without
-    any safeguard: where it arrives, whether F is 0 there or not."""
+    """Find points and rolls by Newton on F(l1, l2) = 0 for l2 from the middle of the gear's flank, a call
+    for each batch, without any safeguard: where it arrives, whether F is 0 there or not."""
     return _joined([_newton(pairing, l1, iterations) for l1 in calls])
 
 

@@ -34,7 +34,7 @@ class Reading:
 
 
 def readings_of(design: Design) -> tuple[Reading, ...]:
-    """The design as it is, without its errors, and with one thing changed at a time."""
+    """Give the design as it is, without its errors, and with one thing changed at a time."""
     design = replace(design, errors=Errors())
     found = [
         Reading("as given", design),
@@ -52,7 +52,7 @@ def readings_of(design: Design) -> tuple[Reading, ...]:
 
 
 def _closed(design: Design) -> list[Reading]:
-    """Layouts in which the lines of action meet, those there are."""
+    """Find layouts in which the lines of action meet, those there are."""
     found, closing = [], closing_of(design)
     if math.isfinite(closing.offset):
         pair = replace(design.pair, offset=closing.offset)
@@ -73,7 +73,7 @@ def _closed(design: Design) -> list[Reading]:
 
 
 def statements_by_reading(design: Design, flank: str = "right") -> dict[str, dict[str, Statement]]:
-    """Statements by their ids, judged under each reading by its name."""
+    """Judge the statements, by their ids, under each reading by its name."""
     return {
         one.name: {s.id: s for s in paper_statements(one.design, flank, sign=one.sign)}
         for one in readings_of(design)
@@ -81,7 +81,7 @@ def statements_by_reading(design: Design, flank: str = "right") -> dict[str, dic
 
 
 def verdicts_by_reading(design: Design, flank: str = "right") -> dict[str, dict[str, Verdict]]:
-    """Verdicts by the ids of the statements, under each reading by its name."""
+    """Find verdicts by the ids of the statements, under each reading by its name."""
     return {
         name: {id_: one.verdict for id_, one in found.items()}
         for name, found in statements_by_reading(design, flank).items()
@@ -102,6 +102,6 @@ def _deeper(member: Member, by: float) -> Member:
 
 
 def _mounted(design: Design, by: float) -> Design:
-    """Both members moved along their axes, mm."""
+    """Move both members along their axes, mm."""
     pinion, gear = (float(value) + by for value in mounting_of(design).distance)
     return replace(design, pair=replace(design.pair, pinion_mounting=pinion, gear_mounting=gear))

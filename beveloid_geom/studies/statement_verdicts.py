@@ -94,7 +94,7 @@ def _said(claim: Claim) -> str:
 
 
 def claim_of(text: str, ways: Mapping[str, FloatArray], asked: Test | Mapping[str, Test]) -> Claim:
-    """A claim on numbers (n,) or (2 members, n), tested in one way, or in several by their suffix."""
+    """Judge a claim on numbers (n,) or (2 members, n), tested in one way, or in several by their suffix."""
     numbers: dict[str, FloatArray] = {}
     for name, values in ways.items():
         both = (

@@ -37,12 +37,12 @@ class Basis:
     fit: FloatArray
 
     def coefficients(self, values: FloatArray) -> FloatArray:
-        """Coefficients of the polynomial with these values at `nodes`."""
+        """Find coefficients of the polynomial with these values at `nodes`."""
         return values @ self.fit
 
 
 def basis_of(degree: int) -> Basis:
-    """The basis of an even degree, whose middle node is 0.
+    """Give the basis of an even degree, whose middle node is 0.
 
     The polynomials at the nodes are nodes again, cos(pi m / degree) with m an integer: taken from
     there they are exact to rounding, which they are not by recursion."""
@@ -56,19 +56,19 @@ def basis_of(degree: int) -> Basis:
 
 @kept(32)
 def _derivation(size: int) -> FloatArray:
-    """The matrix (size, size) by which coefficients become those of the derivative."""
+    """Give the matrix (size, size) by which coefficients become those of the derivative."""
     matrix = np.zeros((size, size))
     matrix[:, :-1] = chebyshev.chebder(np.eye(size), axis=0).T
     return matrix
 
 
 def with_derivative(coefficients: FloatArray) -> FloatArray:
-    """The coefficients, and behind them those of the derivatives by the curve parameter."""
+    """Give the coefficients, and behind them those of the derivatives by the curve parameter."""
     return np.concatenate((coefficients, coefficients @ _derivation(coefficients.shape[-1])))
 
 
 def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
-    """Real roots in (low, high) of one polynomial (degree + 1), in order.
+    """Find the real roots in (low, high) of one polynomial (degree + 1), in order.
 
     Its sign is sampled at four points an extremum, and at the extrema between them, so that two roots
     near each other are not missed."""
@@ -90,9 +90,9 @@ def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
 def inverted(
     coefficients: FloatArray, values: FloatArray, low: FloatArray | float, high: FloatArray | float
 ) -> FloatArray:
-    """Parameters (cases, positions) in [low, high] at which polynomials (cases, degree + 1), on different
-    sides of these values at low and high, have them: Newton, which halves the bracket where it would leave
-    it. One polynomial (degree + 1) takes values (positions)."""
+    """Find parameters (cases, positions) in [low, high] at which polynomials (cases, degree + 1), on
+    different sides of these values at low and high, have them: Newton, which halves the bracket where it
+    would leave it. One polynomial (degree + 1) takes values (positions)."""
     if coefficients.ndim == 1:
         return np.asarray(inverted(coefficients[None], values[None], low, high)[0])
     both = with_derivative(coefficients[None])
@@ -114,7 +114,7 @@ def inverted(
 
 
 def polynomials(parameter: FloatArray, degree: int) -> FloatArray:
-    """Chebyshev polynomials (degree + 1, ...) at parameters, in [-1, 1] or a little beyond."""
+    """Find the Chebyshev polynomials (degree + 1, ...) at parameters, in [-1, 1] or a little beyond."""
     orders = np.arange(degree + 1.0).reshape(-1, *[1] * parameter.ndim)
     if parameter.size * degree < SMALL and np.abs(parameter).max(initial=0.0) <= 1.0:
         return np.asarray(np.cos(orders * np.arccos(parameter)))  # fewer calls beat fewer operations
@@ -129,7 +129,7 @@ def polynomials(parameter: FloatArray, degree: int) -> FloatArray:
 
 
 def evaluate(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
-    """Values (quantities, cases, positions) at parameters (positions) or (cases, positions)."""
+    """Find values (quantities, cases, positions) at parameters (positions) or (cases, positions)."""
     values = polynomials(parameter, coefficients.shape[-1] - 1)
     if parameter.ndim == 1:
         flat = coefficients.reshape(-1, coefficients.shape[-1]) @ values
@@ -146,7 +146,8 @@ def resolved(coefficients: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
 
 
 def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:
-    """Degree (at least 1) that gives the curves of all cases to rounding, None if some are not resolved."""
+    """Find the degree (at least 1) that gives the curves of all cases to rounding, None if some are not
+    resolved."""
     if not resolved(coefficients, scale).all():
         return None
     size = (np.abs(coefficients) / scale.reshape(len(scale), -1, 1)).max(axis=(0, 1), initial=0.0)

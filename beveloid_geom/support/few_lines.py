@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 def few_lines(result: Any) -> str:
-    """The `__repr__` of a dataclass of arrays: a line for each field, of an array its shape, least and
+    """Give the `__repr__` of a dataclass of arrays: a line for each field, of an array its shape, least and
     greatest value and how many are NaN."""
     names = [field.name for field in fields(result) if field.repr]
     width = max(map(len, names), default=0)
@@ -21,7 +21,7 @@ def few_lines(result: Any) -> str:
 
 
 def html_table(shown: Any) -> str:
-    """The `_repr_html_` of a dataclass, as notebooks ask for: its fields and those of its parts."""
+    """Give the `_repr_html_` of a dataclass, as notebooks ask for: its fields and those of its parts."""
     rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(shown))
     return f"<table><caption>{type(shown).__name__}, mm and rad</caption>{''.join(rows)}</table>"
 
@@ -47,7 +47,7 @@ def _shown(value: object) -> str:
 
 
 def _range(array: NDArray[Any]) -> str:
-    """Shape, and what there is in it."""
+    """Say the shape, and what there is in it."""
     shape = f"[{' x '.join(map(str, array.shape))}]"
     if array.dtype.kind == "b":
         return f"{shape} {np.count_nonzero(array)} true"

@@ -101,7 +101,7 @@ class _Stream(io.FileIO):
 
 
 def _stream(number: int, given: Any) -> Any:
-    """The stream to be used in place of the one given, or None if that was closed (`2>&-`)."""
+    """Give the stream to be used in place of the one given, or None if that was closed (`2>&-`)."""
     if given is None:  # a file that is opened later must not take its place
         os.dup2(os.open(os.devnull, os.O_RDONLY if number == 1 else os.O_WRONLY), number)
     binary = getattr(given, "buffer", None)

@@ -21,8 +21,8 @@ P = ParamSpec("P")
 
 
 def read_only(value: T) -> T:
-    """The value itself, all arrays in it made read-only: also those in dataclasses, mappings, lists and
-    tuples."""
+    """Give the value itself, with all arrays in it made read-only: also those in dataclasses, mappings, lists
+    and tuples."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif is_dataclass(value) and not isinstance(value, type):
@@ -36,8 +36,9 @@ def read_only(value: T) -> T:
 
 
 def equal(one: Any, other: object) -> bool:
-    """The `__eq__` of a dataclass of numbers and arrays: the same class, and in every field the same values.
-    Of arrays also the same shape. Inputs of plain numbers are hashable, those that hold arrays are not."""
+    """Give the `__eq__` of a dataclass of numbers and arrays: the same class, and in every field the same
+    values. Of arrays also the same shape. Inputs of plain numbers are hashable, those that hold arrays are
+    not."""
     names = [part.name for part in fields(one)]
     if type(other) is not type(one):
         return NotImplemented  # type: ignore[no-any-return]
@@ -46,7 +47,8 @@ def equal(one: Any, other: object) -> bool:
 
 
 def restored(made: object, state: dict[str, Any]) -> None:
-    """The `__setstate__` of inputs and kept results: unpickled or copied, their arrays are read-only too."""
+    """Give the `__setstate__` of inputs and kept results: unpickled or copied, their arrays are read-only
+    too."""
     vars(made).update(read_only(state))
 
 

@@ -14,7 +14,7 @@ from .process import undoing
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A file beside `path` to write into; it takes the place of `path`, or of what that links to, when
+    """Give a file beside `path` to write into; it takes the place of `path`, or of what that links to, when
     all went well and is removed when not. Raises OSError where `path` is neither a regular file nor
     free: a folder cannot be replaced, a device or pipe must not be, as that would take it from all."""
     given, path = path, Path(os.path.realpath(path))
@@ -39,7 +39,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def require_replaceable(path: Path) -> None:
-    """Raises OSError where something stands that is no regular file."""
+    """Raise OSError where something stands that is no regular file."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():

@@ -355,9 +355,13 @@ def test_gmsh_shows_the_product_and_the_colours(tmp_path: Path) -> None:
         ),
         (PINION, {"bore_radius": 1e-9}, "bore_radius must be between 1.7"),
         (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 1.7"),
-        (PINION, {"teeth": (0, 2)}, r"teeth must be 1 to 29 neighbours in rising order, got \[0, 2\]"),
-        (PINION, {"teeth": ()}, "teeth must be 1 to 29"),
-        (PINION, {"teeth": range(30)}, "teeth must be 1 to 29"),
+        (
+            PINION,
+            {"tooth_numbers": (0, 2)},
+            r"tooth_numbers must be 1 to 29 neighbours in rising order, got \[0, 2\]",
+        ),
+        (PINION, {"tooth_numbers": ()}, "tooth_numbers must be 1 to 29"),
+        (PINION, {"tooth_numbers": range(30)}, "tooth_numbers must be 1 to 29"),
         (replace(PINION, cone_angle=0.0, face_width=1400.0), {}, "winds round the whole gear"),
     ],
 )

@@ -18,9 +18,16 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.export import VOLUME_FORMATS, identifier
 from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
-from beveloid_geom.export.load import ContactPlace, contact_load, shape_functions
+from beveloid_geom.export.load import ContactPlace, contact_load
 from beveloid_geom.export.volumes import plain_surfaces, write_volume
-from beveloid_geom.shapes.elements import EDGES, ELEMENT_FACES, Indices, VolumeMesh, face_nodes
+from beveloid_geom.shapes.elements import (
+    EDGES,
+    ELEMENT_FACES,
+    Indices,
+    VolumeMesh,
+    face_nodes,
+    shape_functions,
+)
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 SIZE = np.array([30.0, 40.0, 20.0])

@@ -15,16 +15,14 @@ from beveloid_geom.reference.five_equations_math import solve_math
 from beveloid_geom.reference.five_equations_mp import (
     MP,
     ContactMp,
-    MountingMp,
-    base_cylinder_mp,
     flank_surface,
-    mounting_mp,
     reference_radius,
     solve_mp,
     zero_shift,
 )
 from beveloid_geom.reference.pitch_region import Guess, pitch_guess, pitch_region
 
+from .pitch_point_mp import MountingMp, base_cylinder_mp, mounting_mp
 from .table1 import table1
 
 MISALIGNED = Errors(offset=-0.3, shaft_angle=radians(0.01), pinion_axial=0.4, gear_axial=-0.7)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from beveloid_geom import Design, Errors, Pair
 from beveloid_geom.pair.frames import common_normal, layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import mounting_mp
+from tests.oracle.pitch_point_mp import mounting_mp
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 

@@ -10,7 +10,8 @@ import pytest
 
 from beveloid_geom import Errors, path_of_contact
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import mounting_mp, solve_mp
+from beveloid_geom.reference.five_equations_mp import solve_mp
+from tests.oracle.pitch_point_mp import mounting_mp
 from tests.oracle.table1 import table1
 
 BOUND = 1e-10  # mm, and rad

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from .. import results
 from ..options import parabola_options
-from ..results import result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
 
 
-@result_command(parabola_options, csv="one quantity a row")
-def check(name: str, design: Design) -> Result:
+@results.result_command(parabola_options, csv="one quantity a row")
+def check(name: str, design: results.Design) -> results.Result:
     """Say whether a design meshes and how well it closes: offset, shaft angle, backlash.
 
     Errors: gears that do not reach each other or run into each other, no contact on a flank, a pair

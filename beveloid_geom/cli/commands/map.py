@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from .. import results
 from ..options import (
     Refusal,
     bounds_options,
@@ -17,12 +18,9 @@ from ..options import (
     sizes_of,
     tolerance_options,
 )
-from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
     from ...analysis.maps import Bounds, Over
-    from ...design.model import Design
-    from ...report.result import Result
 
 
 VALUES = click.Choice(["parabola", "mounting", "shift"])
@@ -30,7 +28,7 @@ OVER = "Parabola coefficients, changes of the mounting distances, or profile shi
 FIRST = "Also the share of a mesh cycle at which flanks touch first; about 50 ms a cell."
 
 
-@result_command(
+@results.result_command(
     option("--over", VALUES, VALUES.choices[0], OVER),
     flank_option,
     bounds_options("Least and greatest value of the {}: 1/mm, mm, or a coefficient. Default: usual ones."),
@@ -42,7 +40,7 @@ FIRST = "Also the share of a mesh cycle at which flanks touch first; about 50 ms
 )
 def map_(
     name: str,
-    design: Design,
+    design: results.Design,
     over: Over,
     flank: str,
     pinion_bounds: Bounds | None,
@@ -50,7 +48,7 @@ def map_(
     steps: int,
     first_contacts: bool,
     **tolerances: float,
-) -> Result:
+) -> results.Result:
     """Find contact ratio, angle, shift and transmission error over two values of a design.
 
     The shift of the path is that under assembly errors as large as their tolerances, usual ones unless
@@ -68,7 +66,7 @@ def map_(
     from ...report.map import MapReport
 
     errors = Errors(*sizes_of(tolerances)) if any(tolerances.values()) else None
-    with refused_values(), progress_bar(steps**2, "cell") as bar:
+    with results.refused_values(), progress_bar(steps**2, "cell") as bar:
         found = map_of(
             design,
             over,

@@ -196,21 +196,7 @@ def written(request: Request) -> Iterator[Path]:
         raise Refusal([str(error)]) from None
 
 
-def mesh(
-    context: click.Context,
-    /,
-    design: str,
-    part: str,
-    out: Path,
-    tolerance: float | None,
-    flank: str,
-    field: tuple[str, ...],
-    teeth: int,
-    bore_radius: float | None,
-    element: str,
-    load: float | None,
-    **changes: float | None,
-) -> None:
+def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given: Any) -> None:
     """Write a gear, a tooth, a flank or the pair as a file for other programs.
 
     {formats}
@@ -219,35 +205,24 @@ def mesh(
     supports, ready to run. Lengths are mm, in the gear's own frame; the pair stands in S_f (z along the
     pinion's axis, x along the common perpendicular) in the middle of its path of contact.
     """
-    suffix = out.suffix.lower()
+    part, suffix = given["part"], given["out"].suffix.lower()
     kind = kind_of(part, suffix)
-    changed = changed_design(load_design(design), changes)
+    changed = changed_design(load_design(design), {name: given.pop(name) for name, *_ in OVERRIDES})
     module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
-    request = Request(
-        source=click.format_filename(design),
-        design=changed,
-        part=part,
-        out=out,
-        suffix=suffix,
-        kind=kind,
-        tolerance=module / KINDS[kind].steps if tolerance is None else tolerance,
-        flank=flank,
-        teeth=teeth,
-        bore_radius=bore_radius,
-        element=element,
-        load=LOAD * (module / LOADED) ** 2 if load is None else load,
-        fields=tuple(dict.fromkeys(field)),
-    )
+    defaults = {"tolerance": module / KINDS[kind].steps, "load": LOAD * (module / LOADED) ** 2}
+    given |= {name: value for name, value in defaults.items() if given[name] is None}
+    source, fields = click.format_filename(design), tuple(dict.fromkeys(field))
+    request = Request(source, changed, suffix, kind, fields=fields, **given)
     refuse_unused(context, request)
     check_numbers(request)
     if part in FLANKS:
-        warn_of_undercut(request.member, flank)
+        warn_of_undercut(request.member, request.flank)
     from tqdm import tqdm
 
     with written(request) as beside, tqdm(total=2, disable=None, leave=False, file=sys.stderr) as bar:
         bar.set_description(part)
         told = WRITE[kind](request, beside, bar)
-    write_out(f"{click.format_filename(out)}: {told}\n")
+    write_out(f"{click.format_filename(request.out)}: {told}\n")
 
 
 def warn_of_undercut(member: Member, flank: str) -> None:

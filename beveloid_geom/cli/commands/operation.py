@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
+from .. import results
 from ..options import NumberRange, flank_option, option, override_options, points_option
-from ..results import result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
-
 
 FILM = (
     "A second contact ratio counts tooth pairs within this clearance as touching, as if a film of that "
@@ -20,7 +13,7 @@ FILM = (
 )
 
 
-@result_command(
+@results.result_command(
     flank_option,
     points_option(121, "over the cycle"),
     option("--harmonics", click.IntRange(1, 200), 10, "Multiples of the mesh frequency."),
@@ -28,7 +21,9 @@ FILM = (
     override_options,
     csv="one position a row",
 )
-def operation(name: str, design: Design, flank: str, points: int, harmonics: int, film: float) -> Result:
+def operation(
+    name: str, design: results.Design, flank: str, points: int, harmonics: int, film: float
+) -> results.Result:
     """Find transmission error and contact ratio of a pair in operation.
 
     At every roll of the pinion the first of all teeth touches, with its flank, its fillet or an

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from .. import results
 from ..options import bounds_options, flank_option, option, renamed, sizes_of, tolerance_options
-from ..results import refused_values, result_command
 
 if TYPE_CHECKING:
     from ...analysis.maps import Bounds
-    from ...design.model import Design
-    from ...report.result import Result
 
 
 ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
 
 
-@result_command(
+@results.result_command(
     flank_option,
     tolerance_options,
     option("--contact-ratio", float, 1.6, "Contact ratio (Eq. 16) to be reached.", "RATIO"),
@@ -29,7 +27,7 @@ ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
 )
 def optimise(
     name: str,
-    design: Design,
+    design: results.Design,
     flank: str,
     contact_ratio: float,
     off_centre: float,
@@ -37,7 +35,7 @@ def optimise(
     pinion_bounds: Bounds,
     gear_bounds: Bounds,
     **tolerances: float,
-) -> Result:
+) -> results.Result:
     """Find the parabola coefficients with which errors shift the path of contact least.
 
     The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
@@ -51,5 +49,5 @@ def optimise(
 
     swing = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds)
-    with refused_values():
+    with results.refused_values():
         return OptimumReport(name, design, aim, flank, optimise_parabola(design, aim, flank))

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
+from .. import results
 from ..options import NumberRange, flank_option, option, override_options
-from ..results import refused_values, result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
-
 
 POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
 ERROR = "Greatest error of an area, as a share of it, whatever the distance of the points."
 
 
-@result_command(
+@results.result_command(
     flank_option,
     option(
         "--separation",
@@ -34,8 +27,13 @@ ERROR = "Greatest error of an area, as a share of it, whatever the distance of t
     csv="one point of a flank a row",
 )
 def pattern(
-    name: str, design: Design, flank: str, separation: float, resolution: float | None, area_error: float
-) -> Result:
+    name: str,
+    design: results.Design,
+    flank: str,
+    separation: float,
+    resolution: float | None,
+    area_error: float,
+) -> results.Result:
     """Find the contact pattern: where the flanks come within marking compound of each other.
 
     One tooth pair rolls through the mesh, the gear where the first of all teeth touches. Exit status 1
@@ -48,7 +46,7 @@ def pattern(
     if fault := first_contact_fault(design):
         raise click.ClickException(f"no pattern: {fault}")  # status 1
     try:
-        with refused_values():
+        with results.refused_values():
             return pattern_report(name, design, flank, separation, resolution, area_error)
     except UnknownOperationError as error:
         raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1

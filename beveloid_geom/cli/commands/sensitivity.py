@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from .. import results
 from ..options import flank_option, override_options
-from ..results import result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
 
 
-@result_command(flank_option, override_options, csv="one quantity a row")
-def sensitivity(name: str, design: Design, flank: str) -> Result:
+@results.result_command(flank_option, override_options, csv="one quantity a row")
+def sensitivity(name: str, design: results.Design, flank: str) -> results.Result:
     """Find how path, contact ratio, transmission error and backlash answer the assembly errors.
 
     Derivatives by each of the four errors, exact, at the errors that the design has. Shifts are those of

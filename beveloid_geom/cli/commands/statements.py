@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
+from .. import results
 from ..options import option
-from ..results import result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
 
 SIDES = click.Choice(["right", "left", "both"])
 
 
-@result_command(
+@results.result_command(
     option("--flank", SIDES, SIDES.choices[-1], "The paper's figures are of right flanks."),
     click.option(
         "--readings", is_flag=True, help="The verdicts alone, under other readings of the paper too."
@@ -24,7 +18,7 @@ SIDES = click.Choice(["right", "left", "both"])
     csv="one number a row, or one reading",
     units="mm, deg and rad as each measure says",
 )
-def statements(name: str, design: Design, flank: str, readings: bool) -> Result:
+def statements(name: str, design: results.Design, flank: str, readings: bool) -> results.Result:
     """Judge the paper's statements on modified flanks and misaligned pairs.
 
     Each is computed for the DESIGN, whose own parabola coefficients and errors are set aside: holds,

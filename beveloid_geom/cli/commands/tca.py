@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
+from .. import results
 from ..options import flank_option, option, override_options, points_option
-from ..results import result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
 
 CERTIFY = "Whether anything else of the teeth touches earlier, about a millisecond a position."
 METHODS = click.Choice(["one-equation", "five-equation"])
 
 
-@result_command(
+@results.result_command(
     flank_option,
     points_option(101, "along the path"),
     override_options,
@@ -27,7 +21,9 @@ METHODS = click.Choice(["one-equation", "five-equation"])
     click.option("--certify/--no-certify", default=True, show_default=True, help=CERTIFY),
     csv="one position a row",
 )
-def tca(name: str, design: Design, flank: str, points: int, method: str, certify: bool) -> Result:
+def tca(
+    name: str, design: results.Design, flank: str, points: int, method: str, certify: bool
+) -> results.Result:
     """Find the path of contact of a pair of flanks.
 
     Rolls count from the position in which each member's generating rack is centred; z counts

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import click
 
 from ...support.workers import workers
+from .. import results
 from ..options import (
     NumberRange,
     flank_option,
@@ -17,11 +18,6 @@ from ..options import (
     sizes_of,
     tolerance_options,
 )
-from ..results import refused_values, result_command
-
-if TYPE_CHECKING:
-    from ...design.model import Design
-    from ...report.result import Result
 
 MOST_CASES, MOST_JOBS = 1_000_000, 1024
 
@@ -29,7 +25,7 @@ MOST_CASES, MOST_JOBS = 1_000_000, 1024
 SPREADS = click.Choice(["normal", "uniform"])
 
 
-@result_command(
+@results.result_command(
     flank_option,
     tolerance_options,
     option("--distribution", SPREADS, SPREADS.choices[0], "Of each error."),
@@ -48,7 +44,7 @@ SPREADS = click.Choice(["normal", "uniform"])
 )
 def tolerance(
     name: str,
-    design: Design,
+    design: results.Design,
     flank: str,
     distribution: Literal["normal", "uniform"],
     sigmas: float,
@@ -56,7 +52,7 @@ def tolerance(
     seed: int,
     jobs: int,
     **tolerances: float,
-) -> Result:
+) -> results.Result:
     """Find paths of contact under drawn assembly errors: how often they leave the flank, how they spread.
 
     Errors add to those of the design. Quantiles are those of the mountings with a path on the
@@ -68,7 +64,7 @@ def tolerance(
 
     given = Tolerances(*sizes, distribution, sigmas)
     with (
-        refused_values(),
+        results.refused_values(),
         nullcontext() if jobs == 1 else workers(jobs) as executor,
         progress_bar(cases, "mounting") as bar,
     ):

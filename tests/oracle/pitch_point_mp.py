@@ -1,0 +1,72 @@
+"""The pitch point of a pair and base cylinders at 60 digits, by `reference.five_equations_mp`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from beveloid_geom import Design, Errors, Member
+from beveloid_geom.reference.five_equations_mp import MP, Mpf, flank_surface, solve_mp
+from beveloid_geom.reference.pitch_region import hand_of_pair, pitch_guess, pitch_region
+
+
+@dataclass(frozen=True)
+class MountingMp:
+    """Pitch point of the unmodified pair without errors, and its place on both members."""
+
+    dw1: Mpf
+    dw2: Mpf
+    rw1: Mpf
+    rw2: Mpf
+    pitch_point: tuple[Mpf, Mpf, Mpf]
+    gap: Mpf  # closest approach of the right and left lines of contact
+
+
+def mounting_mp(design: Design) -> MountingMp:
+    """Pitch point: midpoint of the closest approach of the right and left lines of contact of
+    the unmodified pair without errors, each line through two contacts solved for.
+
+    Raises ArithmeticError if a line belongs to the other, false branch of the common normal.
+    """
+    plain = replace(design.with_parabola(0.0, 0.0), errors=Errors())
+    region = pitch_region(plain)
+    lines = []
+    for flank in ("right", "left"):
+        guess = pitch_guess(plain, flank)
+        first, second = (
+            solve_mp(plain, flank, guess, ("phi1", guess[4] + turn), region.mounting)
+            for turn in (-0.05, 0.05)
+        )
+        if first.normal @ region.plane_normal <= 0:  # sin of the working pressure angle
+            raise ArithmeticError(f"the {flank} flank's common normal belongs to the false branch")
+        lines.append((first.point, second.point - first.point))
+    (p, along_p), (q, along_q) = lines
+    # Closest points p + s along_p and q + t along_q: the difference is square to both lines.
+    pp, pq, qq = along_p @ along_p, along_p @ along_q, along_q @ along_q
+    between = q - p
+    determinant = pp * qq - pq**2
+    s = ((between @ along_p) * qq - (between @ along_q) * pq) / determinant
+    t = ((between @ along_p) * pq - (between @ along_q) * pp) / determinant
+    on_p, on_q = p + s * along_p, q + t * along_q
+    pitch_point, separation = (on_p + on_q) / 2, on_q - on_p
+    offset, shaft = MP.mpf(plain.pair.offset), hand_of_pair(plain) * MP.mpf(plain.pair.shaft_angle)
+    from_gear = pitch_point - np.array((offset, 0, 0))
+    dw1, dw2 = pitch_point[2], from_gear @ np.array((0, MP.sin(shaft), MP.cos(shaft)))
+    x, y, z = pitch_point
+    return MountingMp(
+        dw1=dw1,
+        dw2=dw2,
+        rw1=MP.sqrt(pitch_point @ pitch_point - dw1**2),
+        rw2=MP.sqrt(from_gear @ from_gear - dw2**2),
+        pitch_point=(x, y, z),
+        gap=MP.sqrt(separation @ separation),
+    )
+
+
+def base_cylinder_mp(member: Member, flank: str, el: float = 0.0, u: float = 0.0) -> tuple[Mpf, Mpf]:
+    """Radius of the cylinder that the flank's normal touches, and arcsin of its z component,
+    at one point of the flank; constant over an unmodified one."""
+    point, normal = flank_surface(member, flank)(MP.mpf(el), MP.mpf(u), MP.zero)
+    across = MP.sqrt(normal[0] ** 2 + normal[1] ** 2)
+    return abs(point[0] * normal[1] - point[1] * normal[0]) / across, MP.asin(normal[2])
