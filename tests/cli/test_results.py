@@ -35,7 +35,7 @@ from beveloid_geom.cli.main import main
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.studies.statements import paper_statements
-from tests.cli.running import call, rows_of, run, strict_json
+from tests.cli.running import rows_of, run, strict_json
 
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
 NARROW = ("--pinion-bounds", "0", "0.0005", "--gear-bounds", "-0.0005", "0")
@@ -363,20 +363,6 @@ def test_bad_input_is_one_line(command: str, arguments: str) -> None:
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.count("Error: ") == 1
     assert "Traceback" not in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("program", "option"),
-    [
-        ("render-report", "--pinion-axial-tolerance"),
-        ("render-animation", "--fps"),
-        ("render-animation", "--seconds"),
-    ],
-)
-def test_nan_is_refused_by_the_pictures_too(program: str, option: str) -> None:
-    done = call(option, "nan", program=program)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert f"Error: Invalid value for '{option}': nan is not in the range" in done.stderr
 
 
 @pytest.mark.parametrize("old", RENAMED)

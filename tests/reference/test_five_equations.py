@@ -21,6 +21,7 @@ from beveloid_geom import (
     path_of_contact,
     zero_backlash_layout,
 )
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference import five_equations
 from beveloid_geom.reference.five_equations import Refined, path_of_contact_five_equations, refine
@@ -32,6 +33,7 @@ from beveloid_geom.reference.five_equations_curve import (
 from beveloid_geom.reference.five_equations_mp import solve_mp
 from tests.contact.test_path import NUMBERS, five_equation_residual, margins
 from tests.oracle.table1 import table1
+from tests.stability.named_designs import SPLIT, Named
 from tests.symmetry import exchanged
 
 L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
@@ -99,6 +101,13 @@ def test_an_l1_that_turns_back_has_two_contacts() -> None:
     np.testing.assert_allclose(steps, steps.mean(), atol=1e-13)
     assert five_equation_residual(L1_TURNS, path) < 1e-12
     assert error_at_60_digits(L1_TURNS, path, "phi1", [0, turn]) < 1e-11
+
+
+@pytest.mark.parametrize("case", [SPLIT[0], SPLIT[2]], ids=["first", "third"])
+def test_of_two_pieces_the_longest_is_taken(case: Named) -> None:
+    path = path_of_contact_five_equations(case.design, case.flank, points=3)
+    assert path.ends.pieces == 2
+    assert np.abs(np.sort(path.ends.l1) - np.sort(path_ends(case.design, case.flank).l1)).max() < 1e-9
 
 
 def test_members_exchanged_give_the_same_path() -> None:
