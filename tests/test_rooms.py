@@ -130,7 +130,10 @@ def test_the_reference_shares_only_the_inputs(name: str) -> None:
 @pytest.mark.parametrize(
     ("statement", "unwanted"),
     [
-        ("import beveloid_geom, beveloid_geom.cli.main, beveloid_viz.cli", {"numpy", "vtk"}),
+        (
+            "import beveloid_geom, beveloid_geom.cli.main, beveloid_viz.cli, beveloid_viz.report.cli",
+            {"numpy", "vtk", "jinja2", "matplotlib"},
+        ),
         ("import beveloid_geom.export.parts", {"meshio", "trimesh", "vtk"}),
         ("import beveloid_geom.contact.path", {"scipy", "mpmath", "vtk"}),
     ],

@@ -27,13 +27,12 @@ from beveloid_viz.parts import posed
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.scene import Picture
 from tests.symmetry import mirrored
+from tests.viz.test_snapshots import LIMIT, difference
 
 COMMAND = Path(sys.executable).with_name("render-animation")
 SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
 SIZE = (400, 300)
 SMALL = ("--size", "320x240", "--seconds", "0.4", "--fps", "10")
-NOISE_LEVELS, LIMIT = 8, 6.0
-"""Levels that do not count, and the sum of all others in whole pixels, as in `test_snapshots`."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -63,12 +62,6 @@ def sheet(modified: Film) -> Sheet:
 
 def run(*arguments: str) -> Result:
     return CliRunner().invoke(main, arguments)
-
-
-def difference(one: Image, other: Image) -> float:
-    """Difference of two pictures in whole pixels."""
-    levels = np.abs(one.astype(int) - other.astype(int)).max(axis=-1)
-    return float(levels[levels > NOISE_LEVELS].sum() / 255.0)
 
 
 def teeth_of(sheet: Sheet, image: Image) -> Image:

@@ -305,12 +305,6 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
         solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
 
 
-def test_start_up_is_light() -> None:
-    code = "import beveloid_viz.report.cli, sys; print({'numpy', 'jinja2', 'matplotlib'} & set(sys.modules))"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout == "set()\n"
-
-
 def test_whose_statements_are_on_the_page() -> None:
     design = builtin_design()
     assert is_papers(design.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.1)))
