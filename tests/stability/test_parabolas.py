@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from math import radians
 
@@ -12,7 +11,6 @@ import pytest
 from beveloid_geom import Status, contact_ratio, first_contact, gear_solid, path_of_contact, sample_flank
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.flank import (
@@ -92,26 +90,6 @@ def test_the_five_equations_agree_near_zero(a: float) -> None:
     ours, reference = path_of_contact(design, points=5), path_of_contact_five_equations(design, points=5)
     np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(ours.transmission_error, reference.transmission_error, rtol=0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("member", ["pinion", "gear"])
-@pytest.mark.parametrize("a", [0.03, -0.03, 1.0, -1e30])
-def test_a_file_or_an_option_that_folds_the_profile_is_refused_in_one_line(member: str, a: float) -> None:
-    text = builtin_text().replace("parabola = 0.0 ", "parabola = 0.0\n").replace("parabola = 0.0\n", "")
-    text = text.replace(f"\n[{member}]\n", f"\n[{member}]\nparabola = {a!r}\n")
-    line = f"must be between -0.02.* and 0.02.* 1/mm, got {re.escape(repr(a))}: a stronger one folds"
-    with pytest.raises(DesignError, match=rf"^design: \[{member}\] parabola {line}") as refused:
-        parse_design(text)
-    assert len(refused.value.faults) == 1
-    with pytest.raises(DesignError, match=rf"^parabola_{member} {line}") as refused:
-        override(table1(), **{f"parabola_{member}": a})
-    assert len(refused.value.faults) == 1
-
-
-@pytest.mark.parametrize("a", [np.inf, np.nan])
-def test_an_option_that_is_no_number_is_refused(a: float) -> None:
-    with pytest.raises(DesignError, match="parabola_gear must be a finite number"):
-        override(table1(), parabola_gear=a)
 
 
 def test_the_active_flank_is_what_the_tool_can_cut() -> None:

@@ -22,7 +22,6 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.design.file import DesignError, override
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.pair.closing import closing_of, closing_offset
@@ -179,12 +178,6 @@ def test_parallel_axes_give_no_number(angle: float, total: float) -> None:
             assert np.isnan(path.ends.contact_ratio)
         assert len(closing_of(design).reasons) >= 1
         assert all(remark.text for remark in remarks_on(design))
-
-
-def test_an_error_that_leaves_no_shaft_angle_is_refused() -> None:
-    narrow = at_shaft_angle(table1(), 3.0)
-    with pytest.raises(DesignError, match=r"shaft_angle_error_deg must be at least -2\.5 deg, got -2\.6"):
-        override(narrow, shaft_angle_error_deg=-2.6)
 
 
 def test_a_negative_shaft_angle_is_the_axes_leaning_the_other_way() -> None:
