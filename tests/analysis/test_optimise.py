@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 from beveloid_geom import Aim, Errors, optimise_parabola, path_of_contact
 from beveloid_geom.analysis.optimise import Optimum, paths_of
-from beveloid_geom.cli.commands.optimise import optimise
 from tests.oracle.table1 import table1
 
 OFFSET = Aim(Errors(offset=0.05))
@@ -124,52 +121,6 @@ def test_wrong_aims_are_refused(changes: dict[str, Any], words: str) -> None:
 def test_a_batch_is_refused() -> None:
     with pytest.raises(ValueError, match="single design"):
         optimise_parabola(table1(errors=Errors(offset=np.zeros(2))), OFFSET)
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(optimise, arguments)
-
-
-NARROW = ("--pinion-bounds", "0", "0.0005", "--gear-bounds", "-0.0005", "0")
-ASKED = (
-    "--offset-tolerance",
-    "0.05",
-    "--shaft-angle-tolerance-deg",
-    "0.005",
-    "--contact-ratio",
-    "1.7",
-    *NARROW,
-)
-
-
-def test_the_command_gives_the_optimum() -> None:
-    result = run(*ASKED, "--json", "--transmission-error-arcsec", "20")
-    assert (result.exit_code, result.stderr) == (0, "")
-    data = json.loads(result.stdout)
-    aim = Aim(
-        Errors(offset=0.05, shaft_angle=math.radians(0.005)),
-        contact_ratio=1.7,
-        peak_to_peak=math.radians(20.0 / 3600.0),
-        pinion_parabola=(0.0, 0.0005),
-        gear_parabola=(-0.0005, 0.0),
-    )
-    found = optimise_parabola(table1(), aim)
-    assert data["aim"]["errors"] == vars(aim.errors)
-    assert data["aim"]["peak_to_peak"] == aim.peak_to_peak
-    assert data["parabola"]["pinion"] == pytest.approx(found.pinion_parabola, rel=1e-6)
-    assert data["parabola"]["gear"] == pytest.approx(found.gear_parabola, rel=1e-6)
-    assert data["found"]["shift"] == pytest.approx(float(found.found.shift), rel=1e-6)
-    assert data["given"]["contact_ratio"] == pytest.approx(1.651001, abs=5e-7)
-    assert 0 < data["certified"]["first_contact"] <= data["certified"]["positions"]
-
-
-def test_table_says_it_in_words() -> None:
-    text = run(*ASKED).stdout
-    words = " ".join(text.split())
-    assert "contact ratio at least 1.7, middle within 1 mm of mid-face; pinion 0 to 0.0005" in words
-    assert "errors of the aim offset +0.05 mm, shaft angle +0.005 deg coefficients" in words
-    assert "as given" in text
-    assert max(len(line) for line in text.splitlines()) <= 100
 
 
 def test_coefficients_hollow_against_each_other_are_left_out() -> None:

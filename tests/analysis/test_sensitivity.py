@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -10,12 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
-from beveloid_geom import Design, Errors, Status, builtin_design, path_of_contact, path_sensitivity
+from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
 from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK, ERRORS, Sensitivity, _extreme
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.cli.commands.sensitivity import sensitivity as command
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.mounting import mounting_of
@@ -299,41 +296,6 @@ def test_paths_followed_by_their_length(name: str) -> None:
             assert np.abs(ours - expected).max() <= 1e-4 * max(np.abs(ours).max(), 1e-5), (
                 f"{field} by {error}"
             )
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(command, list(arguments))
-
-
-def test_json_holds_the_result_of_the_library() -> None:
-    result = run("--json", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--flank", "left")
-    assert (result.exit_code, result.stderr) == (0, "")
-    data, found = (
-        json.loads(result.stdout),
-        path_sensitivity(builtin_design().with_parabola(*MODIFIED), "left"),
-    )
-    assert data["errors_of_derivatives"] == list(ERRORS)
-    assert data["limits"] == ["gear tip", "pinion tip"]
-    for name in (*VALUES, *(f"{value}_by" for value in VALUES), "face_shift_by", "square_shift_by"):
-        np.testing.assert_array_equal(data[name], getattr(found, name))
-
-
-def test_table_is_for_the_errors_named() -> None:
-    result = run()
-    assert result.exit_code == 0
-    rows = result.stdout.splitlines()
-    assert max(len(row) for row in rows) <= 100
-    numbers = next(row for row in rows if "pinion, along the face" in row).split("mm")[1].split()
-    found = path_sensitivity(builtin_design(), "right").face_shift_by[1, 0]
-    expected = found * (0.1, np.radians(0.01), 0.1, 0.1)
-    assert [float(value) for value in numbers] == pytest.approx(expected.tolist(), abs=1e-6)
-
-
-def test_no_path_is_said() -> None:
-    result = run("--offset-error", "20")
-    assert result.exit_code == 1
-    assert result.stderr == "No contact: no path of contact on the right flanks: off flank\n"
-    assert json.loads(run("--offset-error", "20", "--json").stdout)["contact_ratio"] is None
 
 
 def test_derivatives_of_more_cases_than_a_block_holds() -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 import multiprocessing
 import os
@@ -17,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from distributed import Client, LocalCluster
 
 from beveloid_geom import Errors, Status, Tolerances, mounted_backlash, path_of_contact, tolerance_study
@@ -30,8 +26,6 @@ from beveloid_geom.analysis.tolerance import (
     mounted,
     swing_of,
 )
-from beveloid_geom.cli.commands.tolerance import tolerance
-from beveloid_geom.design.file import builtin_text
 from beveloid_geom.gear.flank import root_parameter
 from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.report.tolerance import ToleranceReport, jam_counts
@@ -106,7 +100,7 @@ def executor_of(kind: str, directory: Path) -> Iterator[Executor]:
             yield executor
 
 
-@pytest.mark.parametrize("kind", ["threads", "processes", "dask"])
+@pytest.mark.parametrize("kind", ["threads", "processes", pytest.param("dask", marks=pytest.mark.slow)])
 def test_executors_change_nothing(study: ToleranceStudy, kind: str, tmp_path: Path) -> None:
     with executor_of(kind, tmp_path) as executor:
         assert same(repeated(executor, 1), study.mountings)
@@ -282,79 +276,6 @@ def test_wrong_studies_are_refused() -> None:
             tolerance_study(table1(), GIVEN, cases=cases, units_per_task=units)
     with pytest.raises(ValueError, match="seed must be at least 0, got -1"):
         tolerance_study(table1(), GIVEN, cases=1, seed=-1)
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(tolerance, arguments)
-
-
-ASKED = (
-    *(
-        "--offset-tolerance",
-        "8",
-        "--shaft-angle-tolerance-deg",
-        "0.01",
-        "--pinion-axial-tolerance",
-        "0.1",
-        "--gear-axial-tolerance",
-        "0.2",
-    ),
-    *("--distribution", "uniform", "--cases", "40", "--seed", "4", "--flank", "left"),
-)
-STUDIED = Tolerances(8.0, math.radians(0.01), 0.1, 0.2, "uniform")
-
-
-def test_the_command_gives_the_study() -> None:
-    result = run(*ASKED, "--json", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
-    assert (result.exit_code, result.stderr) == (0, "")
-    data = json.loads(result.stdout)
-    study = tolerance_study(MODIFIED, STUDIED, "left", 40, seed=4)
-    assert data["tolerances"] == vars(STUDIED)
-    assert (data["cases"], data["seed"], data["flank"]) == (40, 4, "left")
-    assert data["status"]["off_flank"] == study.status_counts()[Status.OFF_FLANK] > 0
-    assert sum(data["status"].values()) == 40
-    assert data["limits_changed"] == study.limits_changed() > 0
-    assert sum(entry["count"] for entry in data["limits"]) == data["status"]["solved"]
-    assert data["nominal"]["enter"] == "gear_tip"
-    for name, values in study.quantiles(data["quantiles"]["share"]).items():
-        np.testing.assert_allclose(data["quantiles"][name], values, rtol=1e-9)
-
-
-def test_csv_has_a_row_for_each_mounting() -> None:
-    rows = list(csv.DictReader(io.StringIO(run(*ASKED, "--csv").stdout)))
-    found = tolerance_study(table1(), STUDIED, "left", 40, seed=4).mountings
-    assert len(rows) == 40
-    errors = [float(row["shaft_angle_error_rad"]) for row in rows]
-    np.testing.assert_array_equal(errors, found.errors[:, 1])
-    assert [row["status"] for row in rows] == [Status(code).name.lower() for code in found.status]
-    lost = next(row for row in rows if row["status"] == "off_flank")
-    assert (lost["enter"], lost["gear_z_leave_mm"], lost["contact_ratio"]) == ("", "", "0.0")
-    kept = next(k for k, row in enumerate(rows) if row["status"] == "solved")
-    np.testing.assert_allclose(float(rows[kept]["pinion_r_middle_mm"]), found.pinion_r[kept, 1], rtol=1e-9)
-    assert rows[kept]["enter"] == Limit(found.limit[kept, 0]).name.lower()
-
-
-def test_table_says_it_in_words() -> None:
-    study = tolerance_study(table1(), STUDIED, "left", 40, seed=4)
-    text = run(*ASKED, "--jobs", "2").stdout
-    words = " ".join(text.split())
-    off = 100.0 * study.status_counts()[Status.OFF_FLANK] / 40
-    assert f"off flank {off:.3f} %" in words
-    assert "gear axial 0.2 mm; uniform" in words
-    median = study.quantiles((0.5,))["pinion_z_middle"][0]
-    (line,) = (line for line in text.splitlines() if line.startswith("pinion z middle"))
-    assert float(line.split()[7]) == pytest.approx(median, abs=5.1e-4)
-    assert max(len(line) for line in text.splitlines()) <= 100
-
-
-def test_no_path_at_all_is_said(tmp_path: Path) -> None:
-    source = tmp_path / "far.toml"
-    source.write_text(builtin_text().replace("[errors]\noffset = 0.0", "[errors]\noffset = 4.0"))
-    result = run(str(source), "--offset-tolerance", "0.1", "--cases", "5")
-    assert result.exit_code == 1
-    assert result.stderr == "No contact: no mounting has a path on the right flanks\n"
-    assert "offset +4 mm" in result.stdout
-    assert "off flank 100 %" in result.stdout
 
 
 def test_jammed_mountings_are_counted() -> None:

@@ -9,29 +9,18 @@ file takes less than four times the kernel's writing of a ready solid.
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from beveloid_geom.export.step import write_step
 from beveloid_geom.export.strips import gear_loops
+from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
 
 PINION = table1((0.001, -0.001)).pinion
-
-
-def least(work: Any, repeat: int = 3) -> float:
-    """Least processor time of some runs, s."""
-    times = []
-    for _ in range(repeat):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 def test_common_edges_against_sewing(tmp_path: Path) -> None:
@@ -59,8 +48,8 @@ def test_common_edges_against_sewing(tmp_path: Path) -> None:
             writer.Write(str(tmp_path / "bare.step"))
 
     path = tmp_path / "gear.step"
-    own, sewn = least(lambda: solid_of(loops), 9), least(sew, 9)
-    whole, bare = least(lambda: write_step(PINION, path)), least(write)
+    own, sewn = best(lambda: solid_of(loops), 9), best(sew, 9)
+    whole, bare = best(lambda: write_step(PINION, path)), best(write)
     print(f"\nfaces and solid {own:.3f} s, sewing alone {sewn:.3f} s: {sewn / own:.1f} times as long")
     print(
         f"whole file {whole:.3f} s, the kernel's writing alone {bare:.3f} s: {whole / bare:.1f} times as long"

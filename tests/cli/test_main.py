@@ -248,13 +248,22 @@ def test_no_contact_is_no_crash(flank: str, option: str, value: str, reason: str
     assert set(data["path"]) == PATH_FIELDS
     assert not any(data["path"].values())
     assert reason in data["reason"]
-    table = run("tca", "--flank", flank, option, value)
-    assert table.exit_code == 1
-    assert "contact ratio      0.000000" in table.stdout
-    assert table.stderr == f"No contact: {data['reason']}\n"
-    rows = run("tca", "--csv", "--flank", flank, option, value)
-    assert (rows.exit_code, rows.stderr) == (1, table.stderr)
-    assert rows.stdout.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "off"),
+    [
+        ("--offset-error", "20", (True, True)),
+        ("--pinion-axial-error", "60", (True, False)),
+        ("--gear-axial-error", "-70", (False, True)),
+    ],
+)
+def test_the_place_off_the_face_is_told_on_both_members(
+    option: str, value: str, off: tuple[bool, bool]
+) -> None:
+    told = run("tca", option, value).stderr
+    z = [float(told.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
+    assert (abs(z[0]) > 25.0, abs(z[1]) > 30.0) == off
 
 
 def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> None:
@@ -362,28 +371,22 @@ def test_version_is_that_of_the_package() -> None:
 # Bad input
 
 
-@pytest.mark.parametrize("command", ["tca", "check"])
 @pytest.mark.parametrize(
-    ("old", "new", "named"),
+    ("command", "old", "new", "named"),
     [
-        ("teeth = 29", "", "[pinion] teeth"),
-        ("face_width = 50.0", "facewidth = 50.0", "face_width"),
-        ("offset = 229.0", 'offset = "229"', "[pair] offset"),
-        ("normal_module = 6.0", "normal_module = nan", "[tool] normal_module"),
-        ("normal_module = 6.0", "normal_module = -6.0", "[tool] normal_module"),
-        ("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.2618", "[pair] shaft_angle_deg"),
-        ("face_width = 60.0", "face_width = 0", "[gear] face_width"),
-        ("\n[gear]", "\n[gear", "not valid TOML"),
+        ("tca", "teeth = 29", "", "[pinion] teeth"),
+        ("check", "normal_module = 6.0", "normal_module = nan", "[tool] normal_module"),
+        ("check", "\n[gear]", "\n[gear", "not valid TOML"),
     ],
 )
 def test_faulty_file(design_file: Callable[..., Path], command: str, old: str, new: str, named: str) -> None:
+    """One line; in which words is tested where they are written, in `tests/design`."""
     path = design_file(old, new)
     result = run(command, path)
     assert (result.exit_code, result.stdout) == (2, "")
-    lines = result.stderr.splitlines()
-    assert all(line.startswith(f"Error: {path}: ") for line in lines)
-    assert len(lines) == 1
-    assert named in lines[0]
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"Error: {path}: ")
+    assert named in result.stderr
 
 
 def test_every_fault_has_its_line(design_file: Callable[..., Path]) -> None:
@@ -417,13 +420,9 @@ def test_file_name_that_is_not_text(tmp_path: Path) -> None:
     ("option", "value", "told"),
     [
         ("--offset-error", "nan", "--offset-error must be a finite number, got nan"),
-        ("--offset-error", "200", "--offset-error must be between"),
-        ("--shaft-angle-error-deg", "inf", "--shaft-angle-error-deg must be a finite number"),
         ("--shaft-angle-error-deg", "90", "--shaft-angle-error-deg must be between -5 and 5 deg, got 90"),
         ("--pinion-axial-error", "1e9", "--pinion-axial-error must be"),
-        ("--gear-axial-error", "-1e9", "--gear-axial-error must be"),
         ("--parabola-pinion", "1", "--parabola-pinion must be"),
-        ("--parabola-gear", "nan", "--parabola-gear must be a finite number"),
     ],
 )
 def test_option_past_its_limits(option: str, value: str, told: str) -> None:

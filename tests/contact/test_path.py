@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from numpy.typing import NDArray
 
 from beveloid_geom import (
     ContactPath,
@@ -27,13 +26,13 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_radius
+from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored, scaled
+from tests.stability.five_residuals import margins
 
 FLANKS = ("right", "left")
 CASES = [(0.0, 0.0), (0.001, -0.001), (-0.002, 0.002), (0.0002, 0.0002), (-0.0002, -0.0002), (-0.002, -0.002)]
@@ -67,18 +66,6 @@ def five_equation_residual(design: Design, path: ContactPath) -> float:
             worst, np.abs(z - own_z).max(initial=0.0), np.abs(np.hypot(x, y) - own_r).max(initial=0.0)
         )
     return float(worst)
-
-
-def margins(design: Design, path: ContactPath) -> NDArray[np.float64]:
-    """Distances inside the eight limits, (8, positions)."""
-    values = []
-    for member, l, z, r in (
-        (design.pinion, path.l1, path.pinion_z, path.pinion_r),
-        (design.gear, path.l2, path.gear_z, path.gear_r),
-    ):
-        half = 0.5 * member.face_width
-        values.append([l - root_parameter(member), tip_radius(member, z) - r, half + z, half - z])
-    return np.array(values).transpose(1, 0, 2).reshape(8, -1)
 
 
 @pytest.mark.parametrize("flank", FLANKS)
@@ -152,38 +139,6 @@ def test_five_equations_refuse_batches_and_pass_on_an_empty_path() -> None:
     with pytest.raises(ValueError, match="single designs"):
         path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
     assert path_of_contact_five_equations(table1(errors=Errors(offset=20.0))).l1.size == 0
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    st.tuples(*[st.floats(-0.0015, 0.0015)] * 2),
-    st.floats(-0.5, 0.5),
-    st.floats(-2.0, 2.0),
-    st.sampled_from(FLANKS),
-)
-def test_symmetries(parabola: tuple[float, float], e: float, axial: float, flank: str) -> None:
-    """Mirror image (flanks swapped), members exchanged, lengths scaled: the same contacts."""
-    design = table1(parabola, Errors(offset=e, gear_axial=axial))
-    path = path_of_contact(design, flank, 11)
-    other = {"right": "left", "left": "right"}[flank]
-    mirror, big = (
-        path_of_contact(mirrored(design), other, 11),
-        path_of_contact(scaled(design, 4.0), flank, 11),
-    )
-    swapped = path_of_contact(exchanged(design), flank, 11)
-    assert path.l1.shape == mirror.l1.shape == big.l1.shape == swapped.l1.shape
-    if path.l1.size == 0:
-        return
-    np.testing.assert_allclose(mirror.pinion_z, path.pinion_z, atol=1e-10)
-    np.testing.assert_allclose(mirror.point[:, 0], path.point[:, 0], atol=1e-10)
-    np.testing.assert_allclose(mirror.point[:, 1], -path.point[:, 1], atol=1e-10)
-    np.testing.assert_allclose(mirror.gear_roll, -path.gear_roll, atol=1e-12)
-    np.testing.assert_allclose(big.point, 4.0 * path.point, atol=1e-10)
-    np.testing.assert_allclose(big.pinion_roll, path.pinion_roll, atol=1e-12)
-    turned = np.ptp(path_of_contact(design, flank, 2001).gear_roll) * 45 / (2 * np.pi)
-    assert swapped.ends.contact_ratio == pytest.approx(turned, abs=1e-6)
-    np.testing.assert_allclose(np.sort(swapped.ends.l1), np.sort(path.ends.l2), atol=1e-10)
-    np.testing.assert_allclose(np.sort(swapped.ends.l2), np.sort(path.ends.l1), atol=1e-10)
 
 
 def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:

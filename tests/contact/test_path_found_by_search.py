@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -12,16 +11,10 @@ from beveloid_geom import Errors, Status, contact_ratio, path_of_contact
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from tests.contact.test_path import five_equation_residual, margins
+from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged
-
-
-@pytest.mark.parametrize("a", [0.0004, 0.00045, 0.0005, 0.00055])
-def test_contact_ratio_where_the_roll_turns_back(a: float) -> None:
-    """The pair is in contact over all rolls the path reaches, not over the difference of its ends."""
-    path = path_of_contact(table1((a, a)), points=20001)
-    assert path.ends.contact_ratio == pytest.approx(np.ptp(path.pinion_roll) * 29 / (2 * np.pi), abs=1e-6)
 
 
 @pytest.mark.parametrize("a", [0.00045, 0.0005])
@@ -51,16 +44,17 @@ def test_transmission_error_has_one_reference(a: float) -> None:
     np.testing.assert_allclose(again.transmission_error, path.transmission_error, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("parabola", "offset", "shaft_deg", "l1"),
-    [
-        ((-0.0025, -0.0007), -7.0, -0.09, -2.9473),
-        ((-0.0023, -0.0008), -9.0, -0.06, -5.1517),
-        ((-0.0011, -0.0010), -9.3, -0.13, -5.5744),
-        ((-0.0022, -0.0017), -6.1, -0.12, -2.8432),
-        ((0.0, 0.0), 1.2335, 0.0, 4.65),
-    ],
-)
+FROM_AFAR = [
+    ((-0.0025, -0.0007), -7.0, -0.09, -2.9473),
+    ((-0.0023, -0.0008), -9.0, -0.06, -5.1517),
+    ((-0.0011, -0.0010), -9.3, -0.13, -5.5744),
+    ((-0.0022, -0.0017), -6.1, -0.12, -2.8432),
+    ((0.0, 0.0), 1.2335, 0.0, 4.65),
+]
+"""Parabolas, errors of offset and shaft angle (mm, deg), and l1 of a contact on the flanks."""
+
+
+@pytest.mark.parametrize(("parabola", "offset", "shaft_deg", "l1"), FROM_AFAR)
 def test_contact_on_the_flanks_is_never_called_none(
     parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float
 ) -> None:
@@ -71,17 +65,6 @@ def test_contact_on_the_flanks_is_never_called_none(
     assert margins(design, at).min() > 0.0
     assert path_ends(design).status not in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL)
     assert contact_ratio(design) != 0.0
-
-
-@pytest.mark.parametrize(
-    ("parabola", "face"), [((-0.003, 0.005), 4.3705), ((-0.01, 0.02), 21.41315), ((-0.01, 0.02), 21.39515)]
-)
-def test_a_path_that_just_leaves_the_face_is_in_pieces(parabola: tuple[float, float], face: float) -> None:
-    design = table1(parabola)
-    design = replace(design, pinion=replace(design.pinion, face_width=face))
-    path = path_of_contact(design, "left", 2001)
-    assert margins(design, path).min() > -1e-9
-    assert path.ends.pieces == 2
 
 
 def test_what_is_kept_cannot_be_spoilt() -> None:

@@ -30,8 +30,9 @@ from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit
-from tests.contact.test_path import NUMBERS, five_equation_residual, margins
+from tests.contact.test_path import NUMBERS, five_equation_residual
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged, mirrored
 
 

@@ -30,8 +30,9 @@ from beveloid_geom.contact.path_polynomial import HEIGHT, Track
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from tests.contact.test_path import five_equation_residual, margins
+from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged
 
 

@@ -272,6 +272,12 @@ def test_each_fault_has_its_line(key: str, value: object, message: str) -> None:
     assert faults_of({key: value}) == (message,)
 
 
+def test_a_cone_that_narrows_towards_the_heel_has_its_narrow_end_there() -> None:
+    (fault,) = faults_of({"pinion.cone_angle_deg": -3.0, "pinion.face_width": 9999})
+    assert fault.startswith("[pinion] face_width must leave a tip radius")
+    assert "got -158.999: " in fault
+
+
 def test_all_faults_come_at_once() -> None:
     changes: dict[str, object] = {
         "tool.normal_pressure_angle_deg": 0.349,

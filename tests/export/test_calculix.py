@@ -97,7 +97,7 @@ def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: 
     np.testing.assert_allclose(answer.reaction["fixed"], -answer.force, rtol=0, atol=1e-6 * FORCE)
 
 
-@pytest.mark.parametrize("element", ["C3D20", "C3D20R"])
+@pytest.mark.parametrize("element", ["C3D20", pytest.param("C3D20R", marks=pytest.mark.slow)])
 def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: str) -> None:
     """At the tip of the opposite flank."""
     answers = [solved(tmp_path, element, cells, flank="left") for cells in REFINED]
@@ -126,7 +126,7 @@ def mises(results: Path) -> FloatArray:
     return np.asarray(np.sqrt(direct + 3.0 * (xy**2 + yz**2 + zx**2)))
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
+@pytest.mark.parametrize("flank", ["right", pytest.param("left", marks=pytest.mark.slow)])
 def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
     """Greatest stress of the fillet's nodes on the loaded side, over three meshes: of the right flank 21.3,
     22.9, 23.7 MPa (a cut ellipse), of the left 22.2, 23.6, 24.1."""
@@ -197,6 +197,7 @@ def test_stress_dies_away_from_the_load(tmp_path: Path) -> None:
     assert ends["heel"] < 0.1
 
 
+@pytest.mark.slow
 def test_reduced_integration_does_not_let_it(tmp_path: Path) -> None:
     """Why C3D20R is not the default: the hourglass modes that a load on one face wakes reach toe and
     heel, with more stress at the heel than in the fillet."""

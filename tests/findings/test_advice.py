@@ -96,6 +96,13 @@ def test_a_wrong_offset_is_mended_by_the_offset() -> None:
         assert advice["offset"] == pytest.approx(229.0751, abs=5e-5)
 
 
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_a_wrong_mounting_distance_is_mended_by_the_pitch_point(member: str) -> None:
+    pair = replace(TABLE1.pair, **{f"{member}_mounting": 320.0})
+    advice = checked(replace(TABLE1, pair=pair))["advice"][0]
+    assert advice["change"] == "mounting distances to those of the pitch point"
+
+
 def test_out_of_reach_and_too_close_are_told_with_how_much() -> None:
     """Of crossed cylinders tips meet where the offset is the sum of their radii."""
     plain = replace(
@@ -107,6 +114,8 @@ def test_out_of_reach_and_too_close_are_told_with_how_much() -> None:
     tips = float(sum(reference)) + 12.0
     assert reach_of(plain).touching == pytest.approx(tips, abs=1e-9)
     assert reach_of(plain).bottoming == pytest.approx(tips - 13.5, abs=1e-9)
+    deep = replace(plain, pinion=replace(plain.pinion, tool=replace(plain.pinion.tool, dedendum=1.6)))
+    assert reach_of(deep).bottoming == pytest.approx(tips - 13.5, abs=1e-9)  # of the gear, which comes first
     far = remarks_on(replace(plain, pair=Pair(tips + 110.0, radians(15.0))))
     assert far[0].text == "there is no contact on the right and left flanks"
     assert far[1].text.startswith("the gears do not reach each other, by 110 mm")

@@ -117,6 +117,7 @@ def test_what_is_not_known_has_a_name_and_no_number() -> None:
     assert found.status == FirstStatus.UNDERCUT
     assert np.isnan(found.normal)
     assert not found.jammed
+    assert mounted_backlash(mirrored(undercut)).status == FirstStatus.UNDERCUT  # of its left flanks
     deep = mounted_backlash(table1(errors=Errors(offset=-2.5)))
     assert deep.status == FirstStatus.MEETS_BOTTOM
     assert np.isnan(deep.normal)

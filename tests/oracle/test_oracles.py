@@ -21,6 +21,7 @@ from beveloid_geom.reference.five_equations_mp import (
     zero_shift,
 )
 from beveloid_geom.reference.pitch_region import Guess, pitch_guess, pitch_region
+from tests.symmetry import mirrored
 
 from .pitch_point_mp import MountingMp, base_cylinder_mp, mounting_mp
 from .table1 import table1
@@ -145,16 +146,12 @@ def test_fixed_roll_and_fixed_flank_parameter_give_one_contact() -> None:
 @pytest.mark.parametrize(("flank", "opposite"), [("right", "left"), ("left", "right")])
 def test_mirrored_pair_has_the_mirrored_contact(flank: str, opposite: str) -> None:
     design = table1((0.001, -0.001), MISALIGNED)
-    mirrored = replace(
-        design,
-        pinion=replace(design.pinion, helix_angle=-design.pinion.helix_angle),
-        gear=replace(design.gear, helix_angle=-design.gear.helix_angle),
-    )
-    there = mounting_mp(mirrored)
+    image = mirrored(design)
+    there = mounting_mp(image)
     assert float(there.dw1) == pytest.approx(table1_distances()[0], abs=1e-12)
     mounting = table1_distances()
     here = solve_mp(design, flank, pitch_guess(design, flank), ("l1", 1.5), mounting)
-    across = solve_mp(mirrored, opposite, pitch_guess(mirrored, opposite), ("l1", 1.5), mounting)
+    across = solve_mp(image, opposite, pitch_guess(image, opposite), ("l1", 1.5), mounting)
     for name, sign in (("u1", 1), ("l2", 1), ("u2", 1), ("phi1", -1), ("phi2", -1)):
         assert abs(getattr(across, name) - sign * getattr(here, name)) < MP.mpf(10) ** -45
     for axis, sign in enumerate((1, -1, 1)):

@@ -21,6 +21,7 @@ from beveloid_geom import (
     path_of_contact,
     zero_backlash_layout,
 )
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference import five_equations
 from beveloid_geom.reference.five_equations import Refined, path_of_contact_five_equations, refine
@@ -30,8 +31,11 @@ from beveloid_geom.reference.five_equations_curve import (
     follow_five_equations,
 )
 from beveloid_geom.reference.five_equations_mp import solve_mp
-from tests.contact.test_path import NUMBERS, five_equation_residual, margins
+from tests.contact.test_path import NUMBERS, five_equation_residual
+from tests.contact.test_path_found_by_search import FROM_AFAR
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import margins
+from tests.stability.named_designs import SPLIT, Named
 from tests.symmetry import exchanged
 
 L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
@@ -101,6 +105,13 @@ def test_an_l1_that_turns_back_has_two_contacts() -> None:
     assert error_at_60_digits(L1_TURNS, path, "phi1", [0, turn]) < 1e-11
 
 
+@pytest.mark.parametrize("case", [SPLIT[0], SPLIT[2]], ids=["first", "third"])
+def test_of_two_pieces_the_longest_is_taken(case: Named) -> None:
+    path = path_of_contact_five_equations(case.design, case.flank, points=3)
+    assert path.ends.pieces == 2
+    assert np.abs(np.sort(path.ends.l1) - np.sort(path_ends(case.design, case.flank).l1)).max() < 1e-9
+
+
 def test_members_exchanged_give_the_same_path() -> None:
     path = path_of_contact_five_equations(L1_TURNS, points=3)
     other = path_of_contact_five_equations(exchanged(L1_TURNS), points=3)
@@ -108,16 +119,7 @@ def test_members_exchanged_give_the_same_path() -> None:
     np.testing.assert_allclose(np.sort(other.ends.l2), np.sort(path.ends.l1), atol=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("parabola", "offset", "shaft_deg", "l1"),
-    [
-        ((-0.0025, -0.0007), -7.0, -0.09, -2.9473),
-        ((-0.0023, -0.0008), -9.0, -0.06, -5.1517),
-        ((-0.0011, -0.0010), -9.3, -0.13, -5.5744),
-        ((-0.0022, -0.0017), -6.1, -0.12, -2.8432),
-        ((0.0, 0.0), 1.2335, 0.0, 4.65),
-    ],
-)
+@pytest.mark.parametrize(("parabola", "offset", "shaft_deg", "l1"), FROM_AFAR)
 def test_paths_from_afar(parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float) -> None:
     """Each has a contact on the flanks at this l1, and starts far off where the one equation has no path."""
     design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))

@@ -120,9 +120,10 @@ def own_margins(member: Member, flank: str, l: FloatArray, u: FloatArray) -> Flo
 
 
 def margins(design: Design, path: ContactPath) -> FloatArray:
-    """Margins (8, *batch, positions): the four of the pinion, the four of the gear."""
-    first = own_margins(design.pinion, path.flank, path.l1, path.u1)
-    return np.concatenate((first, own_margins(design.gear, path.flank, path.l2, path.u2)))
+    """Margins (8, *batch, positions) to the limits, in the order of `Limit`."""
+    pinion = own_margins(design.pinion, path.flank, path.l1, path.u1)
+    gear = own_margins(design.gear, path.flank, path.l2, path.u2)
+    return np.stack((pinion, gear), axis=1).reshape(8, *path.l1.shape)
 
 
 class Lines(NamedTuple):

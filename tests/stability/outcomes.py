@@ -150,10 +150,9 @@ def _verdict(code: int) -> str:
     return f"`{Verdict(code).name}`" if code > 0 else f"`{FirstStatus(-code).name}`"
 
 
-def row_of(situation: Situation) -> tuple[list[str], list[str]]:
-    """Every outcome of each of METHODS, and the words of the user, for the cases of a situation."""
+def cells_of(situation: Situation) -> tuple[str, ...]:
+    """Outcomes of each of METHODS for the cases of a situation."""
     cells: list[list[str]] = [[] for _ in METHODS]
-    words = []
     for case in situation.cases():
         design, flank = case.design, case.flank
         path = path_of_contact(design, flank, POINTS)
@@ -163,8 +162,12 @@ def row_of(situation: Situation) -> tuple[list[str], list[str]]:
         found.append(attempted(lambda: of_first_contact(case, path)))  # noqa: B023
         for cell, word in zip(cells, found, strict=True):
             cell.append(word)
-        words.append(_told(situation, design, flank))
-    return [in_a_cell(cell) for cell in cells], words
+    return tuple(in_a_cell(cell) for cell in cells)
+
+
+def told_in(situation: Situation) -> str:
+    """The words of the user for the cases of a situation."""
+    return in_a_cell(_told(situation, case.design, case.flank) for case in situation.cases())
 
 
 def _five(design: Design, flank: str, ours: ContactPath) -> str:

@@ -20,7 +20,6 @@ from beveloid_geom import (
     sample_flank,
     zero_backlash_layout,
 )
-from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
@@ -144,18 +143,6 @@ def test_two_spur_members_have_no_layout(cones: tuple[float, float]) -> None:
         "no shaft angle closes it at an offset of 229 mm",
     )
     assert [remark.level for remark in remarks_on(spur)][:2] == ["error", "error"]
-
-
-def test_a_file_with_helix_angles_that_cancel_is_refused_in_one_line() -> None:
-    text = builtin_text()
-    spur = text.replace("helix_angle_deg = 25.0", "helix_angle_deg = 0.0").replace("-10.57", "0.0")
-    assert spur != text
-    with pytest.raises(DesignError) as refused:
-        parse_design(spur)
-    assert [fault for fault in refused.value.faults if "helix_angle_deg" in fault] == [
-        "[gear] helix_angle_deg must not cancel that of [pinion], got 0.0: "
-        "without a sum of helix angles the axes do not cross at a distance"
-    ]
 
 
 def test_helix_angles_that_cancel_give_no_number() -> None:

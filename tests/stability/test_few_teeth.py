@@ -23,7 +23,6 @@ from beveloid_geom import (
     gear_solid,
     mesh_cycle,
     path_of_contact,
-    sample_flank,
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
@@ -310,16 +309,6 @@ def test_a_design_that_leaves_nothing_to_solve_says_so(design: Design) -> None:
     first = first_contact(design, "right", [0.0, 0.1])
     assert (first.status == FirstStatus.UNDEFINED).all()
     assert np.isnan(first.gear_roll).all()
-
-
-def test_a_tool_that_cannot_cut_is_named_and_not_solved() -> None:
-    folding = table1((0.05, 0.0))
-    assert path_of_contact_five_equations(folding, "right", 5).ends.status == Status.UNDEFINED
-    steep = changed(PINION, cone_angle=radians(40.0), helix_angle=radians(45.0))
-    for member, key in ((folding.pinion, "parabola"), (steep, "cone_angle_deg")):
-        for cut in (lambda m: sample_flank(m, "right", 0.1), lambda m: gear_solid(m, 0.1)):
-            with pytest.raises(ValueError, match=rf"^the flanks cannot be cut: {key} must be between .*$"):
-                cut(member)
 
 
 def test_a_single_tooth_makes_no_solid() -> None:

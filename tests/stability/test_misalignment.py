@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from beveloid_geom import (
     Design,
@@ -20,15 +18,15 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.cli.main import main
 from beveloid_geom.contact.equation import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit
-from tests.contact.test_path import five_equation_residual, margins
+from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
+from tests.stability.five_residuals import margins
 
 from .named_designs import SPLIT, Named
 
@@ -130,33 +128,6 @@ def test_the_ratio_falls_to_zero_without_a_step() -> None:
     assert (ends.status[:-1] == Status.SOLVED).all()
     assert ends.status[-1] == Status.OFF_FLANK
     assert (ends.limit[:-1] == (Limit.PINION_HEEL, Limit.PINION_TIP)).all()
-
-
-OPTIONS = {
-    "both": ["--offset-error", "20"],
-    "pinion": ["--pinion-axial-error", "60"],
-    "gear": ["--gear-axial-error", "-70"],
-}
-
-
-@pytest.mark.parametrize("off", OPTIONS)
-def test_what_is_printed(off: str) -> None:
-    """Exit status 1, one line of the reason on standard error with the place on both members, the
-    table with a ratio of 0; JSON with the reason and empty lists; no traceback, no warning."""
-    run = CliRunner().invoke(main, ["tca", *OPTIONS[off]])
-    assert run.exit_code == 1
-    assert "contact ratio      0.000000" in run.stdout
-    line = run.stderr.strip()
-    assert line.startswith("No contact: the path of contact does not meet the right flanks")
-    assert "\n" not in line
-    parts = {name: line.split(f" mm on the {name}")[0].split()[-1] for name in ("pinion", "gear")}
-    beyond = [abs(float(parts[name])) > half for name, half in (("pinion", 25.0), ("gear", 30.0))]
-    assert beyond == [off in ("both", "pinion"), off in ("both", "gear")]
-    found = json.loads(CliRunner().invoke(main, ["tca", *OPTIONS[off], "--json"]).stdout)
-    assert found["contact_ratio"] == 0.0
-    assert found["reason"] in line
-    assert all(value == [] for value in found["path"].values())
-    assert found["ends"] == {"enter": None, "leave": None}
 
 
 def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:

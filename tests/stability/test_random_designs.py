@@ -12,7 +12,6 @@ from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.gear.flank import highest_parameter, root_parameter
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.status import Limit
 
 from .five_residuals import cases_of, column, joined, margins, residuals, search
 from .random_designs import KINDS, Kind, parabola_limits, random_designs
@@ -32,8 +31,6 @@ BLOCK, POSITIONS, SEARCHED = 512, 5, 300
 FLANKS: tuple[Flank, Flank] = ("right", "left")
 NO_CONTACT = (Status.NO_COMMON_NORMAL, Status.OFF_FLANK)
 UNKNOWN = (Status.NOT_CONVERGED, Status.SEVERAL_CONTACTS)
-MARGIN_OF = {"root": 0, "tip": 1, "toe": 2, "heel": 3}
-"""Place of a limit among the margins of a member."""
 
 
 def blocks(kind: Kind, flank: Flank) -> list[Design]:
@@ -43,8 +40,7 @@ def blocks(kind: Kind, flank: Flank) -> list[Design]:
 
 def at_ends(path: ContactPath, room: FloatArray) -> FloatArray:
     """Margin (mm) to the limit that is said to end the path, (cases, 2)."""
-    rows = np.array([4 * (limit.member == "gear") + MARGIN_OF[limit.limit] for limit in Limit])
-    row = rows[np.maximum(path.ends.limit, 0)]
+    row = np.maximum(path.ends.limit, 0)
     case = np.arange(len(row))
     return np.stack((room[row[:, 0], case, 0], room[row[:, 1], case, -1]), axis=-1)
 

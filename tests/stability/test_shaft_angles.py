@@ -22,7 +22,6 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.pair.closing import closing_of, closing_offset
@@ -179,29 +178,6 @@ def test_parallel_axes_give_no_number(angle: float, total: float) -> None:
             assert np.isnan(path.ends.contact_ratio)
         assert len(closing_of(design).reasons) >= 1
         assert all(remark.text for remark in remarks_on(design))
-
-
-@pytest.mark.parametrize(
-    ("angle", "cure"),
-    [
-        (0.0, "teeth on parallel axes touch along lines, not in the points this model is for"),
-        (0.49, "was it given in radians"),
-        (-15.0, "give its magnitude, its sense follows from the helix angles"),
-        (90.1, "it is the smaller angle of the two axes, take 180 deg less it"),
-    ],
-)
-def test_a_file_with_another_shaft_angle_is_refused_in_one_line(angle: float, cure: str) -> None:
-    with pytest.raises(DesignError) as refused:
-        parse_design(builtin_text().replace("shaft_angle_deg = 15.0", f"shaft_angle_deg = {angle!r}"))
-    assert len(refused.value.faults) == 1
-    assert str(refused.value).startswith("design: [pair] shaft_angle_deg must be between 0.5 and 90 deg, got")
-    assert cure in str(refused.value)
-
-
-def test_an_error_that_leaves_no_shaft_angle_is_refused() -> None:
-    narrow = at_shaft_angle(table1(), 3.0)
-    with pytest.raises(DesignError, match=r"shaft_angle_error_deg must be at least -2\.5 deg, got -2\.6"):
-        override(narrow, shaft_angle_error_deg=-2.6)
 
 
 def test_a_negative_shaft_angle_is_the_axes_leaning_the_other_way() -> None:

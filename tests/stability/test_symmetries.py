@@ -152,6 +152,9 @@ def test_ends_and_ratios(parabola: tuple[float, float], offset: float, flank: st
         assert abs(found.contact_ratio - ends.contact_ratio) <= bound[4] or np.isnan(ends.contact_ratio)
     other = path_ends(exchanged(design), flank)
     assert other.status == ends.status
+    if ends.status == Status.SOLVED:
+        turned = np.ptp(path_of_contact(design, flank, 2001).gear_roll) * 45 / (2.0 * np.pi)
+        assert other.contact_ratio == pytest.approx(turned, abs=1e-6)
     assert np.array_equal(np.sort(SWAPPED_LIMIT[other.limit]), np.sort(ends.limit))
     assert not (np.abs(np.sort(other.l1) - np.sort(ends.l2)) > bound[2:4].max()).any()
     assert not (np.abs(np.sort(other.l2) - np.sort(ends.l1)) > bound[:2].max()).any()

@@ -13,6 +13,7 @@ from beveloid_geom.studies.statements import paper_statements
 
 from ..validation.statements_page import AS_GIVEN, FLANKS, cell, found, markdown, ratios, readings, verdicts
 
+pytestmark = pytest.mark.slow
 PAGE = (Path(__file__).parents[2] / "beveloid_geom/studies/README.md").read_text(encoding="utf-8")
 HEADING = "## The paper, statement by statement"
 
@@ -22,7 +23,6 @@ def cells(table: str) -> list[list[str]]:
     return [line[2:-2].split(" | ") for line in table.splitlines()[2:]]
 
 
-@pytest.mark.slow
 def test_the_page_holds_the_run() -> None:
     _, heading, rest = PAGE.partition(f"\n{HEADING}\n")
     assert heading, (
@@ -32,7 +32,6 @@ def test_the_page_holds_the_run() -> None:
     assert section == [line for line in markdown().splitlines() if line]
 
 
-@pytest.mark.slow
 def test_every_statement_stands_with_its_verdicts() -> None:
     rows = cells(verdicts())
     for flank, column in zip(FLANKS, (2, 3), strict=True):

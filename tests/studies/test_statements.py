@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -179,12 +178,6 @@ def test_table_is_readable() -> None:
     assert [id_ for id_, _ in heads] == IDS
     for id_, verdict in heads:
         assert verdict == judged("left")[id_].verdict.value
-
-
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    result = run(str(tmp_path / "none.toml"))
-    assert result.exit_code == 2
-    assert "none.toml" in result.stderr
 
 
 def test_coefficients_of_the_other_sign() -> None:

@@ -39,17 +39,9 @@ def member(teeth: int, helix: float, shift: float = 0.0) -> Member:
 
 
 def closed_form(teeth: tuple[int, int], helix: tuple[float, float]) -> tuple[float, float]:
-    """Offset and contact ratio of two cylindrical gears without shift at their reference pitch
-    point: reach = (sqrt(r_a^2 - r_b^2) - r sin(alpha_t)) / cos(beta_b) on each side."""
-    length = 0.0
-    for n, beta in zip(teeth, helix, strict=True):
-        r = MODULE * n / (2 * cos(beta))
-        alpha_t = np.arctan(tan(ALPHA) / cos(beta))
-        base = r * cos(alpha_t)
-        base_helix = asin(sin(beta) * cos(ALPHA))
-        length += (sqrt((r + MODULE) ** 2 - base**2) - r * sin(alpha_t)) / cos(base_helix)
-    offset = sum(MODULE * n / (2 * cos(beta)) for n, beta in zip(teeth, helix, strict=True))
-    return offset, length / (pi * MODULE * cos(ALPHA))
+    """Offset and contact ratio of two cylindrical gears without shift at their reference pitch point."""
+    pair = Shifted(MODULE, ALPHA, teeth, helix, (0.0, 0.0))
+    return pair.layout(ALPHA)[0], pair.contact_ratio(ALPHA)
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
@@ -235,17 +227,8 @@ def test_khk_screw_gears_from_gears_to_layout() -> None:
     )
 
 
-def test_khk_screw_gears_with_profile_shift() -> None:
-    """Handbook case (KHK): m_n 3, z 15/24, helix 20/30 deg, x 0.4/0.2. Without backlash the
-    centre distance is 67.19306 mm, the working normal pressure angle 22.91258 deg and the
-    shaft angle 51.09151 deg; the handbook's own approximate formulas give 67.19253, 22.93379
-    and 51.10248."""
-    tool = Tool(3.0, ALPHA)
-    pinion, gear = (
-        Member(tool, n, radians(beta), 0.0, x, 60.0) for n, beta, x in ((15, 20.0, 0.4), (24, 30.0, 0.2))
-    )
-    design = Design(pinion, gear, Pair(67.19306, radians(51.09151), 0.0, 0.0))
-    mounting = mounting_of(design)
+def test_khk_screw_gears_as_laid_out() -> None:
+    mounting = mounting_of(design := KHK.design(67.19306, radians(51.09151)))
     assert mounting.normal_backlash == pytest.approx(0.0, abs=2e-5)
     assert abs(mounting.gap) < 1e-3
     normals = [path_of_contact(design, flank, 2).normal[0] for flank in ("right", "left")]

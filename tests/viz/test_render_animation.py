@@ -24,17 +24,15 @@ from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
 from beveloid_viz.film.page import Image, Sheet
 from beveloid_viz.parts import posed
-from beveloid_viz.stage import opengl
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.scene import Picture
 from tests.symmetry import mirrored
+from tests.viz.test_snapshots import LIMIT, difference
 
 COMMAND = Path(sys.executable).with_name("render-animation")
 SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
 SIZE = (400, 300)
 SMALL = ("--size", "320x240", "--seconds", "0.4", "--fps", "10")
-NOISE_LEVELS, LIMIT = 8, 6.0
-"""Levels that do not count, and the sum of all others in whole pixels, as in `test_snapshots`."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -64,12 +62,6 @@ def sheet(modified: Film) -> Sheet:
 
 def run(*arguments: str) -> Result:
     return CliRunner().invoke(main, arguments)
-
-
-def difference(one: Image, other: Image) -> float:
-    """Difference of two pictures in whole pixels."""
-    levels = np.abs(one.astype(int) - other.astype(int)).max(axis=-1)
-    return float(levels[levels > NOISE_LEVELS].sum() / 255.0)
 
 
 def teeth_of(sheet: Sheet, image: Image) -> Image:
@@ -245,29 +237,6 @@ def test_a_missing_encoder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--out", "{}/mesh.avi"], "neither .gif nor .mp4"),
-        (["--out", "{}/mesh"], "neither .gif nor .mp4"),
-        (["--out", "{}/mesh.gif", "--fps", "24"], "take 20 or 25, or .mp4"),
-        (["--out", "{}/mesh.gif", "--fps", "60"], "a GIF counts in hundredths"),
-        (["--out", "{}/mesh.mp4", "--size", "401x300"], "both sides of an MP4 must be even"),
-        (["--out", "{}/mesh.gif", "--seconds", "0.1", "--fps", "2"], "less than 2 frames"),
-        (["--out", "{}/mesh.gif", "--size", "9x9"], "200 to 8000 pixels"),
-        (["--out", "{}/mesh.gif", "--offset-error", "x"], "--offset-error"),
-        (["--out", "{}/mesh.gif", "--parabola-pinion", "9"], "--parabola-pinion"),
-        (["--out", "{}/mesh.gif", "nowhere.toml"], "nowhere.toml"),
-    ],
-)
-def test_bad_input_is_refused_in_a_line(arguments: list[str], message: str, tmp_path: Path) -> None:
-    done = run(*(word.format(tmp_path) for word in arguments))
-    assert (done.exit_code, done.stdout) == (2, "")
-    assert message in done.stderr
-    assert done.stderr.count("Error: ") == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_no_contact_says_why(tmp_path: Path) -> None:
     for words, reason in (
         (("--offset-error", "20"), "the path of contact does not meet the right flanks"),
@@ -285,9 +254,6 @@ def test_a_place_that_cannot_be_written(plain: Film, tmp_path: Path, monkeypatch
     solved(monkeypatch, plain)
     blocked = tmp_path / "file"
     blocked.write_text("")
-    done = run("--out", str(blocked / "mesh.gif"), *SMALL)
-    assert done.exit_code == 2
-    assert "cannot write to" in done.stderr
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
@@ -297,15 +263,6 @@ def test_a_place_that_cannot_be_written(plain: Film, tmp_path: Path, monkeypatch
     assert done.exit_code == 2
     assert "No space left on device" in done.stderr
     assert list(tmp_path.iterdir()) == [blocked]
-
-
-def test_without_opengl_the_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opengl, "draws", lambda _: False)
-    monkeypatch.delenv(opengl.VARIABLE, raising=False)
-    done = run("--out", str(tmp_path / "mesh.gif"))
-    assert done.exit_code == 3
-    assert "sudo apt-get install libosmesa6" in done.stderr
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_interrupt_ends_the_encoder(tmp_path: Path) -> None:

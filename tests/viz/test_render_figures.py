@@ -94,24 +94,6 @@ def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
     assert [figure.name for figure in FIGURES] == names
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--only", "fig-16"], "no figure named 'fig-16'"),
-        (["--size", "1600"], "write it as 1600x1200"),
-        (["--size", "10x10"], "200 to 8000 pixels"),
-        (["--design", "nowhere.toml"], "nowhere.toml"),
-        (["--nonsense"], "--nonsense"),
-    ],
-)
-def test_bad_input_is_refused_in_a_line(arguments: list[str], message: str, tmp_path: Path) -> None:
-    done = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path / "out")])
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert "Traceback" not in done.output
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:
     design = tmp_path / "design.toml"
     design.write_text(
@@ -123,14 +105,6 @@ def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:
     assert "[pair] offset" in done.stderr
 
 
-def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    done = CliRunner().invoke(main, ["--only", "fig-11", "--out", str(blocked / "out")])
-    assert done.exit_code == 2
-    assert "cannot write to" in done.stderr
-
-
 def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
@@ -139,15 +113,6 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
     done = CliRunner().invoke(main, ["--only", "fig-11", "--out", str(tmp_path), "--size", "400x300"])
     assert done.exit_code == 2
     assert "No space left on device" in done.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_without_opengl_the_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opengl, "draws", lambda _: False)
-    monkeypatch.delenv(opengl.VARIABLE, raising=False)
-    done = CliRunner().invoke(main, ["--only", "fig-09", "--out", str(tmp_path)])
-    assert done.exit_code == 3
-    assert "sudo apt-get install libosmesa6" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 

@@ -245,6 +245,7 @@ def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
     for flank in ("right", "left"):
         assert data["tca"][flank]["reason"] in page.words
         assert data["operation"][flank]["reason"] in page.words
+        assert data["pattern"][flank]["reason"] == data["operation"][flank]["reason"]
         assert data["tolerance"][flank]["status"]["no_common_normal"] == 20
     assert any(text == "\u2013" for _, text in page.cells)
     assert "nan" not in page.words.lower().split()
@@ -304,43 +305,6 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
         solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["nowhere.toml"], "nowhere.toml"),
-        (["--out", "nowhere/page.html"], "the folder nowhere does not exist"),
-        (["--out", "."], "is a directory"),
-        (
-            ["--out", "page.pdf"],
-            "ends in neither .html nor .htm, which the page is: name it so",
-        ),
-        (["--out", "file/page.html"], "the folder file does not exist"),
-        (
-            ["--shaft-angle-tolerance-deg", "4", "--offset-tolerance", "300"],
-            "tolerance of offset must be less than the pair's own 229 mm",
-        ),
-        (["--parabola-pinion", "100"], "--parabola-pinion must be"),
-        (["--offset-tolerance", "-1"], "--offset-tolerance"),
-        (["--cases", "0"], "--cases"),
-        (["--flank", "left"], "--flank"),
-    ],
-    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
-)
-def test_bad_input_ends_with_one_line(tmp_path: Path, arguments: list[str], words: str) -> None:
-    (tmp_path / "file").touch()
-    run = subprocess.run([*COMMAND, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr.count("Error: ") == 1
-    assert words in run.stderr.splitlines()[-1]
-    assert [path.name for path in tmp_path.rglob("*.html*")] == []
-
-
-def test_start_up_is_light() -> None:
-    code = "import beveloid_viz.report.cli, sys; print({'numpy', 'jinja2', 'matplotlib'} & set(sys.modules))"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout == "set()\n"
-
-
 def test_whose_statements_are_on_the_page() -> None:
     design = builtin_design()
     assert is_papers(design.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.1)))
@@ -366,9 +330,11 @@ def test_charts_keep_their_numbers_and_share_no_ids() -> None:
         axes = chart.add_subplot()
         axes.plot([0.0, 1.0], [0.0, 1.0])
         axes.text(0.1234567, 0.5, "0.0006 & 1.23456 <b>")
+        axes.set_title("heading", fontweight="bold")
         one, two = (svg.svg_of(chart, name, "<&>") for name in ("one", "two"))
     assert "0.0006 &amp; 1.23456 &lt;b&gt;" in one
     assert ">&lt;&amp;&gt;</title>" in one
+    assert len(re.findall("font-weight: (?:bold|700)", one)) == 1
     ids = re.findall(r'\bid="([^"]*)"', one)
     assert ids
     assert not set(ids) & set(re.findall(r'\bid="([^"]*)"', two))

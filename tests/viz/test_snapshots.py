@@ -27,7 +27,7 @@ from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.shapes.mesh_contact import Convergence
 from beveloid_geom.studies.comparison import Settings
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.methods import speed_accuracy as fig_speed
+from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
 from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
 from beveloid_viz.figures.results import maps as fig_maps
@@ -65,6 +65,7 @@ def _short_measurements() -> Iterator[None]:
     few = Settings(tolerances=(0.1, 0.01), xtols=(1e-2, 1e-14), batches=(1, 100), batch=10, run=11, repeat=0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fig_speed, "SETTINGS", few)
+        patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_maps, "STEPS", 7)
         patch.setattr(fig_maps, "FIRST_STEPS", 3)
         yield
@@ -74,6 +75,7 @@ def recipe_of(name: str) -> Recipe[Any]:
     return next(figure for figure in FIGURES if figure.name == name).recipe()
 
 
+@cache
 def data_of(name: str) -> Any:
     data = recipe_of(name).compute(builtin_design())
     if name == "speed-accuracy":
@@ -83,20 +85,18 @@ def data_of(name: str) -> Any:
         ]
         return tuple(replace(case, rows=tuple(some)) for case, some in zip(data, rows, strict=True))
     if name == "mesh-convergence":
-        return replace(
-            data, found={key: tuple(map(_without_rounding, row)) for key, row in data.found.items()}
-        )
+        found = {
+            key: tuple(even(one, 1.0 + k) for k, one in enumerate(poses)) if key[1] else poses
+            for key, poses in data.found.items()
+        }
+        return replace(data, found=found)
     return data
 
 
-def _without_rounding(result: Convergence) -> Convergence:
-    """The same errors, those that are but rounding told by their place."""
-    rounding = 10.0 ** -(12.0 + np.arange(result.tolerance.size) % 3)
-    return replace(
-        result,
-        point_error=np.where(result.point_error < 1e-10, rounding, result.point_error),
-        separation_error=np.where(result.separation_error < 1e-10, 0.01 * rounding, result.separation_error),
-    )
+def even(found: Convergence, size: float) -> Convergence:
+    """What the polish leaves is rounding."""
+    point, apart = (size * error * found.tolerance**0.1 for error in (1e-10, 1e-13))
+    return replace(found, point_error=point, separation_error=apart)
 
 
 @cache
@@ -202,11 +202,11 @@ def test_a_moved_curve_fails(name: str) -> None:
 
 def test_a_moved_contact_line_fails() -> None:
     """The comparison sees a path that is moved by 0.5 mm, in every picture of the figure."""
-    data: PathFigure = recipe_of("fig-09").compute(builtin_design())
+    data: PathFigure = data_of("fig-09")
     other = drawn("fig-09", replace(data, paths=moved(data.paths, 0.5)))
     for key, picture in drawing("fig-09").pictures.items():
         assert difference(picture.image, other.pictures[key].image) > 2.0 * LIMIT, key
-    data12: MisalignmentFigure = recipe_of("fig-12").compute(builtin_design())
+    data12: MisalignmentFigure = data_of("fig-12")
     plain, modified = (moved(paths, 0.5) for paths in data12.paths)
     other = drawn("fig-12", replace(data12, paths=(plain, modified)))
     for key, picture in drawing("fig-12").pictures.items():
@@ -215,7 +215,7 @@ def test_a_moved_contact_line_fails() -> None:
 
 def test_another_pattern_fails() -> None:
     """The comparison sees a pattern whose least separation is half a micrometre larger."""
-    data: BandFigure = recipe_of("pattern").compute(builtin_design())
+    data: BandFigure = data_of("pattern")
     columns = []
     for column in data.columns:
         assert column.layers

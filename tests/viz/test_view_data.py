@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from math import cos, pi, radians
 from typing import Any, cast
 
@@ -36,9 +36,15 @@ DESIGNS = {
     "misaligned": table1((-0.0005, -0.0005), Errors(offset=0.2, shaft_angle=radians(0.01), pinion_axial=0.3)),
     "left hand": LEFT_HAND,
 }
-VIEWS = {name: view_data(design) for name, design in DESIGNS.items()}
 TOLERANCE = 0.012
 """mm: what `view_data` takes for a module of 6 mm."""
+
+
+@cache
+def view_of(name: str) -> dict[str, Any]:
+    return view_data(DESIGNS[name])
+
+
 every_case = pytest.mark.parametrize("flank", ["right", "left"])
 every_design = pytest.mark.parametrize("name", DESIGNS)
 
@@ -87,7 +93,7 @@ def piece_at(cycle: dict[str, Any], into: FloatArray) -> tuple[NDArray[np.int_],
 @every_design
 @every_case
 def test_both_paths_meet_in_the_point_of_contact(name: str, flank: str) -> None:
-    view, path = VIEWS[name], path_of_contact(DESIGNS[name], flank, 65)
+    view, path = view_of(name), path_of_contact(DESIGNS[name], flank, 65)
     roll = of_path(view, flank, "roll")
     rolls = roll, gear_roll(view, of_path(view, flank, "phase"), roll)
     np.testing.assert_allclose(of_path(view, flank, "point"), path.point, atol=1e-12)
@@ -99,7 +105,7 @@ def test_both_paths_meet_in_the_point_of_contact(name: str, flank: str) -> None:
 @every_design
 @every_case
 def test_tooth_pair_k_is_tooth_k_of_the_pinion_on_tooth_minus_k_of_the_gear(name: str, flank: str) -> None:
-    view = VIEWS[name]
+    view = view_of(name)
     pitch = [2.0 * pi / member["teeth"] for member in view["members"]]
     path_roll, point = of_path(view, flank, "roll"), of_path(view, flank, "point")
     for pair in (-3, 1, 2):
@@ -123,7 +129,7 @@ def tooth_of(member: dict[str, Any]) -> tuple[FloatArray, FloatArray, NDArray[np
 @pytest.mark.parametrize("number", [0, 1])
 def test_turned_teeth_are_the_gear(number: int) -> None:
     member = DESIGNS["modified"].members[number]
-    points, _, faces = tooth_of(VIEWS["modified"]["members"][number])
+    points, _, faces = tooth_of(view_of("modified")["members"][number])
     whole = gear_mesh(member, TOLERANCE)
     angles = 2.0 * pi / member.teeth * np.arange(int(member.teeth))
     every = np.concatenate([placed({"rotation": np.eye(3), "origin": 0.0}, points, a) for a in angles])
@@ -135,7 +141,7 @@ def test_turned_teeth_are_the_gear(number: int) -> None:
 @pytest.mark.parametrize("number", [0, 1])
 def test_faces_wind_outwards_and_those_of_the_ends_come_last(number: int) -> None:
     """The page takes the inside of faces for the cut face of sections."""
-    data = VIEWS["table 1"]["members"][number]
+    data = view_of("table 1")["members"][number]
     points, normals, faces = tooth_of(data)
     a, b, c = (points[faces[:, k]] for k in range(3))
     out = np.cross(b - a, c - a)
@@ -145,7 +151,7 @@ def test_faces_wind_outwards_and_those_of_the_ends_come_last(number: int) -> Non
     assert not flat[: -data["tooth"]["end_faces"]].any()
 
 
-@lru_cache
+@cache
 def gear_body(name: str) -> Any:
     solid = gear_solid(DESIGNS[name].gear, TOLERANCE)
     return pv.PolyData(solid.points, np.column_stack((np.full(len(solid.faces), 3), solid.faces)).ravel())
@@ -168,7 +174,7 @@ def clearance(view: dict[str, Any], name: str, roll: float, gear: float) -> floa
 @pytest.mark.parametrize("name", ["table 1", "modified", "left hand"])
 def test_posed_teeth_do_not_overlap_but_touch(name: str, flank: str) -> None:
     """Driven the wrong way by 0.1 mm, or from the wrong side, they would."""
-    view, lever = VIEWS[name], VIEWS[name]["flanks"][flank]["lever"]
+    view, lever = view_of(name), view_of(name)["flanks"][flank]["lever"]
     roll, phase = cycle_at(view, flank)
     push = (1.0 if flank == "right" else -1.0) * 0.1 / lever
     for i in (7, 47, 88):
@@ -181,7 +187,7 @@ def test_posed_teeth_do_not_overlap_but_touch(name: str, flank: str) -> None:
 @every_case
 def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
     """By first contacts; the path alone, which knows no edges, leaves it within what they push it ahead."""
-    view, design = VIEWS[name], DESIGNS[name]
+    view, design = view_of(name), DESIGNS[name]
     roll, phase = cycle_at(view, flank)
     cycle = view["flanks"][flank]["cycle"]
     piece, _ = piece_at(cycle, roll - cycle["start"])
@@ -201,7 +207,7 @@ def test_the_gear_is_posed_by_who_touches_first(name: str, flank: str) -> None:
 
 def test_edges_are_named_with_their_place() -> None:
     """At twenty rolls in every piece that an edge carries."""
-    cycle = VIEWS["modified"]["flanks"]["right"]["cycle"]
+    cycle = view_of("modified")["flanks"]["right"]["cycle"]
     edges = [(k, edge) for k, edge in enumerate(cycle["edges"]) if edge]
     assert {edge["edge"] for _, edge in edges} == {"gear tip"}
     ends, x = np.append(0.0, unpacked(cycle["ends"])), np.linspace(-0.99, 0.99, 20)
@@ -239,13 +245,13 @@ def test_odd_designs_are_shown_with_words(design: Design) -> None:
 def test_an_unmodified_pair_has_the_lever_of_its_base_helix() -> None:
     """Base radius times the cosine of the base helix angle: m_n N cos(alpha)/2 on both flanks."""
     for name in ("table 1", "left hand"):
-        for flank in VIEWS[name]["flanks"].values():
+        for flank in view_of(name)["flanks"].values():
             assert flank["lever"] == pytest.approx(0.5 * 6.0 * 45.0 * cos(radians(20.0)), rel=1e-12)
 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_corners_are_root_and_tip_at_the_toe_then_at_the_heel(number: int) -> None:
-    member = VIEWS["table 1"]["members"][number]
+    member = view_of("table 1")["members"][number]
     for corners in member["tooth"]["corners"].values():
         radius, z = np.hypot(*np.transpose(corners)[:2]), np.transpose(corners)[2]
         np.testing.assert_allclose(z, np.repeat((-1.0, 1.0), 2) * member["half_width"], atol=1e-9)
@@ -256,7 +262,7 @@ def test_corners_are_root_and_tip_at_the_toe_then_at_the_heel(number: int) -> No
 
 def test_where_the_view_begins() -> None:
     """In the middle of the right flanks' path; of the left ones' where they alone have one."""
-    view, none = VIEWS["table 1"], view_data(ODD["no normal"])
+    view, none = view_of("table 1"), view_data(ODD["no normal"])
     assert view["roll"] == view["flanks"]["right"]["middle"]
     assert none["roll"] == none["flanks"]["right"]["middle"]
     np.testing.assert_array_equal(view["mesh_point"], mounting_of(TABLE).pitch_point)
@@ -284,7 +290,7 @@ def test_without_fillets_the_path_poses_the_gear() -> None:
 
 
 def test_the_view_stays_small_and_takes_single_designs() -> None:
-    assert len(json.dumps(VIEWS["table 1"])) < 200_000
+    assert len(json.dumps(view_of("table 1"))) < 200_000
     assert len(json.dumps(view_data(TABLE, 0.1))) < 110_000
     with pytest.raises(ValueError, match="one design"):
         view_data(TABLE.with_errors(Errors(offset=np.zeros(3))))

@@ -1,0 +1,20 @@
+"""What a command prints in three forms is calculated once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import pytest
+
+from beveloid_geom.report import closing, operation, path, pattern, sensitivity, sliding
+
+
+@pytest.fixture(autouse=True, scope="package")
+def _reports_are_kept() -> Iterator[None]:
+    """Reports of the same design, flank and options: a command asked for its JSON has them from its text."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (closing, operation, path, pattern, sensitivity, sliding):
+            name = f"{module.__name__.rpartition('.')[2]}_report".replace("path_", "contact_")
+            patch.setattr(module, name, lru_cache(64)(getattr(module, name)))
+        yield
