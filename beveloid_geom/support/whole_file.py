@@ -20,7 +20,6 @@ def whole_file(path: Path) -> Iterator[Path]:
     given, path = path, Path(os.path.realpath(path))
     require_replaceable(path)
     name = str(path.parent / f".{path.name}.{secrets.token_hex(4)}.part")
-    handle = os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)  # less the process's own umask
 
     def give_up() -> str:
         try:
@@ -29,9 +28,9 @@ def whole_file(path: Path) -> Iterator[Path]:
             return ""
         return f"{given} is not written"
 
-    with undoing(give_up):
+    with undoing(give_up):  # before the file is there: a signal may come at any moment
         try:
-            os.close(handle)
+            os.close(os.open(name, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # less the process's umask
             yield Path(name)
             os.replace(name, path)
         finally:
