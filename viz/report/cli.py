@@ -64,11 +64,10 @@ def main(
     """
     begin = time.perf_counter()
     changed = changed_design(load_design(design), changes)
+    settings = settings_of(changed, (offset, shaft_angle_deg, pinion_axial, gear_axial), cases, seed)
     prepare(out)
-    name = click.format_filename(design)
-    sizes = (offset, shaft_angle_deg, pinion_axial, gear_axial)
     with writing(click.format_filename(out)):
-        data, text = _made(name, changed, sizes, cases, seed)
+        data, text = _made(click.format_filename(design), changed, settings)
         with whole_file(out) as beside:
             beside.write_text(text, encoding="utf-8", newline="\n")
     size, seconds = out.stat().st_size, time.perf_counter() - begin
@@ -123,15 +122,12 @@ def _now() -> datetime:
     return datetime.now(UTC).astimezone() if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
 
-def _made(
-    name: str, design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int
-) -> tuple[PageData, str]:
+def _made(name: str, design: Design, settings: Settings) -> tuple[PageData, str]:
     """Make the page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
     from .data import compute
 
-    settings = settings_of(design, sizes, cases, seed)
     with tqdm(total=settings.steps + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
 
         def progress(stage: str) -> None:
