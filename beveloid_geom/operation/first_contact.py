@@ -327,9 +327,10 @@ def _solved(mesh: Mesh, positions: Integers, pairs: ArrayLike | None, coarse: Gr
     places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
     more = beside_fillets(task.pick(close), least.place[:, close], fine)
-    again = close[more.row]
-    least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
-    position, pair = np.append(position, position[again]), np.append(pair, pair[again])
+    if more.row.size:
+        again = close[more.row]
+        least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
+        position, pair = np.append(position, position[again]), np.append(pair, pair[again])
     return _chosen(mesh, positions, least, position, pair, best, bottom)
 
 

@@ -27,16 +27,23 @@ from ..support.chebyshev import basis_of, evaluate
 from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
 from .least_clearance import FEASIBLE, Local, Task, local_at
 
-SAMPLES = 64
+SAMPLES = 16
 """Rolls of a pitch at which first contacts tell the carriers."""
 DEGREE, PASSES, LAST_STEP = 20, 12, 1e-9
 """Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last."""
 FITS, SETTLED = 12, 1e-12
 """How often the polynomials are fitted while their ends move by more than this share of a pitch."""
-PARTS, DIVISIONS = 16, 10
+TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
+"""Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
+rounding: polynomials with such a tail are right on every part of their range."""
+PLACED = 1e-11
+"""Share of the tooth depth by which the last coefficients of places may be off, while there are rounds left."""
+PARTS, DIVISIONS = 128, 6
 """An end is found by so many divisions of its interval into parts."""
-CHECKS, ROUNDS = np.array((-0.95, -0.3, 0.4, 1.0)), 6
+CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
+CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
+"""Where first contacts are looked for besides in pieces that fail."""
 CHECKED = 3e-11
 """rad of the gear's roll by which a piece may lie behind a first contact."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
@@ -133,40 +140,58 @@ def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
     case = np.arange(cases).repeat(share.size)
     samples = _sampled(mesh, grids, case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases))
     status, done = np.zeros(cases, dtype=np.int64), []
-    for _ in range(ROUNDS):
+    for count in range(ROUNDS):
         bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]
         status[samples.case[bad]] = samples.found.status[bad]
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
         if not samples.case.size:
             break
         pieces = _fitted(mesh, samples)
-        checks, good = _checked(mesh, grids, pieces)
-        failed = np.isin(np.arange(cases), pieces.case[~good.all(axis=1)])
+        checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
         jumps, samples = _overtaken(mesh, samples, pieces)
-        failed[pieces.case[jumps]] = True
-        case, start = pieces.case[jumps].repeat(BESIDE.size), mesh.roll[pieces.case[jumps], None]
-        beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
-        checks = checks.and_also(_sampled(mesh, grids, case, beside.ravel()))
+        bad = ~good.all(axis=1)
+        bad[jumps] = bad[jumps + 1] = True
+        failed = np.isin(np.arange(cases), pieces.case[bad])
+        if failed.any():
+            checks = checks.and_also(_between(mesh, grids, pieces, np.flatnonzero(bad), jumps))
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
     return _joined(done), status
 
 
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArray[np.bool_]]:
-    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there. A piece may be
-    earlier, within all limits: a search missed its contact, and what it found is left out."""
+def _between(mesh: Mesh, grids: Grids, pieces: Pieces, bad: Integers, jumps: Integers) -> _Samples:
+    """First contacts at more rolls within the pieces `bad` and beside those at whose end the curve jumps."""
+    start = mesh.roll[pieces.case[jumps], None]
+    beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
+    case = np.append(pieces.case[bad].repeat(CLOSER.size), pieces.case[jumps].repeat(BESIDE.size))
+    return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
+
+
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[_Samples, NDArray[np.bool_]]:
+    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if `strict`,
+    their places known. A piece may be earlier, within all limits: a search missed its contact, and what it
+    found is left out."""
     roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
     checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
     values, bound = pieces.values(each, roll), CHECKED * mesh.lever
     behind = values[0] - checks.found.f.reshape(roll.shape)
-    piece = each.repeat(roll.shape[1])
-    there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
-    earlier = (behind < -bound) & within.reshape(roll.shape)
-    earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
-    good = np.asarray((np.abs(behind) <= bound) | earlier)
+    earlier = behind < -bound
+    if earlier.any():
+        piece = each.repeat(roll.shape[1])
+        there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
+        earlier &= within.reshape(roll.shape)
+        earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
+    good = (np.abs(behind) <= bound) | earlier
+    if strict:
+        good &= (_tails(pieces)[1:] <= PLACED * (mesh.own.tip - mesh.own.root)).all(axis=0)[:, None]
     checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), good
+    return checks.pick(~earlier.ravel()), np.asarray(good)
+
+
+def _tails(pieces: Pieces) -> FloatArray:
+    """Sizes (QUANTITIES, n) of the last coefficients."""
+    return np.asarray(np.abs(pieces.coefficients[:QUANTITIES, :, -TAIL:]).max(axis=2))
 
 
 def _moved(
@@ -240,17 +265,28 @@ def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
     )
     ends = limits[0]
     for _ in range(FITS):
-        pieces = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
-        found_ends = _ends(mesh, pieces, joined, limits)
+        fitted = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
+        found_ends = _ends(mesh, fitted, joined, limits)
         low, high = pieces.low.copy(), pieces.high.copy()
         low[joined + 1], high[joined] = found_ends, found_ends
-        pieces = replace(pieces, low=low, high=high)
+        pieces = replace(fitted, low=low, high=high)
         if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
+            break
+        if _resolved(mesh, fitted):
+            values = fitted.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
+            pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
             break
         ends, length = found_ends, high - low
         reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[joined], length[joined + 1])
         limits = np.maximum(limits[0], ends - reach), np.minimum(limits[1], ends + reach)
     return _without_short(mesh, pieces)
+
+
+def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
+    """Whether all polynomials are known to rounding on the whole of their range."""
+    tail = _tails(pieces).max(axis=1, initial=0.0)
+    depth = mesh.own.tip - mesh.own.root
+    return bool((tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
 
 
 def _without_short(mesh: Mesh, pieces: Pieces) -> Pieces:
