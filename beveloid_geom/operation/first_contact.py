@@ -35,7 +35,7 @@ from ..pair.mounting import mounting_of
 from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
-from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
+from .search_starts import TIP_SPARE, Grid, Scan, beside_fillets, grid_of, scan_of, starts_of
 from .separation import Pose, pose_of
 
 Integers: TypeAlias = NDArray[np.int_]
@@ -198,7 +198,7 @@ def spread(design: Design, flank: str) -> float:
 
 
 def first_contact(
-    design: Design, flank: str, pinion_roll: ArrayLike, pairs: ArrayLike | None = None
+    design: Design, flank: str = "right", pinion_roll: ArrayLike = 0.0, pairs: ArrayLike | None = None
 ) -> FirstContact:
     """Find what touches first of all teeth at given rolls of the pinion: flanks, edges or fillets.
 
@@ -248,13 +248,28 @@ def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
     """First contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
+    return _found(mesh, grids, pairs, False)[0]
+
+
+def found_with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Integers, Found]:
+    """First contacts at all positions of a mesh; and of each tooth pair that is not much later, alone: the
+    numbers of their positions, ascending, and the contacts."""
+    return _found(mesh, grids, None, True)
+
+
+def _found(mesh: Mesh, grids: Grids, pairs: ArrayLike | None, each: bool) -> tuple[Found, Integers, Found]:
     block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
     every = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore", divide="ignore"):
         parts = [
-            _solved(mesh, every[start : start + block], pairs, *grids)
+            _solved(mesh, every[start : start + block], pairs, grids, each)
             for start in range(0, max(1, every.size), block)
         ]
+    first, position, alone = zip(*parts, strict=True)
+    return _put_together(first), np.concatenate(position), _put_together(alone)
+
+
+def _put_together(parts: tuple[Found, ...]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
@@ -303,71 +318,90 @@ def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
     return replace(mesh, phase=phase + added.reshape(-1))
 
 
-def _solved(mesh: Mesh, positions: Integers, pairs: ArrayLike | None, coarse: Grid, fine: Grid) -> Found:
-    """First contacts at a block of positions."""
+def _solved(
+    mesh: Mesh, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
+) -> tuple[Found, Integers, Found]:
+    """First contacts at a block of positions; if asked for `each` tooth pair near those of pairs alone,
+    with the numbers of their positions, else none of these."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]
-    rough = scan_of(mesh.task(position, pair), coarse, pairs is None)
-    best, bottom = np.full(mesh.roll.size, np.inf), np.zeros(mesh.roll.size, dtype=bool)
-    np.minimum.at(best, position, rough.within)
-    kept = np.flatnonzero(rough.f.min(axis=1) <= best[position] + SPARE * mesh.module)
+    rough = scan_of(mesh.task(position, pair), grids[0], pairs is None)
+    first, count = positions[:1].sum(), positions.size
+    best, bottom = np.full(count, np.inf), np.zeros(count, dtype=bool)
+    np.minimum.at(best, position - first, rough.within)
+    kept = np.flatnonzero(rough.f.min(axis=1) <= best[position - first] + SPARE * mesh.module)
     position, pair = position[kept], pair[kept]
-    task = mesh.task(position, pair)
-    scan = scan_of(task, fine, pairs is None)
-    np.minimum.at(best, position, scan.within)
-    bottom[position[scan.bottom]] = True
-    known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
-    starts = starts_of(task, scan, fine, known, mesh.module)
-    task, position = task.pick(starts.row).later(starts.periods), position[starts.row]
-    pair = pair[starts.row] - mesh.again * starts.periods
+    task, group = mesh.task(position, pair), position - first
+    scan = scan_of(task, grids[1], pairs is None)
+    np.minimum.at(best, group, scan.within)
+    bottom[group[scan.bottom]] = True
+    own = np.minimum(rough.within[kept], scan.within)
+    known = np.where(bottom[group], -np.inf, own if each else best[group])  # none is searched for at a bottom
+    least, row, periods = _searched(task, scan, grids[1], known, mesh.module)
+    turned = pair[row] - mesh.again * periods
+    found = _chosen(mesh, positions, least, group[row], turned, best, bottom)
+    if not each:
+        return found, position[:0], found
+    lone = np.flatnonzero(periods == 0)
+    row = row[lone]
+    return found, position, _chosen(mesh, position, least.pick(lone), row, pair[row], own, scan.bottom)
+
+
+def _searched(
+    task: Task, scan: Scan, grid: Grid, known: FloatArray, module: float
+) -> tuple[Least, Integers, Integers]:
+    """Local least clearances of tooth pairs that a scan leads to, given the least f `known` of each; the
+    number of the pair, and after how many of its periods."""
+    starts = starts_of(task, scan, grid, known, module)
+    row, periods, task = starts.row, starts.periods, task.pick(starts.row).later(starts.periods)
     least = least_clearances(task, starts.place, starts.box)
-    close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
-    places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
+    close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_SPARE * module))
+    places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
-    more = beside_fillets(task.pick(close), least.place[:, close], fine)
+    more = beside_fillets(task.pick(close), least.place[:, close], grid)
     if more.row.size:
         again = close[more.row]
         least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
-        position, pair = np.append(position, position[again]), np.append(pair, pair[again])
-    return _chosen(mesh, positions, least, position, pair, best, bottom)
+        row, periods = np.append(row, row[again]), np.append(periods, periods[again])
+    return least, row, periods
 
 
 def _chosen(
     mesh: Mesh,
     positions: Integers,
     least: Least,
-    position: Integers,
+    group: Integers,
     pair: Integers,
     scanned: FloatArray,
     bottom: NDArray[np.bool_],
 ) -> Found:
-    """The least of the local results of each position, and what is to be thought of it."""
-    depth, n = mesh.own.tip - mesh.own.root, mesh.roll.size
+    """The least of the local results of each `group`, and what is to be thought of it, given their
+    `positions` and the least scanned."""
+    depth, n = mesh.own.tip - mesh.own.root, positions.size
     on = least.outside <= FEASIBLE * depth
     f = np.where(on & least.converged, least.f, np.inf)
     lowest, lost = np.full(n, np.inf), np.full(n, np.inf)
-    np.minimum.at(lowest, position, f)
-    np.minimum.at(lost, position, np.where(on & ~least.converged, least.f, np.inf))
+    np.minimum.at(lowest, group, f)
+    np.minimum.at(lost, group, np.where(on & ~least.converged, least.f, np.inf))
     # Of tooth pairs that touch together rounding must not choose, but tangencies come before edges,
     # then the pair that came into mesh last.
-    behind = ~(f <= lowest[position] + TOGETHER * mesh.lever)
-    order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, position))
-    found, first = np.unique(position[order], return_index=True)
+    behind = ~(f <= lowest[group] + TOGETHER * mesh.lever)
+    order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, group))
+    found, first = np.unique(group[order], return_index=True)
     index = np.full(n, -1)  # the last column, which stands for nothing found
     index[found] = order[first]
-    index = index[positions]
     f = np.append(f, np.inf)[index]
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
-    doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
+    doubt = np.minimum(lost, scanned) < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
     most = IN_STEP * OVERLAP * mesh.period * mesh.lever
     cases = (
         (~mesh.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
-        (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
-        (np.minimum(f, scanned[positions]) < -most, FirstStatus.OUT_OF_STEP),
+        (bottom | rooted, FirstStatus.MEETS_BOTTOM),
+        (np.minimum(f, scanned) < -most, FirstStatus.OUT_OF_STEP),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

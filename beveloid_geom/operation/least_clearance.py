@@ -119,6 +119,10 @@ class Least:
     outside: FloatArray
     converged: NDArray[np.bool_]
 
+    def pick(self, index: NDArray[np.int_]) -> Least:
+        """Those with the numbers `index`."""
+        return Least(*(value[..., index] for value in vars(self).values()))
+
     def and_also(self, *others: Least) -> Least:
         """These and others, in order."""
         values = zip(*(vars(part).values() for part in (self, *others)), strict=True)

@@ -8,6 +8,7 @@ extremes and Fourier coefficients follow from the pieces, so that they do not su
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,16 +24,18 @@ from ..support.few_lines import few_lines, html_table
 from .first_contact import (
     FirstContact,
     Found,
+    Grids,
     Integers,
     Mesh,
     first_contact,
+    found_with_pairs,
     grids_of,
     in_step,
     mesh_of,
     middle_roll,
     result_of,
 )
-from .pieces import DEGREE, Pieces, pieces_of
+from .pieces import DEGREE, SAMPLES, Pieces, Samples, pieces_of, samples_of
 
 BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
@@ -146,6 +149,25 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     ValueError
         For members of arrays and fewer than one harmonic.
     """
+    return _found(design, flank, harmonics, pieces_of)
+
+
+def cycle_and_pairs(design: Design, flank: str, harmonics: int) -> tuple[MeshCycle, Samples]:
+    """The mesh cycle, and contacts of tooth pair 0 alone at rolls, in order of case and roll, where it is not
+    much later than the first to touch."""
+    alone = []
+
+    def pieces(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
+        first, own = _with_pairs(mesh, grids)
+        alone.append(own)
+        return pieces_of(mesh, grids, first)
+
+    return _found(design, flank, harmonics, pieces), alone[0]
+
+
+def _found(
+    design: Design, flank: str, harmonics: int, find: Callable[[Mesh, Grids], tuple[Pieces, Integers]]
+) -> MeshCycle:
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
@@ -153,7 +175,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     grids = grids_of(mesh, design, flank)
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
-    pieces, status = pieces_of(mesh, grids)
+    pieces, status = find(mesh, grids)
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     shape, cases, pitch = start.shape, start.size, mesh.pitch[0]
     errors = mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
@@ -187,6 +209,20 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
         mesh=mesh,
         phase=phase,
     )
+
+
+def _with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Samples]:
+    """First contacts at `samples_of` the mesh, and those of tooth pair 0 alone: pair k at a roll is pair 0 k
+    pitches on; each is known once."""
+    case, roll = samples_of(mesh)
+    first, position, found = found_with_pairs(mesh.at(case, roll), grids)
+    turned = roll[position] + found.pair * mesh.pitch[0]
+    # The last roll of a cycle is the first one of the next tooth pair.
+    once = np.flatnonzero((position % (SAMPLES + 1) < SAMPLES) & (found.status == FirstStatus.SOLVED))
+    order = once[np.lexsort((turned[once], case[position[once]]))]
+    rows = {name: value[..., order] for name, value in vars(found).items()}
+    alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
+    return first, Samples(case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
 
 
 def _extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:

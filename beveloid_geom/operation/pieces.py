@@ -37,7 +37,7 @@ TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
 """Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
 rounding: polynomials with such a tail are right on every part of their range."""
 PLACED = 1e-11
-"""Share of the tooth depth by which the last coefficients of places may be off, while there are rounds left."""
+"""Share of the tooth depth that the last coefficients of places may reach, while there are rounds left."""
 PARTS, DIVISIONS = 128, 6
 """An end is found by so many divisions of its interval into parts."""
 CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
@@ -75,10 +75,10 @@ class Pieces:
         rows = (x[:, index] if x.ndim > 1 else x[index] for x in vars(self).values())
         return Pieces(*rows)
 
-    def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
-        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh."""
-        begins = _order(mesh, self.case, self.low)
-        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
+    def number(self, mesh: Mesh, case: Integers, roll: FloatArray, span: float = 1.0) -> Integers:
+        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, up to `span` pitches on."""
+        begins = _order(mesh, self.case, self.low, span)
+        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll, span), side="right") - 1, 0)
 
     def rolls(self, places: FloatArray) -> FloatArray:
         """Rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
@@ -105,7 +105,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False)
-class _Samples:
+class Samples:
     """First contacts (n,) of the cases at rolls, in their order; `cut`: a piece begins here in any case."""
 
     case: Integers
@@ -113,14 +113,15 @@ class _Samples:
     cut: NDArray[np.bool_]
     found: Found
 
-    def pick(self, index: Integers | NDArray[np.bool_]) -> _Samples:
+    def pick(self, index: Integers | NDArray[np.bool_]) -> Samples:
+        """The samples `index`."""
         found = Found(*(value[..., index] for value in vars(self.found).values()))
-        return _Samples(self.case[index], self.roll[index], self.cut[index], found)
+        return Samples(self.case[index], self.roll[index], self.cut[index], found)
 
-    def and_also(self, other: _Samples) -> _Samples:
+    def and_also(self, other: Samples) -> Samples:
         """Both, in order of case and roll."""
         rows = zip(vars(self.found).values(), vars(other.found).values(), strict=True)
-        both = _Samples(
+        both = Samples(
             np.append(self.case, other.case),
             np.append(self.roll, other.roll),
             np.append(self.cut, other.cut),
@@ -129,16 +130,26 @@ class _Samples:
         return both.pick(np.lexsort((both.roll, both.case)))
 
 
-def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> _Samples:
-    return _Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
+def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
+    return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
 
 
-def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
-    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
-    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces."""
+def samples_of(mesh: Mesh) -> tuple[Integers, FloatArray]:
+    """Cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls of a
+    mesh on, of which each is a case."""
     share, cases = np.linspace(0.0, 1.0, SAMPLES + 1), mesh.roll.size
     case = np.arange(cases).repeat(share.size)
-    samples = _sampled(mesh, grids, case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases))
+    return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
+
+
+def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pieces, Integers]:
+    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
+    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces.
+    `found`: the first contacts at `samples_of` the mesh, if they are known."""
+    case, roll = samples_of(mesh)
+    found = found_at(mesh.at(case, roll), grids) if found is None else found
+    samples = Samples(case, roll, np.zeros(case.size, dtype=bool), found)
+    cases = mesh.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
     for count in range(ROUNDS):
         bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]
@@ -146,21 +157,20 @@ def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
         if not samples.case.size:
             break
-        pieces = _fitted(mesh, samples)
+        pieces = fitted(mesh, samples)
         checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
         jumps, samples = _overtaken(mesh, samples, pieces)
-        bad = ~good.all(axis=1)
-        bad[jumps] = bad[jumps + 1] = True
+        bad = np.union1d(np.flatnonzero(~good.all(axis=1)), np.append(jumps, jumps + 1))
         failed = np.isin(np.arange(cases), pieces.case[bad])
         if failed.any():
-            checks = checks.and_also(_between(mesh, grids, pieces, np.flatnonzero(bad), jumps))
+            checks = checks.and_also(_between(mesh, grids, pieces, bad, jumps))
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
     return _joined(done), status
 
 
-def _between(mesh: Mesh, grids: Grids, pieces: Pieces, bad: Integers, jumps: Integers) -> _Samples:
+def _between(mesh: Mesh, grids: Grids, pieces: Pieces, bad: Integers, jumps: Integers) -> Samples:
     """First contacts at more rolls within the pieces `bad` and beside those at whose end the curve jumps."""
     start = mesh.roll[pieces.case[jumps], None]
     beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
@@ -168,7 +178,7 @@ def _between(mesh: Mesh, grids: Grids, pieces: Pieces, bad: Integers, jumps: Int
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
 
 
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[_Samples, NDArray[np.bool_]]:
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, NDArray[np.bool_]]:
     """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if `strict`,
     their places known. A piece may be earlier, within all limits: a search missed its contact, and what it
     found is left out."""
@@ -176,17 +186,17 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[_S
     checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
     values, bound = pieces.values(each, roll), CHECKED * mesh.lever
     behind = values[0] - checks.found.f.reshape(roll.shape)
-    earlier = behind < -bound
+    earlier = np.asarray(behind < -bound)
     if earlier.any():
         piece = each.repeat(roll.shape[1])
         there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
         earlier &= within.reshape(roll.shape)
         earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
-    good = (np.abs(behind) <= bound) | earlier
-    if strict:
-        good &= (_tails(pieces)[1:] <= PLACED * (mesh.own.tip - mesh.own.root)).all(axis=0)[:, None]
+    most = PLACED * (mesh.own.tip - mesh.own.root) if strict else np.inf
+    placed = (_tails(pieces)[1:] <= most).all(axis=0)
+    good = np.asarray(((np.abs(behind) <= bound) | earlier) & placed[:, None])
     checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), np.asarray(good)
+    return checks.pick(~earlier.ravel()), good
 
 
 def _tails(pieces: Pieces) -> FloatArray:
@@ -207,7 +217,7 @@ def _moved(
     return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
 
 
-def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
+def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:
     """Pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed; and
     the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
@@ -241,8 +251,9 @@ def _joined(parts: list[Pieces]) -> Pieces:
     return pieces.pick(np.lexsort((pieces.low, pieces.case)))
 
 
-def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
-    """Pieces with the carriers of the samples, ending where the next one takes over."""
+def fitted(mesh: Mesh, samples: Samples, span: float = 1.0) -> Pieces:
+    """Pieces with the carriers of the samples, ending where the next one takes over, over the samples of each
+    case, up to `span` pitches."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
     label = np.stack((case, found.pair, *found.limit, *on_fillet))
@@ -265,21 +276,21 @@ def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
     )
     ends = limits[0]
     for _ in range(FITS):
-        fitted = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
-        found_ends = _ends(mesh, fitted, joined, limits)
+        whole = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last), span))
+        found_ends = _ends(mesh, whole, joined, limits)
         low, high = pieces.low.copy(), pieces.high.copy()
         low[joined + 1], high[joined] = found_ends, found_ends
-        pieces = replace(fitted, low=low, high=high)
+        pieces = replace(whole, low=low, high=high)
         if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
             break
-        if _resolved(mesh, fitted):
-            values = fitted.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
+        if _resolved(mesh, whole):
+            values = whole.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
             pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
             break
         ends, length = found_ends, high - low
         reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[joined], length[joined + 1])
         limits = np.maximum(limits[0], ends - reach), np.minimum(limits[1], ends + reach)
-    return _without_short(mesh, pieces)
+    return _without_short(mesh, pieces, samples)
 
 
 def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
@@ -289,28 +300,31 @@ def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
     return bool((tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
 
 
-def _without_short(mesh: Mesh, pieces: Pieces) -> Pieces:
-    """The pieces longer than SHORT, each from where the one before ends."""
+def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
+    """The pieces longer than SHORT, each from where the one before ends, over the samples of each case."""
     long = pieces.high - pieces.low > SHORT * mesh.pitch[0]
     pieces = replace(pieces.pick(long), coefficients=pieces.coefficients[:QUANTITIES, long])
     same = pieces.case[1:] == pieces.case[:-1]
-    low, high, start = pieces.low.copy(), pieces.high.copy(), mesh.roll[pieces.case]
+    low, high = pieces.low.copy(), pieces.high.copy()
+    start = samples.roll[np.searchsorted(samples.case, pieces.case)]
+    stop = samples.roll[np.searchsorted(samples.case, pieces.case, side="right") - 1]
     low[1:] = np.where(same, high[:-1], start[1:])
     low[:1] = start[:1]
     ends = np.append(~same, True)
-    high[ends] = start[ends] + mesh.pitch[0]
+    high[ends] = stop[ends]
     return replace(pieces, low=low, high=high)
 
 
 def _coefficients(
-    mesh: Mesh, samples: _Samples, pieces: Pieces, runs: tuple[Integers, Integers]
+    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers], span: float
 ) -> FloatArray:
     """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
     those from the first to the last of the `runs`; NaN where a contact is not found."""
     basis = basis_of(DEGREE)
     roll = pieces.rolls(basis.nodes)
     case = pieces.case.repeat(roll.shape[1])
-    after = np.searchsorted(_order(mesh, samples.case, samples.roll), _order(mesh, case, roll.ravel()))
+    order = _order(mesh, samples.case, samples.roll, span)
+    after = np.searchsorted(order, _order(mesh, case, roll.ravel(), span))
     ends = [run.repeat(roll.shape[1]) for run in runs]
     before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
     step = samples.roll[after] - samples.roll[before]
@@ -330,9 +344,9 @@ def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
     return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
 
 
-def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
-    """Numbers that rise with case and roll."""
-    return np.asarray(case + 0.5 * np.clip((roll - mesh.roll[case]) / mesh.pitch[0], 0.0, 1.0))
+def _order(mesh: Mesh, case: Integers, roll: FloatArray, span: float) -> FloatArray:
+    """Numbers that rise with case and roll, up to `span` pitches on."""
+    return np.asarray(case + 0.5 * np.clip((roll - mesh.roll[case]) / (span * mesh.pitch[0]), 0.0, 1.0))
 
 
 def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
