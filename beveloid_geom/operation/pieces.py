@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import FirstStatus, Limit
-from ..support.chebyshev import basis_of, evaluate
+from ..support.chebyshev import basis_of, evaluate, polynomials
 from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
 from .least_clearance import FEASIBLE, Local, Task, local_at
 
@@ -93,15 +93,10 @@ class Pieces:
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
         """The first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,), rad."""
-        order = np.argsort(index, kind="stable")
-        found = np.empty((len(self.coefficients[:rows]), roll.size))
-        for part in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
-            if part.size:
-                one = replace(
-                    self.pick(index[part[:1]]), coefficients=self.coefficients[:rows, index[part[:1]]]
-                )
-                found[:, part] = one.values(np.zeros(1, dtype=np.int64), roll[None, part])[:, 0]
-        return found
+        low, high = self.low[index], self.high[index]
+        place = np.clip((2.0 * roll - (low + high)) / (high - low), -BEYOND, BEYOND)
+        powers = polynomials(place, DEGREE)
+        return np.stack([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +188,7 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Sa
         earlier &= within.reshape(roll.shape)
         earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
     most = PLACED * (mesh.own.tip - mesh.own.root) if strict else np.inf
-    placed = (_tails(pieces)[1:] <= most).all(axis=0)
+    placed = np.asarray((_tails(pieces)[1:] <= most).all(axis=0))
     good = np.asarray(((np.abs(behind) <= bound) | earlier) & placed[:, None])
     checks = replace(checks, cut=~good.ravel())
     return checks.pick(~earlier.ravel()), good
