@@ -100,7 +100,8 @@ class Mesh:
     (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
     gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`. After
     the gear's turn by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on.
-    `defined` (n,): whether all but the phase is known."""
+    `defined` (n,): whether all but the phase is known. Where each position begins a curve, `span` is how many
+    pitches of the pinion that is long."""
 
     own: Surface
     other: Surface
@@ -115,6 +116,7 @@ class Mesh:
     period: float
     again: int
     defined: NDArray[np.bool_]
+    span: float = 1.0
 
     @property
     def turns(self) -> float:
@@ -321,8 +323,8 @@ def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
 def _solved(
     mesh: Mesh, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
 ) -> tuple[Found, Integers, Found]:
-    """First contacts at a block of positions; if asked for `each` tooth pair near those of pairs alone,
-    with the numbers of their positions, else none of these."""
+    """First contacts at a block of positions; and of `each` tooth pair near alone, if asked for, with the
+    numbers of their positions."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
@@ -338,7 +340,8 @@ def _solved(
     np.minimum.at(best, group, scan.within)
     bottom[group[scan.bottom]] = True
     own = np.minimum(rough.within[kept], scan.within)
-    known = np.where(bottom[group], -np.inf, own if each else best[group])  # none is searched for at a bottom
+    known = own if each else best[group]
+    known = np.where(bottom[group], -np.inf, known)  # nothing is searched for there
     least, row, periods = _searched(task, scan, grids[1], known, mesh.module)
     turned = pair[row] - mesh.again * periods
     found = _chosen(mesh, positions, least, group[row], turned, best, bottom)

@@ -35,7 +35,8 @@ from .first_contact import (
     middle_roll,
     result_of,
 )
-from .pieces import DEGREE, SAMPLES, Pieces, Samples, pieces_of, samples_of
+from .piece_search import pieces_of, samples_of
+from .pieces import DEGREE, SAMPLES, Pieces, Samples
 
 BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
@@ -152,17 +153,17 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     return _found(design, flank, harmonics, pieces_of)
 
 
-def cycle_and_pairs(design: Design, flank: str, harmonics: int) -> tuple[MeshCycle, Samples]:
-    """The mesh cycle, and contacts of tooth pair 0 alone at rolls, in order of case and roll, where it is not
-    much later than the first to touch."""
-    alone = []
+def cycle_and_pair(design: Design, flank: str, harmonics: int) -> tuple[MeshCycle, Grids, Samples]:
+    """The mesh cycle with the points scanned, and contacts of tooth pair 0 alone at rolls, in order of case
+    and roll, where it is not much later than the first to touch."""
+    also = []
 
     def pieces(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
-        first, own = _with_pairs(mesh, grids)
-        alone.append(own)
+        first, alone = _with_pairs(mesh, grids)
+        also.append((grids, alone))
         return pieces_of(mesh, grids, first)
 
-    return _found(design, flank, harmonics, pieces), alone[0]
+    return _found(design, flank, harmonics, pieces), *also[0]
 
 
 def _found(

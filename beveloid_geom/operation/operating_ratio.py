@@ -20,10 +20,11 @@ from ..arrays import FloatArray
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
-from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at, grids_of
+from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import MeshCycle, cycle_and_pairs
-from .pieces import CHECKED, SAMPLES as STEPS, Pieces, Samples, fitted
+from .mesh_cycle import MeshCycle, cycle_and_pair
+from .piece_search import CHECKED
+from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
@@ -69,8 +70,8 @@ def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...])
     for thickness in thicknesses:
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
-    (cycle, samples), shape = cycle_and_pairs(design, flank, 1), design.batch_shape
-    lost, mesh, grids = cycle.lost.reshape(-1), cycle.mesh, grids_of(cycle.mesh, design, flank)
+    (cycle, grids, samples), shape = cycle_and_pair(design, flank, 1), design.batch_shape
+    lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
@@ -120,16 +121,18 @@ def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple
     near = np.pad(off <= thickness + ASIDE * mesh.module, 1)
     chosen = np.flatnonzero(near[1:-1] | near[2:] | near[:-2])
     samples, off = samples.pick(chosen), off[chosen]
-    followed, case = np.bincount(samples.case, minlength=lost.size) > 0, samples.case
+    # Where every tooth is near, one is near on more than one turn, which a scan does not tell apart.
+    many = mesh.near.size > 2 * mesh.reach
+    followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
     samples, ends = _in_runs(mesh, samples)
     followed[case[ends[off[ends] <= thickness + TOGETHER * mesh.lever]]] = False
     if not followed.any():
         return cycle.pieces.pick(np.zeros(0, dtype=np.int64)), followed
     # Each run is a case of its own to what fits the pieces.
-    case, span = case[ends[0]], 2.0 * mesh.reach + 2.0
-    runs = mesh.at(case, samples.roll[ends[0]])
-    pieces = fitted(runs, samples, span)
-    own = pieces.number(runs, samples.case, samples.roll, span)
+    case = case[ends[0]]
+    runs = replace(mesh.at(case, samples.roll[ends[0]]), span=2.0 * mesh.reach + 2.0)
+    pieces = fitted(runs, samples)
+    own = pieces.number(runs, samples.case, samples.roll)
     behind = np.abs(pieces.values_at(own, samples.roll, 1)[0] - samples.found.f)
     followed[case[samples.case[~(behind <= bound)]]] = False
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
@@ -151,9 +154,9 @@ def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:
 def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -> _Curve:
     """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by its pieces."""
     mesh, span = cycle.mesh, 4.0 * cycle.mesh.reach
-    early = replace(mesh, roll=mesh.roll - 0.5 * span * mesh.pitch[0])
+    early = replace(mesh, roll=mesh.roll - 0.5 * span * mesh.pitch[0], span=span)
     case, turned = case.repeat(roll.shape[1]), roll.ravel()
-    piece = pieces.number(early, case, turned, span)
+    piece = pieces.number(early, case, turned)
     on = (pieces.case[piece] == case) & (pieces.low[piece] <= turned) & (turned <= pieces.high[piece])
     f = np.full(turned.size, np.inf)
     f[on] = pieces.values_at(piece[on], turned[on], 1)[0]

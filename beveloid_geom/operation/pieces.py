@@ -8,10 +8,9 @@ of two limits, on flank or fillet. With its limits held to, a contact is the roo
     one limit    c = 0, t.grad f = 0 with t along c = 0
     two limits   c1 = c2 = 0
 
-(`least_clearance` has f and the limits c). First contacts at even rolls tell the carriers; Newton's method
+(`least_clearance` has f and the limits c). First contacts at some rolls tell the carriers; Newton's method
 gives the contacts of each at Chebyshev points of the roll, and the polynomials through them say where
 one carrier takes over from the next: where f is less, or where a contact comes within the limits.
-First contacts at other rolls check every piece; one that misses them is divided there.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..status import FirstStatus, Limit
+from ..status import Limit
 from ..support.chebyshev import basis_of, evaluate, polynomials
-from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
-from .least_clearance import FEASIBLE, Local, Task, local_at
+from .first_contact import TOGETHER, Found, Integers, Mesh
+from .least_clearance import Local, Task, local_at
 
 SAMPLES = 16
 """Rolls of a pitch at which first contacts tell the carriers."""
@@ -36,18 +35,8 @@ FITS, SETTLED = 12, 1e-12
 TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
 """Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
 rounding: polynomials with such a tail are right on every part of their range."""
-PLACED = 1e-11
-"""Share of the tooth depth that the last coefficients of places may reach, while there are rounds left."""
 PARTS, DIVISIONS = 128, 6
 """An end is found by so many divisions of its interval into parts."""
-CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
-"""Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
-CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
-"""Where first contacts are looked for besides in pieces that fail."""
-CHECKED = 3e-11
-"""rad of the gear's roll by which a piece may lie behind a first contact."""
-BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
-"""Pitches from a jump at which first contacts are looked for that have not been seen."""
 SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
@@ -75,10 +64,10 @@ class Pieces:
         rows = (x[:, index] if x.ndim > 1 else x[index] for x in vars(self).values())
         return Pieces(*rows)
 
-    def number(self, mesh: Mesh, case: Integers, roll: FloatArray, span: float = 1.0) -> Integers:
-        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, up to `span` pitches on."""
-        begins = _order(mesh, self.case, self.low, span)
-        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll, span), side="right") - 1, 0)
+    def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
+        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, over its span."""
+        begins = _order(mesh, self.case, self.low)
+        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
 
     def rolls(self, places: FloatArray) -> FloatArray:
         """Rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
@@ -113,6 +102,11 @@ class Samples:
         found = Found(*(value[..., index] for value in vars(self.found).values()))
         return Samples(self.case[index], self.roll[index], self.cut[index], found)
 
+    def ends(self, case: Integers) -> tuple[FloatArray, FloatArray]:
+        """The first and the last rolls (n,), rad, of the cases (n,)."""
+        first, after = np.searchsorted(self.case, case), np.searchsorted(self.case, case, side="right")
+        return self.roll[first], self.roll[after - 1]
+
     def and_also(self, other: Samples) -> Samples:
         """Both, in order of case and roll."""
         rows = zip(vars(self.found).values(), vars(other.found).values(), strict=True)
@@ -125,130 +119,13 @@ class Samples:
         return both.pick(np.lexsort((both.roll, both.case)))
 
 
-def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
-    return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
-
-
-def samples_of(mesh: Mesh) -> tuple[Integers, FloatArray]:
-    """Cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls of a
-    mesh on, of which each is a case."""
-    share, cases = np.linspace(0.0, 1.0, SAMPLES + 1), mesh.roll.size
-    case = np.arange(cases).repeat(share.size)
-    return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
-
-
-def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pieces, Integers]:
-    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
-    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces.
-    `found`: the first contacts at `samples_of` the mesh, if they are known."""
-    case, roll = samples_of(mesh)
-    found = found_at(mesh.at(case, roll), grids) if found is None else found
-    samples = Samples(case, roll, np.zeros(case.size, dtype=bool), found)
-    cases = mesh.roll.size
-    status, done = np.zeros(cases, dtype=np.int64), []
-    for count in range(ROUNDS):
-        bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]
-        status[samples.case[bad]] = samples.found.status[bad]
-        samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
-        if not samples.case.size:
-            break
-        pieces = fitted(mesh, samples)
-        checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
-        jumps, samples = _overtaken(mesh, samples, pieces)
-        bad = np.union1d(np.flatnonzero(~good.all(axis=1)), np.append(jumps, jumps + 1))
-        failed = np.isin(np.arange(cases), pieces.case[bad])
-        if failed.any():
-            checks = checks.and_also(_between(mesh, grids, pieces, bad, jumps))
-        done.append(pieces.pick(~failed[pieces.case]))
-        samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
-    status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
-    return _joined(done), status
-
-
-def _between(mesh: Mesh, grids: Grids, pieces: Pieces, bad: Integers, jumps: Integers) -> Samples:
-    """First contacts at more rolls within the pieces `bad` and beside those at whose end the curve jumps."""
-    start = mesh.roll[pieces.case[jumps], None]
-    beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
-    case = np.append(pieces.case[bad].repeat(CLOSER.size), pieces.case[jumps].repeat(BESIDE.size))
-    return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
-
-
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, NDArray[np.bool_]]:
-    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if `strict`,
-    their places known. A piece may be earlier, within all limits: a search missed its contact, and what it
-    found is left out."""
-    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
-    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
-    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
-    behind = values[0] - checks.found.f.reshape(roll.shape)
-    earlier = np.asarray(behind < -bound)
-    if earlier.any():
-        piece = each.repeat(roll.shape[1])
-        there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
-        earlier &= within.reshape(roll.shape)
-        earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
-    most = PLACED * (mesh.own.tip - mesh.own.root) if strict else np.inf
-    placed = np.asarray((_tails(pieces)[1:] <= most).all(axis=0))
-    good = np.asarray(((np.abs(behind) <= bound) | earlier) & placed[:, None])
-    checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), good
-
-
-def _tails(pieces: Pieces) -> FloatArray:
-    """Sizes (QUANTITIES, n) of the last coefficients."""
-    return np.asarray(np.abs(pieces.coefficients[:QUANTITIES, :, -TAIL:]).max(axis=2))
-
-
-def _moved(
-    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
-    whether they lie within the limits."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        place, found = _held(task, place, pieces.limit[:, piece])
-        margin = np.where(_holding(pieces.limit[:, piece]), 0.0, found.margin)
-    values = np.concatenate((found.f[None], place, found.meeting))
-    return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
-
-
-def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:
-    """Pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed; and
-    the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
-    jump, found = ends[0][0] - ends[1][0], samples.found
-    own = pieces.number(mesh, samples.case, samples.roll)
-    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
-        early = int(jump[k] > 0.0)
-        row = np.flatnonzero(own == inner[k] + 1 - early)
-        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
-        piece = np.full(row.size, inner[k] + early)
-        values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        better = np.flatnonzero(within & (values[0] < found.f[row]))
-        row, values, piece = row[better], values[:, better], piece[better]
-        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[np.abs(jump) > CHECKED * mesh.lever], samples
-
-
-def _holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
+def holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
     """Which of the limits (8, n) hold contacts of limits (2, n)."""
     return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
 
 
-def _joined(parts: list[Pieces]) -> Pieces:
-    """All of them, in order of case and roll."""
-    none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
-    empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
-    columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
-    pieces = Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
-    return pieces.pick(np.lexsort((pieces.low, pieces.case)))
-
-
-def fitted(mesh: Mesh, samples: Samples, span: float = 1.0) -> Pieces:
-    """Pieces with the carriers of the samples, ending where the next one takes over, over the samples of each
-    case, up to `span` pitches."""
+def fitted(mesh: Mesh, samples: Samples) -> Pieces:
+    """Pieces with the carriers of the samples of each case, ending where the next one takes over."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
     label = np.stack((case, found.pair, *found.limit, *on_fillet))
@@ -271,14 +148,15 @@ def fitted(mesh: Mesh, samples: Samples, span: float = 1.0) -> Pieces:
     )
     ends = limits[0]
     for _ in range(FITS):
-        whole = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last), span))
+        whole = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
         found_ends = _ends(mesh, whole, joined, limits)
         low, high = pieces.low.copy(), pieces.high.copy()
         low[joined + 1], high[joined] = found_ends, found_ends
         pieces = replace(whole, low=low, high=high)
         if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
             break
-        if _resolved(mesh, whole):
+        inside = bool((low >= whole.low).all() and (high <= whole.high).all())  # beyond, noise grows
+        if inside and _resolved(mesh, whole):
             values = whole.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
             pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
             break
@@ -289,10 +167,18 @@ def fitted(mesh: Mesh, samples: Samples, span: float = 1.0) -> Pieces:
 
 
 def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
-    """Whether all polynomials are known to rounding on the whole of their range."""
-    tail = _tails(pieces).max(axis=1, initial=0.0)
-    depth = mesh.own.tip - mesh.own.root
-    return bool((tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
+    """Whether all polynomials are known to rounding on the whole of their range: none crosses a joint of
+    flank and fillet, where contacts are not smooth, and the last coefficients are rounding."""
+    tail, depth = tails_of(pieces).max(axis=1, initial=0.0), mesh.own.tip - mesh.own.root
+    s = evaluate(pieces.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
+    below = s < np.array((mesh.own.joint, mesh.other.joint))[:, None, None]
+    smooth = (below == pieces.on_fillet[..., None]).all()
+    return bool(smooth and (tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
+
+
+def tails_of(pieces: Pieces) -> FloatArray:
+    """Sizes (QUANTITIES, n) of the last coefficients."""
+    return np.asarray(np.abs(pieces.coefficients[:QUANTITIES, :, -TAIL:]).max(axis=2))
 
 
 def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
@@ -301,8 +187,7 @@ def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
     pieces = replace(pieces.pick(long), coefficients=pieces.coefficients[:QUANTITIES, long])
     same = pieces.case[1:] == pieces.case[:-1]
     low, high = pieces.low.copy(), pieces.high.copy()
-    start = samples.roll[np.searchsorted(samples.case, pieces.case)]
-    stop = samples.roll[np.searchsorted(samples.case, pieces.case, side="right") - 1]
+    start, stop = samples.ends(pieces.case)
     low[1:] = np.where(same, high[:-1], start[1:])
     low[:1] = start[:1]
     ends = np.append(~same, True)
@@ -311,15 +196,15 @@ def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
 
 
 def _coefficients(
-    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers], span: float
+    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers]
 ) -> FloatArray:
     """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
     those from the first to the last of the `runs`; NaN where a contact is not found."""
     basis = basis_of(DEGREE)
     roll = pieces.rolls(basis.nodes)
     case = pieces.case.repeat(roll.shape[1])
-    order = _order(mesh, samples.case, samples.roll, span)
-    after = np.searchsorted(order, _order(mesh, case, roll.ravel(), span))
+    order = _order(mesh, samples.case, samples.roll)
+    after = np.searchsorted(order, _order(mesh, case, roll.ravel()))
     ends = [run.repeat(roll.shape[1]) for run in runs]
     before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
     step = samples.roll[after] - samples.roll[before]
@@ -329,7 +214,7 @@ def _coefficients(
         place = place + share * (samples.found.place[:, after] - place)
         here = mesh.at(case, roll.ravel())
         task = here.task(np.arange(case.size), pieces.pair.repeat(roll.shape[1]))
-        place, found = _held(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
+        place, found = held_to(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
         values = np.concatenate((found.f[None], place, found.meeting, found.margin))
         return basis.coefficients(values.reshape(-1, *roll.shape))
 
@@ -339,12 +224,13 @@ def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
     return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
 
 
-def _order(mesh: Mesh, case: Integers, roll: FloatArray, span: float) -> FloatArray:
-    """Numbers that rise with case and roll, up to `span` pitches on."""
-    return np.asarray(case + 0.5 * np.clip((roll - mesh.roll[case]) / (span * mesh.pitch[0]), 0.0, 1.0))
+def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
+    """Numbers that rise with case and roll, over the span of a mesh."""
+    turned = (roll - mesh.roll[case]) / (mesh.span * mesh.pitch[0])
+    return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
+def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
     """The contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
     Newton's method does not settle."""
     for _ in range(PASSES):
@@ -416,7 +302,7 @@ def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) 
 def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) -> FloatArray:
     """How far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
     infinite where there are none."""
-    margin = np.where(_holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    margin = np.where(holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
     for s, fillet, joint in zip(
         values[[1, 3]], pieces.on_fillet[:, index], (mesh.own.joint, mesh.other.joint), strict=True
     ):
