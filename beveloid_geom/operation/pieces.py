@@ -35,6 +35,8 @@ FITS, SETTLED = 12, 1e-12
 TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
 """Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
 rounding: polynomials with such a tail are right on every part of their range."""
+AROUND = 1e-3
+"""Share of its length by which a piece may end beyond the range it was fitted on."""
 PARTS, DIVISIONS = 128, 6
 """An end is found by so many divisions of its interval into parts."""
 SHORT = 1e-9
@@ -155,7 +157,8 @@ def fitted(mesh: Mesh, samples: Samples) -> Pieces:
         pieces = replace(whole, low=low, high=high)
         if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
             break
-        inside = bool((low >= whole.low).all() and (high <= whole.high).all())  # beyond, noise grows
+        slack = AROUND * (whole.high - whole.low)  # further beyond a fit its noise grows
+        inside = bool((low >= whole.low - slack).all() and (high <= whole.high + slack).all())
         if inside and _resolved(mesh, whole):
             values = whole.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
             pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
