@@ -22,8 +22,7 @@ from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import MeshCycle, cycle_and_pair
-from .piece_search import CHECKED
+from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pair
 from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
