@@ -26,30 +26,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray
-from ..contact.equation import pairing_of
-from ..contact.path_polynomial import PHASE, exact_rows
 from ..design.field_limits import float64_of
-from ..design.model import Design, Errors
-from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
-from ..pair.mounting import mounting_of
+from ..design.model import Design
+from ..gear.tooth_side import cut_at
 from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
-from .search_starts import TIP_SPARE, Grid, beside_fillets, grid_of, scan_of, starts_of
-from .separation import Pose, pose_of
+from .mesh import (
+    Integers as Integers,
+    Mesh as Mesh,
+    conjugate_phase as conjugate_phase,
+    mesh_of as mesh_of,
+    middle_roll as middle_roll,
+    spread as spread,
+)
+from .search_starts import TIP_SPARE, Grid, Scan, beside_fillets, grid_of, scan_of, starts_of
 
-Integers: TypeAlias = NDArray[np.int_]
 Grids: TypeAlias = tuple[Grid, Grid]
 
 GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
 each turn of a tooth round its axis, if that is more."""
-FAR = 0.5
-"""Tip radii by which a pitch point may miss the tip cylinder and still tell where the teeth mesh."""
 SPARE = 0.25
 """Modules by which a tooth may stand further off than the nearest scanned and still be followed."""
-REACH = 2
-"""Tooth pairs looked at on either side, beside those among which a face with a helix spreads."""
 TOGETHER = 1.6e-14
 """rad of the gear's roll within which tooth pairs count as touching together."""
 IN_STEP = 0.8
@@ -95,59 +94,6 @@ class FirstContact:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
-    """Both surfaces; by position (n,) the pose, the pinion's roll, the gear's conjugate `phase`
-    (rad) and the tooth pair `nearest` to the pitch point; `pitch` (rad) of pinion and gear; the
-    gear's `lever` (mm), the module, and how many tooth pairs can matter on either side, `reach`. After
-    the gear's turn by `period` (rad) the same two teeth can meet again, as tooth pair `again` further on.
-    `defined` (n,): whether all but the phase is known."""
-
-    own: Surface
-    other: Surface
-    pose: Pose
-    roll: FloatArray
-    phase: FloatArray
-    nearest: Integers
-    pitch: tuple[float, float]
-    lever: float
-    module: float
-    reach: int
-    period: float
-    again: int
-    defined: NDArray[np.bool_]
-
-    @property
-    def turns(self) -> float:
-        """Turns of a tooth of the pinion round its axis along the face."""
-        return abs(float(self.own.trace[1])) * self.own.half_width / (np.pi * self.own.pitch_radius)
-
-    @property
-    def near(self) -> Integers:
-        """Tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
-        teeth = round(2.0 * np.pi / self.pitch[0])
-        every = np.arange(-self.reach, self.reach + 1)
-        return every if every.size <= teeth else np.arange(teeth) - teeth // 2
-
-    def task(self, position: Integers, pair: Integers) -> Task:
-        """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
-        roll = self.roll[position] + pair * self.pitch[0]
-        start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
-        return Task(self.own, self.other, self.lever, self.pose.at(position), roll, start, self.period)
-
-    def at(self, position: Integers, roll: FloatArray) -> Mesh:
-        """Other rolls (n,), rad, of the pairs at the positions with these numbers (n,)."""
-        turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
-        return replace(
-            self,
-            pose=self.pose.at(position),
-            roll=roll,
-            phase=self.phase[position],
-            nearest=self.nearest[position] - turned,
-            defined=self.defined[position],
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class Found:
     """First contacts (n,): f, place and meeting (2, n), mm; limits (2, n), tooth pair, status."""
 
@@ -159,46 +105,8 @@ class Found:
     status: NDArray[np.int8]
 
 
-def conjugate_phase(design: Design, flank: str) -> FloatArray:
-    """Gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in
-    all its contacts. NaN without a common normal."""
-    plain = Design(design.pinion, design.gear, design.pair, Errors()).with_parabola(0.0, 0.0)
-    pairing = pairing_of(plain, flank)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rows, _ = exact_rows(pairing, np.zeros((pairing.branch.shape[0], 1)))
-    return rows[PHASE, :, 0].reshape(plain.batch_shape)
-
-
-def middle_roll(design: Design, flank: str) -> FloatArray:
-    """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape. Where
-    that is far from the teeth, as between nearly parallel axes, it passes where the gear is nearest."""
-    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
-    x, y = (mounting.pitch_point[..., k] for k in (0, 1))
-    far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < FAR * surface.tip))
-    across = np.nan_to_num(pose.position[0] * pose.sin * pose.cos)  # of the gear's axis, beside the offset
-    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
-    z = _pitch_height(design, surface)
-    return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z), z)))
-
-
-def _pitch_height(design: Design, surface: Surface) -> FloatArray:
-    """z (mm) of the pitch point on the pinion, or of the end of its face beyond which it lies."""
-    mounting = mounting_of(design)
-    z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])
-    return np.asarray(np.clip(z, -surface.half_width, surface.half_width))
-
-
-def spread(design: Design, flank: str) -> float:
-    """Greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
-    cylinder departs on its face from the pitch point: so far from it teeth can touch by overlap."""
-    surface = surface_of(design.pinion, flank)
-    length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
-    turn = length * np.abs(surface.trace[1]) / surface.pitch_radius
-    return float(turn * float(design.pinion.teeth) / (2.0 * np.pi))
-
-
 def first_contact(
-    design: Design, flank: str, pinion_roll: ArrayLike, pairs: ArrayLike | None = None
+    design: Design, flank: str = "right", pinion_roll: ArrayLike = 0.0, pairs: ArrayLike | None = None
 ) -> FirstContact:
     """Find what touches first of all teeth at given rolls of the pinion: flanks, edges or fillets.
 
@@ -248,45 +156,29 @@ def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
     """First contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
+    return _found(mesh, grids, pairs, False)[0]
+
+
+def found_with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Integers, Found]:
+    """First contacts at all positions of a mesh; and of each tooth pair that is not much later, alone: the
+    numbers of their positions, ascending, and the contacts."""
+    return _found(mesh, grids, None, True)
+
+
+def _found(mesh: Mesh, grids: Grids, pairs: ArrayLike | None, each: bool) -> tuple[Found, Integers, Found]:
     block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
     every = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore", divide="ignore"):
         parts = [
-            _solved(mesh, every[start : start + block], pairs, *grids)
+            _solved(mesh, every[start : start + block], pairs, grids, each)
             for start in range(0, max(1, every.size), block)
         ]
+    first, position, alone = zip(*parts, strict=True)
+    return _put_together(first), np.concatenate(position), _put_together(alone)
+
+
+def _put_together(parts: tuple[Found, ...]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
-
-
-def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatArray]:
-    """The mesh at all positions, and its phase by position."""
-    own, other = (surface_of(member, flank) for member in design.members)
-    phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
-    pose = pose_of(design)
-    by_position = [
-        np.broadcast_to(value[..., None], roll.shape).reshape(-1)
-        for value in (pose.offset, pose.sin, pose.cos, *pose.position)
-    ]
-    tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
-    lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
-    middle = np.broadcast_to(middle_roll(design, flank)[..., None], roll.shape).reshape(-1)
-    pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
-    mesh = Mesh(
-        own=own,
-        other=other,
-        pose=Pose(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
-        roll=roll.reshape(-1),
-        phase=np.nan_to_num(phase),
-        nearest=np.rint((middle - roll.reshape(-1)) / pitch[0]).astype(int),
-        pitch=pitch,
-        lever=lever,
-        module=float(tool.normal_module),
-        reach=REACH + int(np.ceil(spread(design, flank))),
-        period=min(teeth) * pitch[1],
-        again=teeth[0] if teeth[0] < teeth[1] else 0,
-        defined=np.isfinite(sum(by_position) + own.highest + other.highest),
-    )
-    return mesh, phase
 
 
 def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
@@ -303,70 +195,91 @@ def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
     return replace(mesh, phase=phase + added.reshape(-1))
 
 
-def _solved(mesh: Mesh, positions: Integers, pairs: ArrayLike | None, coarse: Grid, fine: Grid) -> Found:
-    """First contacts at a block of positions."""
+def _solved(
+    mesh: Mesh, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
+) -> tuple[Found, Integers, Found]:
+    """First contacts at a block of positions; and of `each` tooth pair near alone, if asked for, with the
+    numbers of their positions."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]
-    rough = scan_of(mesh.task(position, pair), coarse, pairs is None)
-    best, bottom = np.full(mesh.roll.size, np.inf), np.zeros(mesh.roll.size, dtype=bool)
-    np.minimum.at(best, position, rough.within)
-    kept = np.flatnonzero(rough.f.min(axis=1) <= best[position] + SPARE * mesh.module)
+    rough = scan_of(mesh.task(position, pair), grids[0], pairs is None)
+    first, count = positions[:1].sum(), positions.size
+    best, bottom = np.full(count, np.inf), np.zeros(count, dtype=bool)
+    np.minimum.at(best, position - first, rough.within)
+    kept = np.flatnonzero(rough.f.min(axis=1) <= best[position - first] + SPARE * mesh.module)
     position, pair = position[kept], pair[kept]
-    task = mesh.task(position, pair)
-    scan = scan_of(task, fine, pairs is None)
-    np.minimum.at(best, position, scan.within)
-    bottom[position[scan.bottom]] = True
-    known = np.where(bottom[position], -np.inf, best[position])  # nothing is searched for there
-    starts = starts_of(task, scan, fine, known, mesh.module)
-    task, position = task.pick(starts.row).later(starts.periods), position[starts.row]
-    pair = pair[starts.row] - mesh.again * starts.periods
+    task, group = mesh.task(position, pair), position - first
+    scan = scan_of(task, grids[1], pairs is None)
+    np.minimum.at(best, group, scan.within)
+    bottom[group[scan.bottom]] = True
+    own = np.minimum(rough.within[kept], scan.within)
+    known = own if each else best[group]
+    known = np.where(bottom[group], -np.inf, known)  # nothing is searched for there
+    least, row, periods = _searched(task, scan, grids[1], known, mesh.module)
+    turned = pair[row] - mesh.again * periods
+    found = _chosen(mesh, positions, least, group[row], turned, best, bottom)
+    if not each:
+        return found, position[:0], found
+    lone = np.flatnonzero(periods == 0)
+    row = row[lone]
+    return found, position, _chosen(mesh, position, least.pick(lone), row, pair[row], own, scan.bottom)
+
+
+def _searched(
+    task: Task, scan: Scan, grid: Grid, known: FloatArray, module: float
+) -> tuple[Least, Integers, Integers]:
+    """Local least clearances of tooth pairs that a scan leads to, given the least f `known` of each; the
+    number of the pair, and after how many of its periods."""
+    starts = starts_of(task, scan, grid, known, module)
+    row, periods, task = starts.row, starts.periods, task.pick(starts.row).later(starts.periods)
     least = least_clearances(task, starts.place, starts.box)
-    close = np.flatnonzero(least.converged & (least.f <= known[starts.row] + TIP_SPARE * mesh.module))
-    places = np.concatenate((starts.row[None, close], np.rint(1e6 / fine.cell[0] * least.place[:, close])))
+    close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_SPARE * module))
+    places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
-    more = beside_fillets(task.pick(close), least.place[:, close], fine)
-    again = close[more.row]
-    least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
-    position, pair = np.append(position, position[again]), np.append(pair, pair[again])
-    return _chosen(mesh, positions, least, position, pair, best, bottom)
+    more = beside_fillets(task.pick(close), least.place[:, close], grid)
+    if more.row.size:
+        again = close[more.row]
+        least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
+        row, periods = np.append(row, row[again]), np.append(periods, periods[again])
+    return least, row, periods
 
 
 def _chosen(
     mesh: Mesh,
     positions: Integers,
     least: Least,
-    position: Integers,
+    group: Integers,
     pair: Integers,
     scanned: FloatArray,
     bottom: NDArray[np.bool_],
 ) -> Found:
-    """The least of the local results of each position, and what is to be thought of it."""
-    depth, n = mesh.own.tip - mesh.own.root, mesh.roll.size
+    """The least of the local results of each `group`, and what is to be thought of it, given their
+    `positions` and the least scanned."""
+    depth, n = mesh.own.tip - mesh.own.root, positions.size
     on = least.outside <= FEASIBLE * depth
     f = np.where(on & least.converged, least.f, np.inf)
     lowest, lost = np.full(n, np.inf), np.full(n, np.inf)
-    np.minimum.at(lowest, position, f)
-    np.minimum.at(lost, position, np.where(on & ~least.converged, least.f, np.inf))
+    np.minimum.at(lowest, group, f)
+    np.minimum.at(lost, group, np.where(on & ~least.converged, least.f, np.inf))
     # Of tooth pairs that touch together rounding must not choose, but tangencies come before edges,
     # then the pair that came into mesh last.
-    behind = ~(f <= lowest[position] + TOGETHER * mesh.lever)
-    order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, position))
-    found, first = np.unique(position[order], return_index=True)
+    behind = ~(f <= lowest[group] + TOGETHER * mesh.lever)
+    order = np.lexsort((f, mesh.own.sigma * pair, least.limit[0] >= 0, behind, group))
+    found, first = np.unique(group[order], return_index=True)
     index = np.full(n, -1)  # the last column, which stands for nothing found
     index[found] = order[first]
-    index = index[positions]
     f = np.append(f, np.inf)[index]
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
-    doubt = np.minimum(lost, scanned)[positions] < f - LOWER * depth
+    doubt = np.minimum(lost, scanned) < f - LOWER * depth
     rooted = ((limit == Limit.PINION_ROOT) | (limit == Limit.GEAR_ROOT)).any(axis=0)
     most = IN_STEP * OVERLAP * mesh.period * mesh.lever
     cases = (
         (~mesh.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, mesh.own.undercut or mesh.other.undercut), FirstStatus.UNDERCUT),
-        (bottom[positions] | rooted, FirstStatus.MEETS_BOTTOM),
-        (np.minimum(f, scanned[positions]) < -most, FirstStatus.OUT_OF_STEP),
+        (bottom | rooted, FirstStatus.MEETS_BOTTOM),
+        (np.minimum(f, scanned) < -most, FirstStatus.OUT_OF_STEP),
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )

@@ -119,23 +119,25 @@ class Least:
     outside: FloatArray
     converged: NDArray[np.bool_]
 
+    def pick(self, index: NDArray[np.int_]) -> Least:
+        """Those with the numbers `index`."""
+        return Least(*(value[..., index] for value in vars(self).values()))
+
     def and_also(self, *others: Least) -> Least:
         """These and others, in order."""
         values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
         return Least(*(np.concatenate(parts, axis=-1) for parts in values))
 
 
-def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
-    """Slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at
-    their real parts."""
-    own, other, pose = task.own, task.other, task.pose
-    cut = cut_at(own, s, z)
+def _seen(task: Task, s: Numbers, z: Numbers) -> tuple[Cut, tuple[Numbers, Numbers, Numbers], Numbers]:
+    """The pinion's points at (s1, z1): where the rack cuts them, x, y, z2 as seen by the gear, and how they
+    move (3, 2, ...) with s1 and z1."""
+    cut, pose = cut_at(task.own, s, z), task.pose
     cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
 
     def turned(x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         return cos * x - sin * y, sin * x + cos * y
 
-    x, y, z2 = seen_by_other(pose, 0, *turned(cut.x, cut.y), z)
     a, b = turned(cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x)
     c, d = turned(cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x)
     moves = np.stack(
@@ -145,14 +147,19 @@ def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tup
             np.stack((pose.sin * b, pose.cos + pose.sin * d)),
         )
     )
-    square = x * x + y * y
-    near = cut_at(other, other_s.astype(complex) + 0.0 * z2, z2)
-    met = cut_at(other, other_s - (near.square - square) / near.square_s, z2)
-    u, v = (x * met.x + y * met.y) / square, (y * met.x - x * met.y) / square
-    normal = (u * met.nx - v * met.ny, v * met.nx + u * met.ny, met.nz)
-    scale = other.sigma * task.lever / (other.pitch_radius * met.ny)
-    slope = scale * (normal[0] * moves[0] + normal[1] * moves[1] + normal[2] * moves[2])
-    r, r2 = np.sqrt(cut.square), np.sqrt(square)
+    return cut, seen_by_other(pose, 0, *turned(cut.x, cut.y), z), moves
+
+
+def limits_at(task: Task, s: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
+    """Margins (8, ...) and their rates (8, 2, ...) by s1 and z1 at places, mm."""
+    return _limits(task, s, z, *_seen(task, s, z))
+
+
+def _limits(
+    task: Task, s: Numbers, z: Numbers, cut: Cut, seen: tuple[Numbers, Numbers, Numbers], moves: Numbers
+) -> tuple[Numbers, Numbers]:
+    (x, y, z2), own, other = seen, task.own, task.other
+    r, r2 = np.sqrt(cut.square), np.sqrt(x * x + y * y)
     margins = (
         s - own.bottom,
         r2 - other.root - other.root_taper * z2,
@@ -164,13 +171,28 @@ def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tup
         other.half_width - z2,
     )
     margin = np.stack(np.broadcast_arrays(*margins))  # in the order of Limit
-    return slope, margin, _rates(own, other, cut, (x * moves[0] + y * moves[1]) / r2, moves[2])
+    return margin, _rates(own, other, cut, (x * moves[0] + y * moves[1]) / r2, moves[2])
+
+
+def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
+    """Slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at
+    their real parts."""
+    other = task.other
+    cut, (x, y, z2), moves = _seen(task, s, z)
+    square = x * x + y * y
+    near = cut_at(other, other_s.astype(complex) + 0.0 * z2, z2)
+    met = cut_at(other, other_s - (near.square - square) / near.square_s, z2)
+    u, v = (x * met.x + y * met.y) / square, (y * met.x - x * met.y) / square
+    normal = (u * met.nx - v * met.ny, v * met.nx + u * met.ny, met.nz)
+    scale = other.sigma * task.lever / (other.pitch_radius * met.ny)
+    slope = scale * (normal[0] * moves[0] + normal[1] * moves[1] + normal[2] * moves[2])
+    return slope, *_limits(task, s, z, cut, (x, y, z2), moves)
 
 
 def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers) -> Numbers:
     """Derivatives (8, 2, ...) of the margins by s1 and z1, from those (2, ...) of r2 and z2."""
     r = np.sqrt(cut.square)
-    rate = np.zeros((len(Limit), *by_r.shape), dtype=complex)
+    rate = np.zeros((len(Limit), *by_r.shape), dtype=by_r.dtype)
     rate[Limit.PINION_ROOT, 0] = rate[Limit.PINION_TOE, 1] = 1.0
     rate[Limit.PINION_HEEL, 1] = -1.0
     rate[Limit.PINION_TIP] = np.stack((-0.5 * cut.square_s / r, own.taper - 0.5 * cut.square_z / r))

@@ -9,7 +9,8 @@ rigid teeth touch in one point at a time and have 1, unless given a thickness.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -19,21 +20,23 @@ from ..arrays import FloatArray
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
-from .first_contact import TOGETHER, Grids, Integers, found_at, grids_of
+from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import MeshCycle, mesh_cycle
+from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pair
+from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
 
 SAMPLES = 96
 """Rolls of a pitch at which a tooth pair alone is compared with the first to touch."""
-DIVISIONS, CHANGE_WIDTH, MOST_CHANGES = 8, 1e-10, 64
+DIVISIONS, CHANGE_WIDTH, MOST_CHANGES = 64, 1e-10, 64
 """Parts into which an interval with a change is divided at a time, until it is as narrow as this, in
 pitches; changes in a cycle beyond which they are taken for rounding and divided no more."""
-STRIDE = 8
-"""A tooth pair alone is looked at on every so many of SAMPLES, and on all where it is near enough to come
-to touch between. Its clearance is taken to change by no more than the mesh advances; by a third was seen."""
+ASIDE = 1e-3
+"""Modules beyond the thickness up to which a tooth pair alone is followed."""
+GAP = 1.5
+"""Steps between the samples of a tooth pair alone beyond which there are none between."""
 AT_LEAST = 1.0 - 1e-6
 """Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
 
@@ -66,19 +69,21 @@ def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...])
     for thickness in thicknesses:
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
-    cycle, shape = mesh_cycle(design, flank, 1), design.batch_shape
-    lost, mesh, grids = cycle.lost.reshape(-1), cycle.mesh, grids_of(cycle.mesh, design, flank)
-    known = np.flatnonzero(~lost)
+    (cycle, grids, samples), shape = cycle_and_pair(design, flank, 1), design.batch_shape
+    lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
-    if known.size:
-        share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
-        roll = mesh.roll[known, None] + mesh.pitch[0] * share
-        first = _first(cycle, known, roll)
-        useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-        curves = first, _near(cycle, grids, known, roll, first, max(useful, default=0.0))
-        for k, thickness in enumerate(thicknesses):
-            ratio[k, known], status[k, known] = _ratio(cycle, grids, known, roll, curves, thickness)
+    useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
+    pieces, followed = _pieces_alone(cycle, samples, max(useful, default=0.0))
+    share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
+    by_pieces, by_search = partial(_alone, cycle, pieces), partial(_searched, cycle, grids)
+    for cases, alone in ((followed & ~lost, by_pieces), (~followed & ~lost, by_search)):
+        known = np.flatnonzero(cases)
+        if known.size:
+            roll = mesh.roll[known, None] + mesh.pitch[0] * share
+            curves = _first(cycle, known, roll), alone(known, roll)
+            for k, thickness in enumerate(thicknesses):
+                ratio[k, known], status[k, known] = _ratio(cycle, alone, known, roll, curves, thickness)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape))
@@ -94,6 +99,10 @@ class _Curve:
     doubt: NDArray[np.bool_]
 
 
+Contacts: TypeAlias = Callable[[Integers, FloatArray], _Curve]
+"""Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
+
+
 def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     """First contacts of the cases (n,) at rolls (n, rolls), of all tooth pairs."""
     piece, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
@@ -101,32 +110,65 @@ def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
-def _alone(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
-    """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
+def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, NDArray[np.bool_]]:
+    """Pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where it is
+    within a thickness of the first: they agree with the samples, meet, and end further off than that."""
+    mesh, lost, bound = cycle.mesh, cycle.lost.reshape(-1), CHECKED * cycle.mesh.lever
+    samples = samples.pick(np.flatnonzero(~lost[samples.case]))
+    off = samples.found.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
+    # As far as it may touch and one sample on.
+    near = np.pad(off <= thickness + ASIDE * mesh.module, 1)
+    chosen = np.flatnonzero(near[1:-1] | near[2:] | near[:-2])
+    samples, off = samples.pick(chosen), off[chosen]
+    # Where every tooth is near, one is near on more than one turn, which a scan does not tell apart.
+    many = mesh.near.size > 2 * mesh.reach
+    followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
+    samples, ends = _in_runs(mesh, samples)
+    followed[case[ends[off[ends] <= thickness + TOGETHER * mesh.lever]]] = False
+    if not followed.any():
+        return cycle.pieces.pick(np.zeros(0, dtype=np.int64)), followed
+    # Each run is a case of its own to what fits the pieces.
+    case = case[ends[0]]
+    runs = replace(mesh.at(case, samples.roll[ends[0]]), span=2.0 * mesh.reach + 2.0)
+    pieces = fitted(runs, samples)
+    own = pieces.number(runs, samples.case, samples.roll)
+    behind = np.abs(pieces.values_at(own, samples.roll, 1)[0] - samples.found.f)
+    followed[case[samples.case[~(behind <= bound)]]] = False
+    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+    before, after = (pieces.values_at(inner + k, pieces.high[inner], 1)[0] for k in (0, 1))
+    followed[case[pieces.case[inner[~(np.abs(before - after) <= bound)]]]] = False
+    return replace(pieces, case=case[pieces.case]), followed
+
+
+def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:
+    """The samples with the numbers of the runs to which they belong, without gaps between, as their cases;
+    and the first and the last of each run (2, runs)."""
+    apart = np.diff(samples.roll) > GAP * mesh.pitch[0] / STEPS
+    begins = np.append(samples.case[:1] >= 0, apart | (np.diff(samples.case) != 0))
+    first = np.flatnonzero(begins)
+    ends = np.stack((first, np.append(first[1:], samples.case.size)[: first.size] - 1))
+    return replace(samples, case=np.cumsum(begins) - 1), ends
+
+
+def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -> _Curve:
+    """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by its pieces."""
+    mesh, span = cycle.mesh, 4.0 * cycle.mesh.reach
+    early = replace(mesh, roll=mesh.roll - 0.5 * span * mesh.pitch[0], span=span)
+    case, turned = case.repeat(roll.shape[1]), roll.ravel()
+    piece = pieces.number(early, case, turned)
+    on = (pieces.case[piece] == case) & (pieces.low[piece] <= turned) & (turned <= pieces.high[piece])
+    f = np.full(turned.size, np.inf)
+    f[on] = pieces.values_at(piece[on], turned[on], 1)[0]
+    edge, doubt = on & (pieces.limit[0, piece] >= 0), np.zeros(turned.size, dtype=bool)
+    return _Curve(*(row.reshape(roll.shape) for row in (f, edge, doubt)))
+
+
+def _searched(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
+    """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), searched for."""
     found = found_at(cycle.mesh.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
     f = np.where(found.status == FirstStatus.SOLVED, found.f, np.inf)
     doubt = (found.status != FirstStatus.SOLVED) & (found.status != FirstStatus.NO_CONTACT)
     return _Curve(*(row.reshape(roll.shape) for row in (f, found.limit[0] >= 0, doubt)))
-
-
-def _near(
-    cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray, first: _Curve, thickness: float
-) -> _Curve:
-    """Pair 0 alone; infinite, as without contact, where it is too far off to matter."""
-    n, mesh = roll.shape[1], cycle.mesh
-    rough = _alone(cycle, grids, case, roll[:, ::STRIDE])
-    off = rough.f - first.f[:, ::STRIDE]
-    advance = mesh.lever * mesh.pitch[1] * 0.5 * STRIDE / SAMPLES  # to the nearer of two looked at
-    near = ((off <= thickness + advance) | rough.doubt).any(axis=0).repeat(STRIDE)
-    # The stride before and the one after each of these.
-    chosen = (near | np.append(near[STRIDE:], np.zeros(STRIDE, dtype=bool)))[:n]
-    chosen[::STRIDE] = False
-    found = _alone(cycle, grids, case, roll[:, chosen])
-    curve = _Curve(np.full(roll.shape, np.inf), np.zeros(roll.shape, dtype=bool), np.zeros(roll.shape, bool))
-    for columns, part in ((slice(None, None, STRIDE), rough), (chosen, found)):
-        for name, value in vars(part).items():
-            getattr(curve, name)[:, columns] = value
-    return curve
 
 
 def _divided(case: Integers, roll: FloatArray, labels: Integers, label: Label, least: float) -> _Intervals:
@@ -158,23 +200,23 @@ def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> _Interva
 
 def _ratio(
     cycle: MeshCycle,
-    grids: Grids,
+    alone: Contacts,
     case: Integers,
     roll: FloatArray,
     curves: tuple[_Curve, _Curve],
     thickness: float,
 ) -> tuple[FloatArray, Integers]:
     """Ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
-    (cases, rolls)."""
+    (cases, rolls), which `alone` gives at others."""
     mesh, cases = cycle.mesh, cycle.mesh.roll.size
 
-    def touching(first: _Curve, alone: _Curve) -> Integers:
+    def touching(first: _Curve, own: _Curve) -> Integers:
         # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
-        spare = mesh.lever * np.where(alone.edge & ~first.edge, -TOGETHER, TOGETHER)
-        return np.asarray(alone.f - first.f <= thickness + spare).astype(int)
+        spare = mesh.lever * np.where(own.edge & ~first.edge, -TOGETHER, TOGETHER)
+        return np.asarray(own.f - first.f <= thickness + spare).astype(int)
 
     def touches(cases: Integers, rolls: FloatArray) -> Integers:
-        return touching(_first(cycle, cases, rolls), _alone(cycle, grids, cases, rolls))
+        return touching(_first(cycle, cases, rolls), alone(cases, rolls))
 
     # Further off than this the same teeth are those of another turn.
     most = (1.0 - OVERLAP) * mesh.period * mesh.lever - np.maximum(curves[0].f, 0.0).max(axis=1)

@@ -7,7 +7,7 @@ and part beyond the place where they touch.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,10 +38,12 @@ class UnknownOperationError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """Gear rolls (rad) as a function of pinion rolls (rad, any shape) over a `span` (rad) of these."""
+    """Gear rolls (rad) as a function of pinion rolls (rad, any shape) over a `span` (rad) of these, smooth
+    between `kinks` (n,), rad, as far as they are known."""
 
     span: tuple[float, float]
     gear_roll: Callable[[FloatArray], FloatArray]
+    kinks: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def given_operation(
@@ -68,7 +70,7 @@ def given_operation(
     ratio = float(design.pinion.teeth) / float(design.gear.teeth)
     phase = other + ratio * roll
     span = float(roll[0]), float(roll[-1])
-    return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls)
+    return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls, roll[1:-1])
 
 
 def first_contact_operation(design: Design, flank: str) -> Operation:
@@ -89,4 +91,6 @@ def first_contact_operation(design: Design, flank: str) -> Operation:
         raise UnknownOperationError(
             f"the first contact of the {flank} flanks is not known at some rolls ({status})"
         )
-    return Operation((start, stop), cycle.gear_roll)
+    turns = np.arange(np.floor((start - cycle.start) / pitch), np.ceil((stop - cycle.start) / pitch))
+    kinks = (cycle.changes + pitch * turns[:, None]).ravel()
+    return Operation((start, stop), cycle.gear_roll, kinks[(kinks > start) & (kinks < stop)])

@@ -6,8 +6,9 @@ transmission error the least separation is the ease-off of the one flank against
 the other one generates.
 
 The separation is the exact distance to the mating flank (`perpendicular.feet`), counted while the foot
-lies on that flank. Along the roll it is sampled, bracketed, and searched for its least value. Where
-the foot leaves the mating flank before, the least value is that at the edge, found by quartering.
+lies on that flank. Along the roll it is sampled, at the kinks of the operation too; between it is smooth, and
+parabolas lead to its least value. Where the foot leaves the mating flank before, the least value is that at
+the edge, found by quartering.
 
 The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
 (`mesh_cycle`). The least separation is then positive but for rounding.
@@ -36,11 +37,13 @@ from .operating_rolls import Operation, first_contact_operation, given_operation
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-QUARTERINGS, FINER = 10, 4
-"""Steps to the edge of the mating flank; how much finer steps are made where a change is looked for."""
-GOLDEN, GOLDEN_STEPS = 0.5 * (np.sqrt(5.0) - 1.0), 12
-"""Golden section of the last step between samples: to 2e-5 rad, for kinks of the operation; where there
-are none the vertex of a parabola is the standstill to rounding."""
+QUARTERINGS = 10
+"""Steps to the edge of the mating flank."""
+GOLDEN, STEPS = 0.5 * (3.0 - np.sqrt(5.0)), 16
+"""Share of the longer side of a bracket at which to look where no parabola tells; steps at most."""
+BESIDE, LEVEL = 1e-5, 1e-13
+"""Share of a bracket within which the place is looked for: the square of it is an error of the value; mm by
+which the ends of a bracket may stand above its least value and all be one."""
 BLOCK = 8192
 """Points taken at a time, so that the arrays stay in the cache."""
 CELLS = ((24, 32), (250, 250))
@@ -187,9 +190,10 @@ def separation_of(design: Design, flank: str, member: int, operation: Operation)
 
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
-    """Pinion rolls (n,), rad, at which the separation is sampled over the cycle."""
+    """Pinion rolls (n,), rad, at which the separation is sampled over the cycle, its kinks among them."""
     pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
-    return np.linspace(*operation.span, max(_whole(POSES_PER_PITCH * pitches) + 1, 3))
+    even = np.linspace(*operation.span, max(_whole(POSES_PER_PITCH * pitches) + 1, 3))
+    return np.union1d(even, operation.kinks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +297,7 @@ def least_separation(
     apart: Apart, points: FloatArray, rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
     """Least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
-    points (n, 3) over the range of evenly spaced `rolls`."""
+    points (n, 3) over the range of rising `rolls`, between which it is smooth."""
     block = max(1, BLOCK // len(points))
     starts = range(0, len(rolls), block)
     table = np.concatenate([apart(points, rolls[k : k + block, None]) for k in starts])
@@ -302,9 +306,10 @@ def least_separation(
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     points, table, best = points[met], table[:, met], best[met]
-    low, high = _brackets(apart, points, table, best, rolls)
-    least[met], at[met] = _refined(apart, points, (low, at[met], high), least[met])
-    small = 1e-3 * (rolls[1] - rolls[0])
+    x, y = _brackets(apart, points, table, best, rolls)
+    low, high = x[0], x[2]
+    small = 1e-3 * (high - low)
+    least[met], at[met] = _refined(apart, points, x, y)
     for limit, end, way in ((low, 0, -1), (high, len(rolls) - 1, 1)):
         close = np.abs(at[met] - limit) <= small
         beside = np.clip(best + way, 0, len(rolls) - 1)
@@ -318,49 +323,56 @@ def least_separation(
 def _brackets(
     apart: Apart, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rolls (n,) next to the best sample on either side, or where the foot leaves the mating flank before."""
-    beside = np.clip(best + np.array([[-1], [1]]), 0, len(rolls) - 1)
-    outer = rolls[beside]
-    way, lost = np.nonzero(np.isinf(table[beside, np.arange(len(best))]))
-    valid, step = rolls[best[lost]], outer[way, lost] - rolls[best[lost]]
+    """Rolls (3, n): the best sample and, on either side, the next or where the foot leaves the mating flank
+    before; and the separations there (3, n)."""
+    around, column = np.clip(best + np.array([[-1], [0], [1]]), 0, len(rolls) - 1), np.arange(len(best))
+    x, y = rolls[around], table[around, column]
+    way, lost = np.nonzero(np.isinf(y))
+    valid, value, step = rolls[best[lost]], y[1, lost], x[way, lost] - rolls[best[lost]]
     for _ in range(QUARTERINGS if lost.size else 0):
         step = 0.25 * step
-        held = np.isfinite(apart(points[lost], valid + step * np.arange(1.0, 4.0)[:, None]))
-        valid = valid + step * np.logical_and.accumulate(held).sum(axis=0)
-    outer[way, lost] = valid
-    return outer[0], outer[1]
+        gaps = apart(points[lost], valid + step * np.arange(1.0, 4.0)[:, None])
+        held = np.logical_and.accumulate(np.isfinite(gaps)).sum(axis=0)
+        value = np.where(held > 0, gaps[held - 1, np.arange(lost.size)], value)
+        valid = valid + step * held
+    x[way, lost], y[way, lost] = valid, value
+    return x, y
 
 
-def _refined(
-    apart: Apart,
-    points: FloatArray,
-    bracket: tuple[FloatArray, FloatArray, FloatArray],
-    value: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Least separation and its roll inside a bracket (low, best sample, high): sampled once more, as
-    the operation may have kinks, then by golden section."""
-    low, centre, high = bracket
-    x = np.concatenate((centre[None], low + (high - low) * np.linspace(0.0, 1.0, 2 * FINER + 1)[:, None]))
-    y = np.concatenate((value[None], apart(points, x[1:])))
-    value, centre = _least_of(y, x)
-    step = (high - low) / (2 * FINER)
-    left, right = np.maximum(centre - step, low), np.minimum(centre + step, high)
-    inner = np.stack((right - GOLDEN * (right - left), left + GOLDEN * (right - left)))
-    gaps = apart(points, inner)
-    for _ in range(GOLDEN_STEPS):
-        falls = gaps[0] > gaps[1]
-        left, right = np.where(falls, inner[0], left), np.where(falls, right, inner[1])
-        added = np.where(falls, left + GOLDEN * (right - left), right - GOLDEN * (right - left))
-        gap = apart(points, added)
-        inner = np.where(falls, (inner[1], added), (added, inner[0]))
-        gaps = np.where(falls, (gaps[1], gap), (gap, gaps[0]))
-    value, centre = _least_of(np.vstack((value, gaps)), np.vstack((centre, inner)))
-    step = right - left
-    before, after = (apart(points, np.clip(centre + way * step, low, high)) for way in (-1.0, 1.0))
-    with np.errstate(invalid="ignore", divide="ignore"):  # flat, or beyond an edge of the mating flank
-        away = 0.5 * step * (before - after) / (before - 2.0 * value + after)
-    vertex = np.clip(centre + np.where(np.abs(away) <= step, away, 0.0), low, high)
-    return _least_of(np.stack((value, apart(points, vertex))), np.stack((centre, vertex)))
+def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3, n) by
+    successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
+    left, right = y[0] < y[1], (y[2] < y[1]) & ~(y[0] < y[1])
+    # Where an end lies lowest the bracket has it twice.
+    x, y = (np.where(left, v[[0, 0, 1]], np.where(right, v[[1, 2, 2]], v)) for v in (x, y))
+    beside, going, failed = BESIDE * (x[2] - x[0]), np.arange(len(points)), np.zeros(len(points))
+    for _ in range(STEPS):
+        (a, b, c), (f, g, h), step = x[:, going], y[:, going], beside[going]
+        side = np.where(c - b > b - a, 1.0, -1.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            p, q = (b - a) * (g - h), (b - c) * (g - f)
+            away = -0.5 * ((b - a) * p - (b - c) * q) / (p - q)
+        golden = GOLDEN * np.where(side > 0.0, c - b, a - b)
+        away = np.where((away > a - b) & (away < c - b), away, golden)
+        # Close by, or where a vertex was none, it is seen beside the least value whether that is one.
+        again = np.where(failed[going] > 0.0, c - b, np.where(failed[going] < 0.0, b - a, 0.0)) > 2.0 * step
+        side = np.where(again, failed[going], side)
+        away = np.where(again | (np.abs(away) < step) | (a == b) | (b == c), side * step, away)
+        new = b + away
+        gap = apart(points[going], new)
+        lower, before = gap < g, away < 0.0
+        ends = np.where(
+            lower, np.where(before, (a, new, b), (b, new, c)), np.where(before, (new, b, c), (a, b, new))
+        )
+        gaps = np.where(
+            lower, np.where(before, (f, gap, g), (g, gap, h)), np.where(before, (gap, g, h), (f, g, gap))
+        )
+        x[:, going], y[:, going], failed[going] = ends, gaps, np.where(lower, 0.0, np.sign(away))
+        found = (np.diff(ends, axis=0) <= 2.0 * step).all(axis=0)
+        going = going[~found & (gaps[[0, 2]].max(axis=0) - gaps[1] > LEVEL)]
+        if not going.size:
+            break
+    return y[1], x[1]
 
 
 def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:

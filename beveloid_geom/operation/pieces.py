@@ -8,10 +8,9 @@ of two limits, on flank or fillet. With its limits held to, a contact is the roo
     one limit    c = 0, t.grad f = 0 with t along c = 0
     two limits   c1 = c2 = 0
 
-(`least_clearance` has f and the limits c). First contacts at even rolls tell the carriers; Newton's method
+(`least_clearance` has f and the limits c). First contacts at some rolls tell the carriers; Newton's method
 gives the contacts of each at Chebyshev points of the roll, and the polynomials through them say where
 one carrier takes over from the next: where f is less, or where a contact comes within the limits.
-First contacts at other rolls check every piece; one that misses them is divided there.
 """
 
 from __future__ import annotations
@@ -22,25 +21,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..status import FirstStatus, Limit
-from ..support.chebyshev import basis_of, evaluate
-from .first_contact import TOGETHER, Found, Grids, Integers, Mesh, found_at
-from .least_clearance import FEASIBLE, Local, Task, local_at
+from ..status import Limit
+from ..support.chebyshev import basis_of, evaluate, polynomials
+from .first_contact import TOGETHER, Found, Integers, Mesh
+from .least_clearance import Local, Task, local_at
 
-SAMPLES = 64
+SAMPLES = 16
 """Rolls of a pitch at which first contacts tell the carriers."""
 DEGREE, PASSES, LAST_STEP = 20, 12, 1e-9
 """Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last."""
 FITS, SETTLED = 12, 1e-12
 """How often the polynomials are fitted while their ends move by more than this share of a pitch."""
-PARTS, DIVISIONS = 16, 10
+TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
+"""Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
+rounding: polynomials with such a tail are right on every part of their range."""
+AROUND = 1e-3
+"""Share of its length by which a piece may end beyond the range it was fitted on."""
+PARTS, DIVISIONS = 128, 6
 """An end is found by so many divisions of its interval into parts."""
-CHECKS, ROUNDS = np.array((-0.95, -0.3, 0.4, 1.0)), 6
-"""Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
-CHECKED = 3e-11
-"""rad of the gear's roll by which a piece may lie behind a first contact."""
-BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
-"""Pitches from a jump at which first contacts are looked for that have not been seen."""
 SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
@@ -69,7 +67,7 @@ class Pieces:
         return Pieces(*rows)
 
     def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
-        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh."""
+        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, over its span."""
         begins = _order(mesh, self.case, self.low)
         return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
 
@@ -86,19 +84,14 @@ class Pieces:
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
         """The first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,), rad."""
-        order = np.argsort(index, kind="stable")
-        found = np.empty((len(self.coefficients[:rows]), roll.size))
-        for part in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
-            if part.size:
-                one = replace(
-                    self.pick(index[part[:1]]), coefficients=self.coefficients[:rows, index[part[:1]]]
-                )
-                found[:, part] = one.values(np.zeros(1, dtype=np.int64), roll[None, part])[:, 0]
-        return found
+        low, high = self.low[index], self.high[index]
+        place = np.clip((2.0 * roll - (low + high)) / (high - low), -BEYOND, BEYOND)
+        powers = polynomials(place, DEGREE)
+        return np.stack([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
 
 
 @dataclass(frozen=True, eq=False)
-class _Samples:
+class Samples:
     """First contacts (n,) of the cases at rolls, in their order; `cut`: a piece begins here in any case."""
 
     case: Integers
@@ -106,14 +99,20 @@ class _Samples:
     cut: NDArray[np.bool_]
     found: Found
 
-    def pick(self, index: Integers | NDArray[np.bool_]) -> _Samples:
+    def pick(self, index: Integers | NDArray[np.bool_]) -> Samples:
+        """The samples `index`."""
         found = Found(*(value[..., index] for value in vars(self.found).values()))
-        return _Samples(self.case[index], self.roll[index], self.cut[index], found)
+        return Samples(self.case[index], self.roll[index], self.cut[index], found)
 
-    def and_also(self, other: _Samples) -> _Samples:
+    def ends(self, case: Integers) -> tuple[FloatArray, FloatArray]:
+        """The first and the last rolls (n,), rad, of the cases (n,)."""
+        first, after = np.searchsorted(self.case, case), np.searchsorted(self.case, case, side="right")
+        return self.roll[first], self.roll[after - 1]
+
+    def and_also(self, other: Samples) -> Samples:
         """Both, in order of case and roll."""
         rows = zip(vars(self.found).values(), vars(other.found).values(), strict=True)
-        both = _Samples(
+        both = Samples(
             np.append(self.case, other.case),
             np.append(self.roll, other.roll),
             np.append(self.cut, other.cut),
@@ -122,102 +121,13 @@ class _Samples:
         return both.pick(np.lexsort((both.roll, both.case)))
 
 
-def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> _Samples:
-    return _Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
-
-
-def pieces_of(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
-    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
-    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces."""
-    share, cases = np.linspace(0.0, 1.0, SAMPLES + 1), mesh.roll.size
-    case = np.arange(cases).repeat(share.size)
-    samples = _sampled(mesh, grids, case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases))
-    status, done = np.zeros(cases, dtype=np.int64), []
-    for _ in range(ROUNDS):
-        bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]
-        status[samples.case[bad]] = samples.found.status[bad]
-        samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
-        if not samples.case.size:
-            break
-        pieces = _fitted(mesh, samples)
-        checks, good = _checked(mesh, grids, pieces)
-        failed = np.isin(np.arange(cases), pieces.case[~good.all(axis=1)])
-        jumps, samples = _overtaken(mesh, samples, pieces)
-        failed[pieces.case[jumps]] = True
-        case, start = pieces.case[jumps].repeat(BESIDE.size), mesh.roll[pieces.case[jumps], None]
-        beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start, start + mesh.pitch[0])
-        checks = checks.and_also(_sampled(mesh, grids, case, beside.ravel()))
-        done.append(pieces.pick(~failed[pieces.case]))
-        samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
-    status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
-    return _joined(done), status
-
-
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces) -> tuple[_Samples, NDArray[np.bool_]]:
-    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there. A piece may be
-    earlier, within all limits: a search missed its contact, and what it found is left out."""
-    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
-    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
-    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
-    behind = values[0] - checks.found.f.reshape(roll.shape)
-    piece = each.repeat(roll.shape[1])
-    there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
-    earlier = (behind < -bound) & within.reshape(roll.shape)
-    earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
-    good = np.asarray((np.abs(behind) <= bound) | earlier)
-    checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), good
-
-
-def _moved(
-    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
-    whether they lie within the limits."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        place, found = _held(task, place, pieces.limit[:, piece])
-        margin = np.where(_holding(pieces.limit[:, piece]), 0.0, found.margin)
-    values = np.concatenate((found.f[None], place, found.meeting))
-    return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
-
-
-def _overtaken(mesh: Mesh, samples: _Samples, pieces: Pieces) -> tuple[Integers, _Samples]:
-    """Pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed; and
-    the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
-    jump, found = ends[0][0] - ends[1][0], samples.found
-    own = pieces.number(mesh, samples.case, samples.roll)
-    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
-        early = int(jump[k] > 0.0)
-        row = np.flatnonzero(own == inner[k] + 1 - early)
-        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
-        piece = np.full(row.size, inner[k] + early)
-        values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        better = np.flatnonzero(within & (values[0] < found.f[row]))
-        row, values, piece = row[better], values[:, better], piece[better]
-        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[np.abs(jump) > CHECKED * mesh.lever], samples
-
-
-def _holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
+def holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
     """Which of the limits (8, n) hold contacts of limits (2, n)."""
     return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
 
 
-def _joined(parts: list[Pieces]) -> Pieces:
-    """All of them, in order of case and roll."""
-    none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
-    empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
-    columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
-    pieces = Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
-    return pieces.pick(np.lexsort((pieces.low, pieces.case)))
-
-
-def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
-    """Pieces with the carriers of the samples, ending where the next one takes over."""
+def fitted(mesh: Mesh, samples: Samples) -> Pieces:
+    """Pieces with the carriers of the samples of each case, ending where the next one takes over."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
     label = np.stack((case, found.pair, *found.limit, *on_fillet))
@@ -240,41 +150,64 @@ def _fitted(mesh: Mesh, samples: _Samples) -> Pieces:
     )
     ends = limits[0]
     for _ in range(FITS):
-        pieces = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
-        found_ends = _ends(mesh, pieces, joined, limits)
+        whole = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
+        found_ends = _ends(mesh, whole, joined, limits)
         low, high = pieces.low.copy(), pieces.high.copy()
         low[joined + 1], high[joined] = found_ends, found_ends
-        pieces = replace(pieces, low=low, high=high)
+        pieces = replace(whole, low=low, high=high)
         if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
+            break
+        slack = AROUND * (whole.high - whole.low)  # further beyond a fit its noise grows
+        inside = bool((low >= whole.low - slack).all() and (high <= whole.high + slack).all())
+        if inside and _resolved(mesh, whole):
+            values = whole.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
+            pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
             break
         ends, length = found_ends, high - low
         reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[joined], length[joined + 1])
         limits = np.maximum(limits[0], ends - reach), np.minimum(limits[1], ends + reach)
-    return _without_short(mesh, pieces)
+    return _without_short(mesh, pieces, samples)
 
 
-def _without_short(mesh: Mesh, pieces: Pieces) -> Pieces:
-    """The pieces longer than SHORT, each from where the one before ends."""
+def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
+    """Whether all polynomials are known to rounding on the whole of their range: none crosses a joint of
+    flank and fillet, where contacts are not smooth, and the last coefficients are rounding."""
+    tail, depth = tails_of(pieces).max(axis=1, initial=0.0), mesh.own.tip - mesh.own.root
+    s = evaluate(pieces.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
+    below = s < np.array((mesh.own.joint, mesh.other.joint))[:, None, None]
+    smooth = (below == pieces.on_fillet[..., None]).all()
+    return bool(smooth and (tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
+
+
+def tails_of(pieces: Pieces) -> FloatArray:
+    """Sizes (QUANTITIES, n) of the last coefficients."""
+    return np.asarray(np.abs(pieces.coefficients[:QUANTITIES, :, -TAIL:]).max(axis=2))
+
+
+def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
+    """The pieces longer than SHORT, each from where the one before ends, over the samples of each case."""
     long = pieces.high - pieces.low > SHORT * mesh.pitch[0]
     pieces = replace(pieces.pick(long), coefficients=pieces.coefficients[:QUANTITIES, long])
     same = pieces.case[1:] == pieces.case[:-1]
-    low, high, start = pieces.low.copy(), pieces.high.copy(), mesh.roll[pieces.case]
+    low, high = pieces.low.copy(), pieces.high.copy()
+    start, stop = samples.ends(pieces.case)
     low[1:] = np.where(same, high[:-1], start[1:])
     low[:1] = start[:1]
     ends = np.append(~same, True)
-    high[ends] = start[ends] + mesh.pitch[0]
+    high[ends] = stop[ends]
     return replace(pieces, low=low, high=high)
 
 
 def _coefficients(
-    mesh: Mesh, samples: _Samples, pieces: Pieces, runs: tuple[Integers, Integers]
+    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers]
 ) -> FloatArray:
     """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
     those from the first to the last of the `runs`; NaN where a contact is not found."""
     basis = basis_of(DEGREE)
     roll = pieces.rolls(basis.nodes)
     case = pieces.case.repeat(roll.shape[1])
-    after = np.searchsorted(_order(mesh, samples.case, samples.roll), _order(mesh, case, roll.ravel()))
+    order = _order(mesh, samples.case, samples.roll)
+    after = np.searchsorted(order, _order(mesh, case, roll.ravel()))
     ends = [run.repeat(roll.shape[1]) for run in runs]
     before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
     step = samples.roll[after] - samples.roll[before]
@@ -284,7 +217,7 @@ def _coefficients(
         place = place + share * (samples.found.place[:, after] - place)
         here = mesh.at(case, roll.ravel())
         task = here.task(np.arange(case.size), pieces.pair.repeat(roll.shape[1]))
-        place, found = _held(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
+        place, found = held_to(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
         values = np.concatenate((found.f[None], place, found.meeting, found.margin))
         return basis.coefficients(values.reshape(-1, *roll.shape))
 
@@ -295,11 +228,12 @@ def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
 
 
 def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
-    """Numbers that rise with case and roll."""
-    return np.asarray(case + 0.5 * np.clip((roll - mesh.roll[case]) / mesh.pitch[0], 0.0, 1.0))
+    """Numbers that rise with case and roll, over the span of a mesh."""
+    turned = (roll - mesh.roll[case]) / (mesh.span * mesh.pitch[0])
+    return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def _held(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
+def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
     """The contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
     Newton's method does not settle."""
     for _ in range(PASSES):
@@ -371,7 +305,7 @@ def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) 
 def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) -> FloatArray:
     """How far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
     infinite where there are none."""
-    margin = np.where(_holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    margin = np.where(holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
     for s, fillet, joint in zip(
         values[[1, 3]], pieces.on_fillet[:, index], (mesh.own.joint, mesh.other.joint), strict=True
     ):

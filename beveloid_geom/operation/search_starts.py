@@ -19,7 +19,7 @@ from ..design.model import Member
 from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at
 from ..status import Limit
-from .least_clearance import Task, local_at
+from .least_clearance import Task, limits_at, local_at
 from .separation import BLOCK, met_by, seen_by_other
 
 STARTS, STATIONS = 3, 8
@@ -35,6 +35,8 @@ FILLET_STEPS = 1.8
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the clearance falls faster than this from it along the profile."""
+FURTHEST = 2.0
+"""Cells from a fillet, or below a tip, from where on no edge on a fillet is less than a cell away."""
 TIP_REACH, TIP_STEPS = 0.05, (0.05, 0.25)
 """Shares of a cell: how far from a fillet a tip's edge still counts as on it, and how far a step may
 go along the profile from such an edge and from beside it, lest it leap over what is looked for."""
@@ -185,8 +187,9 @@ def _edge_starts(
     row, point = row[near], point[near]
     periods = scan.periods[row, point]
     place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
-    if row.size:
-        place = _on_edge(chosen, place, tip)
+    if not row.size:
+        return row, periods, place
+    place = _on_edge(chosen, place, tip)
     here = local_at(chosen, *place)
     falls = here.slope[0] if tip == Limit.PINION_TIP else -here.slope[0]
     close = (here.f <= bound[1][row]) & (falls < TIP_SLOPE)
@@ -197,26 +200,35 @@ def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
     """Places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
     place = place.copy()
     for _ in range(EDGE_PASSES):
-        here = local_at(task, *place)
-        place[0] -= np.nan_to_num(here.margin[tip] / here.rate[tip, 0])
+        margin, rate = limits_at(task, *place)
+        place[0] -= np.nan_to_num(margin[tip] / rate[tip, 0])
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
-            place[1] -= np.nan_to_num(np.minimum(here.margin[end], 0.0) / here.rate[end, 1])
+            place[1] -= np.nan_to_num(np.minimum(margin[end], 0.0) / rate[end, 1])
     return place
 
 
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     """More starts from what was found: at the same station on a tip's edge if it is on a fillet less
     than a cell away, and beside that fillet. `row` counts the places (2, n) of the tasks."""
-    parts, cell = [], np.array(grid.cell)[:, None]
+    own, cell, none = task.own, np.array(grid.cell)[:, None], np.zeros(0, dtype=np.int64)
+    parts = [Starts(none, none, place[:, :0], place[:, :0])]
     for tip, inwards in TIPS:
-        edge = _on_edge(task, place, tip)
-        meeting = local_at(task, *edge).meeting
-        gap = edge[0] - task.own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
-        away = np.abs(edge[0] - place[0])
+        # From further off no edge within a cell lies on a fillet.
+        room = place[0] - own.joint
+        if tip == Limit.PINION_TIP:
+            room = own.tip + own.taper * place[1] - np.sqrt(cut_at(own, *place).square)
+        close = np.flatnonzero(room < FURTHEST * grid.cell[0])
+        if not close.size:
+            continue
+        near = task.pick(close)
+        edge = _on_edge(near, place[:, close], tip)
+        meeting = local_at(near, *edge).meeting
+        gap = edge[0] - own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
+        away = np.abs(edge[0] - place[0, close])
         for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
             row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
             moved = inside * inwards * grid.cell[0]
             moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
-            parts.append(Starts(row, np.zeros_like(row), moved_place, box))
+            parts.append(Starts(close[row], np.zeros_like(row), moved_place, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))

@@ -6,20 +6,26 @@ The reference for separations is a foot point by `scipy.optimize.root`, one poin
 gives the same distance on unmodified flanks. The reference for first contacts is a search without
 derivatives, as it is done on grids: the least of the approach over all teeth on 101 x 101 points,
 which finds it to about a tenth of a micrometre and its place to tenths of a millimetre.
+
+What stands on first contacts is stated in paths of contact of 101 positions, all with errors that are new
+each time, by the processor's time of one core.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from time import process_time
 
 import numpy as np
 import pytest
 
-from beveloid_geom import first_contact, path_of_contact
+from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.separation import separation
 from tests.benchmarks.timing import best
 from tests.operation.test_separation import foot_distance
@@ -72,3 +78,33 @@ def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) 
     print(f"grid {1e3 * slow:.1f} ms and {1e3 * least:.2f} um off")
     assert 0.0 <= least + 1e-10 < 5e-3
     assert slow / seconds > 5.0
+
+
+def test_operation_in_paths_of_contact() -> None:
+    """Of Table 1 with parabolas 0.001 and -0.001, right flanks."""
+    design, drawn = table1((0.001, -0.001)), iter(range(1, 1000))
+
+    def seconds(work: Callable[[Design], object], repeats: int) -> float:
+        taken = []
+        for _ in range(repeats):
+            given = design.with_errors(Errors(1e-6 * next(drawn)))
+            start = process_time()
+            work(given)
+            taken.append(process_time() - start)
+        return min(taken)
+
+    def path(given: Design) -> object:
+        return path_of_contact(given, "right", 101)
+
+    works: dict[str, tuple[Callable[[Design], object], float]] = {
+        "mesh cycle": (mesh_cycle, 40.0),
+        "operating ratio": (operating_ratio, 60.0),
+        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 45.0),
+        "pattern of both members": (contact_pattern, 130.0),
+    }
+    seconds(path, 3)
+    for name, (work, most) in works.items():
+        seconds(work, 1)
+        ratio = seconds(work, 5) / seconds(path, 30)
+        print(f"\n{name}: {ratio:.1f} paths")
+        assert ratio < most, name
