@@ -57,6 +57,8 @@ CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 """Where first contacts are looked for besides in pieces that fail."""
 CHECKED = 3e-11
 """rad of the gear's roll by which a piece may lie behind a first contact."""
+CLOSE_SAMPLES = 64
+"""Rolls of a pitch that are searched where divisions do not end."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
 """Pitches from a jump at which first contacts are looked for that have not been seen."""
 
@@ -279,10 +281,10 @@ def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samp
     return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
 
 
-def samples_of(mesh: Mesh) -> tuple[Integers, FloatArray]:
+def samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
     """Cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls of a
-    mesh on, of which each is a case."""
-    share, cases = np.linspace(0.0, 1.0, SAMPLES + 1), mesh.roll.size
+    mesh on, of which each is a case: `number` a pitch, and its end."""
+    share, cases = np.linspace(0.0, 1.0, number + 1), mesh.roll.size
     case = np.arange(cases).repeat(share.size)
     return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
 
@@ -293,7 +295,17 @@ def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pie
     `found`: the first contacts at `samples_of` the mesh, if they are known."""
     case, roll = samples_of(mesh)
     found = found_at(mesh.at(case, roll), grids) if found is None else found
-    samples, cases = Samples(case, roll, np.zeros(case.size, dtype=bool), found), mesh.roll.size
+    pieces, status = _divided(mesh, grids, Samples(case, roll, np.zeros(case.size, dtype=bool), found))
+    if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
+        case, roll = samples_of(mesh, CLOSE_SAMPLES)
+        closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
+        pieces, status = _joined([pieces, closer]), np.where(lost, again, status)
+    return pieces, status
+
+
+def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
+    """Pieces with the carriers of the samples, divided until all hold, and the status of all cases."""
+    cases = mesh.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
     for count in range(ROUNDS):
         bad = np.flatnonzero(samples.found.status != FirstStatus.SOLVED)[::-1]

@@ -240,3 +240,14 @@ def test_refusals() -> None:
         mesh_cycle(table1(), "right", 0)
     with pytest.raises(ValueError, match="thickness"):
         operating_ratio(table1(), "right", -0.001)
+
+
+def test_a_carrier_that_few_rolls_overlook_is_found() -> None:
+    """Sixteen first contacts a pitch leave pieces that no division mends; more of them settle it."""
+    design = cases_of(random_designs("usual", 210, seed=1313), 159)
+    cycle = mesh_cycle(design)
+    assert cycle.status == FirstStatus.SOLVED
+    roll = cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 9)
+    np.testing.assert_allclose(
+        cycle.gear_roll(roll), first_contact(design, "right", roll).gear_roll, atol=1e-10
+    )
