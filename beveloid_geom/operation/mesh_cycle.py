@@ -22,7 +22,7 @@ from ..arrays import FloatArray
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
-from ..support.chebyshev import evaluate, with_derivative
+from ..support.chebyshev import evaluate
 from ..support.few_lines import few_lines, html_table
 from .first_contact import (
     FirstContact,
@@ -40,12 +40,22 @@ from .first_contact import (
     result_of,
 )
 from .least_clearance import FEASIBLE
-from .pieces import DEGREE, QUANTITIES, SAMPLES, Pieces, Samples, fitted, held_to, holding, tails_of
+from .pieces import (
+    DEGREE,
+    QUANTITIES,
+    SAMPLES,
+    Pieces,
+    Samples,
+    changes_of,
+    extremes,
+    fitted,
+    held_to,
+    holding,
+    tails_of,
+)
 
 BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
-EXTREMUM_PASSES = 4
-"""Newton steps from the greatest and the least of 4 DEGREE points of a piece to its extremes."""
 MOST = 1000
 """Samples of a case on the average beyond which no piece is divided any more."""
 PLACED = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
@@ -58,7 +68,9 @@ CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 CHECKED = 3e-11
 """rad of the gear's roll by which a piece may lie behind a first contact."""
 CLOSE_SAMPLES = 64
-"""Rolls of a pitch that are searched where divisions do not end."""
+"""Rolls of a pitch that are searched where divisions do not end, or at which a carrier may come back."""
+AWAY = 1.0
+"""Lengths of a piece beyond its ends at which it is asked whether its carrier comes back."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
 """Pitches from a jump at which first contacts are looked for that have not been seen."""
 
@@ -207,11 +219,11 @@ def _found(
     waves = np.zeros((cases, harmonics + 1), dtype=complex)
     np.add.at(waves, pieces.case, parts.T)
     high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
-    for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), _extremes(errors), strict=True):
+    for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), extremes(errors), strict=True):
         extreme.at(best, pieces.case, ends)
     np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
     waves[lost], edges[lost], high[lost], low[lost] = np.nan, np.nan, np.nan, np.nan
-    changes, hand_over = _by_case(pieces, cases)
+    changes, hand_over = changes_of(pieces, cases)
     return MeshCycle(
         design=design,
         flank=flank,
@@ -243,38 +255,6 @@ def _with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Samples]:
     rows = {name: value[..., order] for name, value in vars(found).items()}
     alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
     return first, Samples(case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
-
-
-def _extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
-    even = np.linspace(-1.0, 1.0, 4 * DEGREE + 1)
-    dense, series = evaluate(series, even)[0], with_derivative(with_derivative(series))
-    found = []
-    for best, pick in ((dense.argmax(axis=1), np.maximum), (dense.argmin(axis=1), np.minimum)):
-        place = even[best]
-        low, high = np.maximum(place - 0.5 / DEGREE, -1.0), np.minimum(place + 0.5 / DEGREE, 1.0)
-        for _ in range(EXTREMUM_PASSES):
-            _, first, _, second = evaluate(series, place[:, None])[..., 0]
-            move = np.divide(first, second, out=np.zeros_like(first), where=second != 0.0)
-            place = np.clip(place - move, low, high)
-        refined = evaluate(series[:1], place[:, None])[0, :, 0]
-        found.append(pick(refined, dense[np.arange(best.size), best]))
-    return found[0], found[1]
-
-
-def _by_case(pieces: Pieces, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Changes (cases, most) and whether the tooth pair changes there."""
-    label = np.stack((pieces.pair, *pieces.limit, *pieces.on_fillet))
-    changed = (label[:, 1:] != label[:, :-1]).any(axis=0)
-    inner = np.flatnonzero((pieces.case[1:] == pieces.case[:-1]) & changed)
-    case = pieces.case[inner]
-    count = np.bincount(case, minlength=cases)
-    column = np.arange(inner.size) - (np.cumsum(count) - count)[case]
-    most = int(count.max(initial=0))
-    changes, hand_over = np.full((cases, most), np.nan), np.zeros((cases, most), dtype=bool)
-    changes[case, column] = pieces.high[inner]
-    hand_over[case, column] = pieces.pair[inner] != pieces.pair[inner + 1]
-    return changes, hand_over
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
@@ -317,9 +297,10 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
         checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
         jumps, samples = _overtaken(mesh, samples, pieces)
         bad = np.union1d(np.flatnonzero(~good.all(axis=1)), np.append(jumps, jumps + 1))
-        failed = np.isin(np.arange(cases), pieces.case[bad])
+        back = _coming_back(mesh, pieces)
+        failed = np.isin(np.arange(cases), np.append(pieces.case[bad], back.case))
         if failed.any():
-            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps))
+            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(back)
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
@@ -369,6 +350,31 @@ def _moved(
         margin = np.where(holding(pieces.limit[:, piece]), 0.0, found.margin)
     values = np.concatenate((found.f[None], place, found.meeting))
     return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+
+
+def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
+    """Contacts beside the pieces, carried as these, that are earlier than the pieces there: a carrier that
+    comes back for less than the distance of two samples is not seen by those."""
+    piece = np.arange(pieces.case.size).repeat(CLOSE_SAMPLES)
+    share = np.tile(np.arange(CLOSE_SAMPLES) / CLOSE_SAMPLES, pieces.case.size)
+    roll = mesh.roll[pieces.case[piece]] + mesh.pitch[0] * share
+    away = np.maximum(pieces.low[piece] - roll, roll - pieces.high[piece])
+    beside = (away > 0.0) & (away < AWAY * (pieces.high - pieces.low)[piece])
+    piece, roll = piece[beside], roll[beside]
+    case = pieces.case[piece]
+    values, within = _moved(mesh, case, roll, pieces, piece, pieces.values_at(piece, roll)[1:3])
+    there = pieces.values_at(pieces.number(mesh, case, roll), roll, 1)[0]
+    row = np.flatnonzero(within & (values[0] < there - CHECKED * mesh.lever))
+    values, piece = values[:, row], piece[row]
+    found = Found(
+        f=values[0],
+        place=values[1:3],
+        meeting=values[3:],
+        limit=pieces.limit[:, piece],
+        pair=pieces.pair[piece],
+        status=np.full(row.size, FirstStatus.SOLVED, dtype=np.int8),
+    )
+    return Samples(case[row], roll[row], np.zeros(row.size, dtype=bool), found)
 
 
 def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:

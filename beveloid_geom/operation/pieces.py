@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Limit
-from ..support.chebyshev import basis_of, evaluate, polynomials
+from ..support.chebyshev import basis_of, evaluate, polynomials, with_derivative
 from .first_contact import TOGETHER, Found, Integers, Mesh
 from .least_clearance import Local, Task, local_at
 
@@ -43,6 +43,8 @@ SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
 """Half lengths from its middle up to which a piece's polynomials are asked."""
+EXTREMUM_PASSES = 4
+"""Newton steps from the greatest and the least of 4 DEGREE points of a piece to its extremes."""
 QUANTITIES = 5
 """Rows of a piece's polynomials: f, s1, z1, s2, z2, mm."""
 
@@ -311,3 +313,35 @@ def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) ->
     ):
         margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * (s - joint))
     return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))
+
+
+def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
+    even = np.linspace(-1.0, 1.0, 4 * DEGREE + 1)
+    dense, series = evaluate(series, even)[0], with_derivative(with_derivative(series))
+    found = []
+    for best, pick in ((dense.argmax(axis=1), np.maximum), (dense.argmin(axis=1), np.minimum)):
+        place = even[best]
+        low, high = np.maximum(place - 0.5 / DEGREE, -1.0), np.minimum(place + 0.5 / DEGREE, 1.0)
+        for _ in range(EXTREMUM_PASSES):
+            _, first, _, second = evaluate(series, place[:, None])[..., 0]
+            move = np.divide(first, second, out=np.zeros_like(first), where=second != 0.0)
+            place = np.clip(place - move, low, high)
+        refined = evaluate(series[:1], place[:, None])[0, :, 0]
+        found.append(pick(refined, dense[np.arange(best.size), best]))
+    return found[0], found[1]
+
+
+def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Changes (cases, most) and whether the tooth pair changes there."""
+    label = np.stack((pieces.pair, *pieces.limit, *pieces.on_fillet))
+    changed = (label[:, 1:] != label[:, :-1]).any(axis=0)
+    inner = np.flatnonzero((pieces.case[1:] == pieces.case[:-1]) & changed)
+    case = pieces.case[inner]
+    count = np.bincount(case, minlength=cases)
+    column = np.arange(inner.size) - (np.cumsum(count) - count)[case]
+    most = int(count.max(initial=0))
+    changes, hand_over = np.full((cases, most), np.nan), np.zeros((cases, most), dtype=bool)
+    changes[case, column] = pieces.high[inner]
+    hand_over[case, column] = pieces.pair[inner] != pieces.pair[inner + 1]
+    return changes, hand_over
