@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .parts.to_pyvista import to_pyvista as to_pyvista
+    from .stage.opengl import require_opengl as require_opengl
     from .stage.scene import (
         Arrow as Arrow,
         Camera as Camera,
@@ -35,11 +36,12 @@ _SCENE = (
     "grid_surface",
     "render",
 )
-__all__ = sorted((*_SCENE, "to_pyvista"))
+_HOMES = dict.fromkeys(_SCENE, "stage.scene")
+_HOMES |= {"require_opengl": "stage.opengl", "to_pyvista": "parts.to_pyvista"}
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = "stage.scene" if name in _SCENE else "parts.to_pyvista"
-    return getattr(import_module(f".{home}", __name__), name)
+    return getattr(import_module(f".{_HOMES[name]}", __name__), name)

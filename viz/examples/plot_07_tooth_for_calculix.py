@@ -15,13 +15,14 @@ from beveloid_geom import builtin_design, tooth_hexahedra
 from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.export.parts import contact_case
 from beveloid_geom.export.volumes import write_volume
-from beveloid_viz import to_pyvista
+from beveloid_viz import require_opengl, to_pyvista
 
 design = builtin_design()
 tooth = tooth_hexahedra(design.pinion, element="C3D8I", tolerance=0.2)
 case = contact_case(tooth, design, meshing_pair(design, "right"), member=0, force=1000.0)
 write_volume(tooth, Path("tooth.inp"), "C3D8I", case=case)
 
+require_opengl()  # one that draws without a screen, before VTK looks for any
 plotter = Plotter(off_screen=True, window_size=(900, 700))
 plotter.add_mesh(to_pyvista(tooth), color="lightsteelblue", show_edges=True)
 plotter.camera.zoom(1.4)

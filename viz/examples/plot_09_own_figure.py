@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 from beveloid_geom import builtin_design, path_of_contact, sample_flank
 from beveloid_geom.gear.flank import flank_point
-from beveloid_viz import Scene, Tube, fit_camera, grid_surface, render
+from beveloid_viz import Scene, Tube, fit_camera, grid_surface, render, require_opengl
 
 design = builtin_design().with_parabola(pinion=0.001, gear=-0.001)
 flank = sample_flank(design.pinion, "left", tolerance=0.001)
@@ -20,6 +20,7 @@ points = flank_point(design.pinion, "left", path.l1, path.u1)
 items = grid_surface(flank.points, flank.normals, "#b9c4cf", edges=True), Tube(points, "#c8102e", radius=0.2)
 size = (500, 700)
 camera = fit_camera(flank.points, direction=-flank.normals[10, 3], up=(0.0, 0.0, 1.0), size_px=size)
+require_opengl()  # one that draws without a screen, before VTK looks for any
 picture = render(Scene(items, camera), size)
 
 figure, axes = plt.subplots(figsize=(3.5, 4.5), layout="constrained")

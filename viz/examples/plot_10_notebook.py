@@ -11,7 +11,7 @@ from pyvista import Plotter
 
 from beveloid_geom import builtin_design, path_of_contact, sample_flank
 from beveloid_geom.operation.separation import separation
-from beveloid_viz import to_pyvista
+from beveloid_viz import require_opengl, to_pyvista
 
 path = path_of_contact(builtin_design().with_parabola(pinion=0.001, gear=-0.001), "right")
 path
@@ -24,6 +24,7 @@ apart = separation(path.design, "right", 0, grid.l, grid.z, *rolls).distance
 surface = to_pyvista(grid)
 surface["separation (mm)"] = apart.ravel()
 
+require_opengl()  # one that draws without a screen, before VTK looks for any
 plotter = Plotter(off_screen=True, window_size=(600, 800))
 bar = {"fmt": "%.1f", "n_labels": 3, "position_x": 0.2}
 plotter.add_mesh(surface, cmap="viridis", clim=(0.0, 1.0), lighting=False, scalar_bar_args=bar)

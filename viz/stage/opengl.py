@@ -85,7 +85,13 @@ def draws(window_class: str) -> bool:
 
 
 def require_opengl() -> None:
-    """Choose a window class that draws and tell VTK so. Raises MissingOpenGLError."""
+    """Choose a window class that draws and tell VTK so, before the first picture of a program.
+
+    Raises
+    ------
+    MissingOpenGLError
+        Where none draws; the message names the package to install.
+    """
     for name in window_classes(os.environ):
         if draws(name):
             if name:
