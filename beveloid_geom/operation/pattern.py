@@ -37,7 +37,7 @@ from .operating_rolls import Operation, first_contact_operation, given_operation
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-QUARTERINGS = 10
+QUARTERINGS = 18
 """Steps to the edge of the mating flank."""
 GOLDEN, STEPS = 0.5 * (3.0 - np.sqrt(5.0)), 16
 """Share of the longer side of a bracket at which to look where no parabola tells; steps at most."""
