@@ -74,7 +74,7 @@ class Walked:
 
 
 def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked], NDArray[np.bool_]]:
-    """All curves of contact in the window, and for which cases a sampled normal was missing.
+    """Give all curves of contact in the window, and for which cases a sampled normal was missing.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, that hold all contacts near the faces. The lines of the
     grid then cover but these, and curves are walked as far as NEARBY."""
@@ -101,7 +101,7 @@ def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked
 def _points_on_curves(
     pairing: Pairing, units: FloatArray, window: Window, farthest: float
 ) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
+    """Give points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
     are solved to rounding; and for which cases some sample has no common normal."""
     found, missing = [], np.zeros(pairing.branch.shape[0], dtype=bool)
     for member in range(2):
@@ -129,7 +129,7 @@ def _points_on_curves(
 
 
 def _lines(pairing: Pairing, member: int, window: Window) -> FloatArray:
-    """Samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines through a window along which the l of
+    """Give samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines through a window along which the l of
     `member` varies and that of the other does not.
 
     Each line is cut where n_x vanishes on it, and the samples crowd towards the cuts as their squares do:
@@ -165,8 +165,8 @@ def _lines(pairing: Pairing, member: int, window: Window) -> FloatArray:
 
 
 def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms, Terms]:
-    """Terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis
-    of positions."""
+    """Give terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis of
+    positions."""
     _, cases, _, pieces, samples = l.shape
     varied = terms_of_one(pairing, l[member].reshape(cases, -1), member)
     once = terms_of_one(pairing, l[1 - member, :, :, 0, 0], 1 - member)
@@ -177,7 +177,7 @@ def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms
 def _solved_between(
     part: Pairing, units: FloatArray, sides: FloatArray, side: FloatArray, halvings: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved; the
+    """Give points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved; the
     others are bisected only, NaN without a common normal."""
     start = _bisected(part, sides, side, halvings).T[:, None] / units
     tangent = direction_of(linearised(part, start, units)[1])
@@ -187,8 +187,8 @@ def _solved_between(
 
 
 def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -> FloatArray:
-    """Points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the
-    first has the sign of `gap`; NaN where neither side has a common normal."""
+    """Give points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the first
+    has the sign of `gap`; NaN where neither side has a common normal."""
     near, far = ends
     for _ in range(halvings):
         between = 0.5 * (near + far)
@@ -205,7 +205,7 @@ def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -
 def _within(
     pairing: Pairing, z: FloatArray, units: FloatArray, farthest: float
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Whether points (cases, 1, 4) lie in the window, `farthest` at most, and how far along the axes of
+    """Say whether points (cases, 1, 4) lie in the window, `farthest` at most, and how far along the axes of
     both members from mid-face, (cases, 2), in face widths."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
@@ -216,7 +216,7 @@ def _within(
 
 
 def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
-    """Distances (points) of z (points, 4) from a line through points (corners, 4), in sides of the line
+    """Give distances (points) of z (points, 4) from a line through points (corners, 4), in sides of the line
     where these are longer than LONGEST, else in LONGEST."""
     if len(line) < 2:
         return np.asarray(np.linalg.norm(z - line[0], axis=-1)) / LONGEST
@@ -231,7 +231,7 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
 def _walked_both_ways(
     pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
 ) -> list[Walked]:
-    """The curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
+    """Give the curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
@@ -250,7 +250,7 @@ def _walked_both_ways(
 def _walk(
     pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
-    """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
+    """Walk from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
     step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
@@ -283,14 +283,14 @@ def _walk(
 
 
 def _far(faces: FloatArray) -> FloatArray:
-    """How much longer than near the flanks steps may be, for each member."""
+    """Say how much longer than near the flanks steps may be, for each member."""
     return np.asarray(np.maximum(1.0, GROWTH * (np.abs(faces) - 1.0)))
 
 
 def _one_step(
     part: Pairing, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points and tangents a step further, cosines of the turn, and whether the steps are good.
+    """Give points and tangents a step further, cosines of the turn, and whether the steps are good.
 
     Of long steps, far from the faces, w1 counts less: l1, l2 and n_x tell one curve from the next."""
     predicted = (z + step[:, None] * tangent)[:, None]

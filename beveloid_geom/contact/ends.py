@@ -47,7 +47,7 @@ class Ends:
     status: NDArray[np.int8]
 
     def cases(self, index: NDArray[np.int_]) -> Ends:
-        """The ends of the cases `index`."""
+        """Give the ends of the cases `index`."""
         picked = {
             name: value[:, index] if name == "l" else value[index] for name, value in vars(self).items()
         }
@@ -57,8 +57,8 @@ class Ends:
 def longest_run(
     inside: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
-    """First and last index of the longest run of True along the last axis, and the number of
-    runs; last < first where there is none."""
+    """Give the first and last index of the longest run of True along the last axis, and the number of runs; last
+    < first where there is none."""
     index = np.arange(inside.shape[-1])
     before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
     length = np.where(inside, index - before, 0)
@@ -68,7 +68,7 @@ def longest_run(
 
 
 def find_ends(pairing: Pairing, track: Track) -> Ends:
-    """Ends of the path within the window of its track.
+    """Give ends of the path within the window of its track.
 
     Of the margins that shrink towards the outside, the one whose zero lies furthest inside
     ends the path; Newton on that maximum changes limits by itself when another one turns
@@ -102,7 +102,7 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
 
 
 def _rough_ends(track: Track) -> tuple[FloatArray, NDArray[np.int_]]:
-    """Starting values (cases, 2) for the ends of the path, and the number of its pieces.
+    """Give starting values (cases, 2) for the ends of the path, and the number of its pieces.
 
     A scan of the least margin does where it crosses zero twice. Where it has several runs
     inside, or an extremum so near to zero that a crossing may hide between the samples, the
@@ -121,7 +121,7 @@ def _rough_ends(track: Track) -> tuple[FloatArray, NDArray[np.int_]]:
 
 
 def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
-    """Ends of the piece on the flanks with the greatest span of roll, and the number of pieces."""
+    """Give ends of the piece on the flanks with the greatest span of roll, and the number of pieces."""
     cuts = np.concatenate([real_roots(margin, -1.0, 1.0) for margin in coefficients[HEIGHT:]])
     cuts = np.concatenate(([-1.0], np.sort(cuts), [1.0]))
     between = 0.5 * (cuts[1:] + cuts[:-1])
@@ -139,7 +139,7 @@ def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
 
 
 def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
-    """Parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
+    """Give the parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
     case = np.arange(len(edge))
     beyond = np.minimum(np.maximum(edge + outward, 0), SCAN.size - 1)
     inside, outside = depth[case, edge], depth[case, beyond]
@@ -148,8 +148,8 @@ def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatA
 
 
 def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which is that
-    between its ends unless it turns back on the way; and whether it does."""
+    """Give the pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which is
+    that between its ends unless it turns back on the way; and whether it does."""
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(track.coefficients[ROLL : ROLL + 1])
     share = x[:, :1] + (x[:, 1:] - x[:, :1]) * SHARES
@@ -168,8 +168,8 @@ def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArra
 
 
 def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps), NaN
-    in steps without; and which do.
+    """Say where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps),
+    NaN in steps without; and which do.
 
     Between samples a polynomial strays from their chord by about an eighth of the second difference: where
     it may so reach zero and go back, its roots are sought one by one."""
@@ -190,7 +190,7 @@ def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.b
 
 
 def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
-    """Track parameters x (cases, positions) at `share` in [-1, 1] of the way from enter to leave.
+    """Give track parameters x (cases, positions) at `share` in [-1, 1] of the way from enter to leave.
 
     The way is measured in pinion roll, inverted by Newton; on a path along which the roll
     turns back it is measured in x."""
@@ -213,7 +213,7 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
 
 
 def shares_at_l1(track: Track, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Track parameters x (cases, positions) at `l1`, and where several contacts on the flanks have it.
+    """Give track parameters x (cases, positions) at `l1`, and where several contacts on the flanks have it.
 
     Where x is no function of l1, only the path on the flanks is searched; NaN beyond it."""
     x, several = (l1 - track.middle) / track.half, np.zeros(l1.shape, dtype=bool)

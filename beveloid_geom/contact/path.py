@@ -63,12 +63,12 @@ class PathEnds:
 
     @property
     def enter(self) -> Limit | None:
-        """The limit at which a single path enters."""
+        """Give the limit at which a single path enters."""
         return self._single(0)
 
     @property
     def leave(self) -> Limit | None:
-        """The limit at which a single path leaves."""
+        """Give the limit at which a single path leaves."""
         return self._single(1)
 
     def _single(self, end: int) -> Limit | None:
@@ -171,8 +171,8 @@ def path_of_contact(
 def path_blocks(
     design: Design, flank: str = "right", points: int = 101, *, positions_per_block: int = 65536
 ) -> Iterator[ContactPath]:
-    """The positions of `path_of_contact` of a single design, block by block and in order, so that
-    memory does not grow with their number. The `ends` of every block are those of the path.
+    """Give the positions of `path_of_contact` of a single design, block by block and in order, so that memory
+    does not grow with their number. The `ends` of every block are those of the path.
 
     Raises ValueError for a batch: give it in slices of its cases."""
     if design.batch_shape:
@@ -212,7 +212,7 @@ def _solvable(design: Design, flank: str) -> Pairing:
 
 
 def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """The flank parameters asked for, (cases, positions)."""
+    """Give the flank parameters asked for, (cases, positions)."""
     given = np.atleast_1d(float64_of("l1", l1))
     if given.shape[:-1] not in ((), shape):
         batch = f" or {(*shape, 'positions')}" if shape else ""
@@ -244,7 +244,7 @@ def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
 
 
 def path_ends(design: Design, flank: str = "right") -> PathEnds:
-    """Ends of the path of contact and the contact ratio, without the positions between."""
+    """Give ends of the path of contact and the contact ratio, without the positions between."""
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
@@ -295,7 +295,7 @@ class _Way:
     middle: FloatArray
 
     def rows(self, share: FloatArray) -> FloatArray:
-        """Rows (HEIGHT, cases, positions) at shares of the way."""
+        """Give rows (HEIGHT, cases, positions) at shares of the way."""
         values = _by_blocks(
             self.coefficients, share if self.by_roll else at_shares(self.track, self.ends, share)
         )
@@ -304,7 +304,7 @@ class _Way:
 
 
 def _way_of(group: Group) -> _Way:
-    """The way along the paths, expanded in roll where that resolves them."""
+    """Give the way along the paths, expanded in roll where that resolves them."""
     track, ends, rows = group.track, group.ends, group.track.coefficients[:HEIGHT]
     values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
     middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
@@ -316,7 +316,7 @@ def _way_of(group: Group) -> _Way:
 
 
 def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Rows and status at positions evenly spaced from enter to leave."""
+    """Give rows and status at positions evenly spaced from enter to leave."""
     share, track, ends = np.linspace(-1.0, 1.0, points), group.track, group.ends
     if points < MANY:
         values = evaluate(track.coefficients[:HEIGHT], at_shares(track, ends, np.append(share, 0.0)))
@@ -328,7 +328,7 @@ def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
 
 
 def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Rows and status at given l1: from the track, beyond its window solved one by one."""
+    """Give rows and status at given l1: from the track, beyond its window solved one by one."""
     pairing, track, ends = group.pairing, group.track, group.ends
     x, several = shares_at_l1(track, ends, l1)
     values = _by_blocks(track.coefficients, x)
@@ -352,7 +352,7 @@ def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8
 
 
 def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
-    """Values (rows, cases, positions), a block of positions at a time to stay in the cache."""
+    """Give values (rows, cases, positions), a block of positions at a time to stay in the cache."""
     cases, positions = coefficients.shape[1], parameter.shape[-1]
     size = max(1, POSITIONS_PER_BLOCK // cases)
     values = np.empty((len(coefficients), cases, positions))

@@ -84,12 +84,12 @@ class Track:
     status: NDArray[np.int8]
 
     def cases(self, index: NDArray[np.int_]) -> Track:
-        """The tracks of the cases `index`."""
+        """Give the tracks of the cases `index`."""
         return Track(self.coefficients[:, index], self.middle[index], self.half[index], self.status[index])
 
 
 def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> Track:
-    """Tracks whose parameter is no function of l1."""
+    """Give tracks whose parameter is no function of l1."""
     void = np.full((len(status), 1), np.nan)
     return Track(coefficients, void, void, status)
 
@@ -122,8 +122,8 @@ def exact_rows(
 
 
 def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArray[np.bool_]) -> FloatArray:
-    """Rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again with
-    n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
+    """Give rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again
+    with n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
     weak = np.abs(met.normal_x) < STEEP
     cases = np.flatnonzero(weak.any(axis=-1))
     if cases.size == 0:
@@ -143,7 +143,7 @@ def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArr
 
 
 def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
-    """Rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
+    """Give rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
     z, radius = axial_and_radius(pairing, met)
     roll = roll_angles(pairing, met)
     rows = np.empty((WIDTH, *l.shape[1:]))
@@ -156,7 +156,7 @@ def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
 
 
 def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
-    """Sizes (WIDTH, cases) to which the rounding of the rows relates.
+    """Give sizes (WIDTH, cases) to which the rounding of the rows relates.
 
     `loosened` is for tracks whose rounding is more than that of the sizes of their terms: it lets lengths
     be less exact by this factor, as long as that is below LOOSEST, and rolls by as much at the pitch
@@ -177,7 +177,7 @@ def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
 def fitted(
     pairing: Pairing, rows: FloatArray, basis: Basis, loosened: float = 1.0
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
+    """Give coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
     coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened)
     degree = resolved_degree(coefficients, scale)
     if degree is not None:
@@ -186,7 +186,8 @@ def fitted(
 
 
 def between(known: FloatArray, new: FloatArray) -> FloatArray:
-    """Values (..., nodes) at the nodes of a degree, out of those at half the degree and those between."""
+    """Give values (..., nodes) at the nodes of a degree, out of those at half the degree and those
+    between."""
     if known.shape[-1] == 0:
         return new
     values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))
@@ -195,7 +196,7 @@ def between(known: FloatArray, new: FloatArray) -> FloatArray:
 
 
 def track_over_l1(pairing: Pairing) -> Track:
-    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
+    """Give the tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
     (low, least), (high, most) = pairing.lowest, pairing.highest
     middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
     within = least - SPARE * (most - least), most + SPARE * (most - least)

@@ -77,13 +77,13 @@ class Group:
     ends: Ends
 
     def part(self, index: NDArray[np.int_]) -> Group:
-        """The group of the cases at the places `index`."""
+        """Give the group of the cases at the places `index`."""
         return Group(
             self.cases[index], self.pairing.cases(index), self.track.cases(index), self.ends.cases(index)
         )
 
     def of(self, cases: NDArray[np.int_]) -> Group:
-        """The group under the numbers `cases` of its cases in a greater lot."""
+        """Give the group under the numbers `cases` of its cases in a greater lot."""
         return replace(self, cases=cases[self.cases])
 
 
@@ -98,7 +98,7 @@ class _Part:
 
 
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
-    """The path of every case on its flanks; of several the one that covers most roll.
+    """Give the path of every case on its flanks; of several the one that covers most roll.
 
     Tracks over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
     the faces; the cases that these do not describe are followed together, since a step of a walk costs little
@@ -145,7 +145,7 @@ def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArra
 
 
 def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
-    """Paths by tracks over l1, and which cases these do not describe.
+    """Give paths by tracks over l1, and which cases these do not describe.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
     zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
@@ -164,9 +164,9 @@ def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
 
 
 def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
-    """Paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none: they
-    shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near their
-    faces. The cases that are `known` by a track over all l1, and of which the cells say no more, are in
+    """Give paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none:
+    they shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near
+    their faces. The cases that are `known` by a track over all l1, and of which the cells say no more, are in
     neither."""
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
@@ -214,8 +214,8 @@ def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group]
 
 
 def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
-    """Paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is enough; and
-    the cases in which it clearly misses the flanks."""
+    """Give paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is
+    enough; and the cases in which it clearly misses the flanks."""
     chains = chains_of(pairing, box)
     off = missed(chains) & (chains.count > 0)
     groups, left = [], (chains.count > 0) & ~off
@@ -232,19 +232,19 @@ def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.
 
 
 def _told(group: Group) -> NDArray[np.bool_]:
-    """Of which cases a track says whether and where they lie on the flanks."""
+    """Say of which cases a track says whether and where they lie on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
     return np.asarray(said & (group.track.status == Status.SOLVED))
 
 
 def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
-    """Cases without a path, and why."""
+    """Give cases without a path, and why."""
     part, track = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
     return Group(cases, part, track, find_ends(part, track))
 
 
 def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
-    """Paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
+    """Give paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
 
     OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where they leave the
     window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
@@ -269,7 +269,7 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
 
 
 def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
-    """Whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
+    """Say whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
     low, high = window_of(pairing)
     l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
     x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
@@ -277,7 +277,7 @@ def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
 
 
 def _parts_fitted(pairing: Pairing, parts: list[_Part]) -> list[Group]:
-    """Tracks and ends of parts of walked curves, by their numbers."""
+    """Give tracks and ends of parts of walked curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
     fits = []
     for found, track in _fitted(pairing, parts):
@@ -287,9 +287,9 @@ def _parts_fitted(pairing: Pairing, parts: list[_Part]) -> list[Group]:
 
 
 def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
-    """One path for each case of which parts are fitted: the part that covers most roll. `case` (parts) says
-    whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it is not
-    said that none does."""
+    """Give one path for each case of which parts are fitted: the part that covers most roll. `case` (parts)
+    says whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it
+    is not said that none does."""
     fits = [fit for fit in fits if fit.cases.size]
     if not fits:
         return []
@@ -327,7 +327,7 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
 
 
 def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
-    """Which parts end where one before them of the same case does: a curve walked twice."""
+    """Say which parts end where one before them of the same case does: a curve walked twice."""
     same = case[:, None] == case
     for value in ends.T:
         same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
@@ -335,7 +335,7 @@ def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> ND
 
 
 def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
-    """Tracks of the parts, one case each: which of them, basis by basis."""
+    """Give tracks of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
     guides = np.stack([_guide(part.points) for part in parts])
     pending = np.arange(len(parts))
@@ -357,14 +357,15 @@ def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.i
 
 
 def _guide(points: FloatArray) -> FloatArray:
-    """Coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
+    """Give coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
     guide, degree = np.zeros((GUIDE + 1, 4)), min(GUIDE, max(1, len(points) // 2))
     guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
     return guide.T
 
 
 def _share(points: FloatArray) -> FloatArray:
-    """How far along points (points, 4), from -1 to 1: by length, and by turns, which need as much room."""
+    """Say how far along points (points, 4), from -1 to 1: by length, and by turns, which need as much
+    room."""
     sides = np.diff(points, axis=0)
     length = np.linalg.norm(sides, axis=-1)
     turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
@@ -376,7 +377,7 @@ def _share(points: FloatArray) -> FloatArray:
 
 
 def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
-    """The line through points (points, 4) at `nodes` of its way."""
+    """Give the line through points (points, 4) at `nodes` of its way."""
     share = _share(points)
     return np.stack([np.interp(nodes, share, values) for values in points.T], axis=-1)
 
@@ -384,7 +385,7 @@ def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
 def _on_guides(
     pairing: Pairing, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
+    """Give points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
     which parts all of them lie on the part itself."""
     values = chebyshev.chebvander(nodes, GUIDE)
     rates = chebyshev.chebder(np.eye(GUIDE + 1), axis=0).T
@@ -400,7 +401,7 @@ def _on_guides(
 
 
 def _near_flanks(pairing: Pairing, curves: list[Walked]) -> list[_Part]:
-    """The parts of curves that may lie on the flanks, with a little more at both ends."""
+    """Give the parts of curves that may lie on the flanks, with a little more at both ends."""
     if not curves:
         return []
     case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
@@ -421,7 +422,7 @@ def _near_flanks(pairing: Pairing, curves: list[Walked]) -> list[_Part]:
 
 
 def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[_Part]:
-    """The parts of one curve, from which of its points are near, and their margins (8, points)."""
+    """Give the parts of one curve, from which of its points are near, and their margins (8, points)."""
     points = curve.points
     if curve.closed:  # begin where it is furthest outside
         order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))

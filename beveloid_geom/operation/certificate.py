@@ -57,7 +57,7 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Whether there are positions and every one is the first contact."""
+        """Say whether there are positions and every one is the first contact."""
         return self.verdict.size > 0 and bool((self.verdict == Verdict.FIRST_CONTACT).all())
 
 
@@ -102,8 +102,8 @@ def certify(path: ContactPath) -> Certificate:
 
 
 def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -> FloatArray:
-    """Moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
-    the gear's, but where only edges of the gear touch that of the pinion's surface under them."""
+    """Give the moment (mm, signed) about the gear's axis of the normal along which the first contacts part: the
+    gear's, but where only edges of the gear touch that of the pinion's surface under them."""
     mesh, _ = mesh_of(design, flank, roll)
     own, other, pose = mesh.own, mesh.other, mesh.pose
     with np.errstate(invalid="ignore"):
@@ -125,7 +125,7 @@ def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -
 
 
 def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
+    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
     mesh, _ = mesh_of(path.design, path.flank, roll)
     position = np.arange(roll.size)
     with np.errstate(invalid="ignore"):
