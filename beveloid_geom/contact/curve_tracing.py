@@ -26,7 +26,16 @@ from ..arrays import FloatArray
 from ..gear.rack import rack_normal
 from .cells import window_of
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of
-from .equation import Pairing, Terms, axial_and_radius, facing, guarded_gap, meet, terms_of_one
+from .equation import (
+    Pairing,
+    Terms,
+    axial_and_radius,
+    facing,
+    guarded_gap,
+    limit_margins,
+    meet,
+    terms_of_one,
+)
 
 LINES, SAMPLES = 33, 17
 """Lines of the grid for each member, and samples on each piece of a line."""
@@ -46,6 +55,9 @@ TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
 MOST_STEPS, MOST_WALKS = 3000, 40
+OUTSIDE, SPARE = 0.5, 0.1
+"""Half face widths beyond toe and heel to which a part of a curve reaches; depths, or face widths, by which a
+limit must be missed all along for a part to count as off."""
 SAME = 0.06
 """Distance, in steps, from the line through the points of a walked curve at which a point counts as lying
 on it; the steps turn so little that the line is five times nearer."""
@@ -71,6 +83,16 @@ class Walked:
     points: FloatArray
     closed: bool
     lost: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of a walked curve near the flanks: its case, z (points, 4), and whether it closes on
+    itself without meeting a limit."""
+
+    case: int
+    points: FloatArray
+    endless: bool
 
 
 def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked], NDArray[np.bool_]]:
@@ -305,3 +327,42 @@ def _one_step(
     moved = np.linalg.norm(weight * (ahead[:, 0] - z), axis=-1)
     good = solved[:, 0] & (np.abs(cosine) > TURN) & (drift < DRIFT * moved) & (moved < 2.0 * LONGEST)
     return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good
+
+
+def near_flanks(pairing: Pairing, curves: list[Walked]) -> list[Part]:
+    """Give the parts of curves that may lie on the flanks, with a little more at both ends."""
+    if not curves:
+        return []
+    case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
+    part = pairing.cases(case)
+    y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
+    y = np.moveaxis(y, -1, 0)
+    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
+    margins = limit_margins(part, y[:2], height, radius)[..., 0]
+    near = np.all(np.abs(height) <= (1.0 + OUTSIDE) * part.half_width, axis=0)[:, 0]
+    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
+    margins /= np.concatenate((depth, depth, face, face))
+    parts, start = [], 0
+    for curve in curves:
+        here = slice(start, start + len(curve.points))
+        parts += _cut(curve, near[here], margins[:, here])
+        start = here.stop
+    return parts
+
+
+def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[Part]:
+    """Give the parts of one curve, from which of its points are near, and their margins (8, points)."""
+    points = curve.points
+    if curve.closed:  # begin where it is furthest outside
+        order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))
+        order = np.append(order, order[0])
+        points, near, margins = points[order], near[order], margins[:, order]
+        if margins.min() > 0.0:
+            return [Part(curve.case, points, True)]
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
+    parts = []
+    for first, last in edges.reshape(-1, 2):
+        run = slice(max(first - 2, 0), last + 2)
+        if (curve.lost or len(points[run]) > 1) and (margins[:, first:last].max(axis=1) > -SPARE).all():
+            parts.append(Part(curve.case, points[run], False))
+    return parts

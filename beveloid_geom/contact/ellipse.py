@@ -117,8 +117,8 @@ def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse
 
 
 def _steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
-    """Give tangents, for pinion and gear at n contacts, in S_f: (n, 3, 2) by l and u, and the derivatives of
-    the unit normal (n, 3, 2)."""
+    """Give tangents (n, 3, 2) by l and u for pinion and gear at n contacts, in S_f, and the derivatives
+    (n, 3, 2) of the unit normal."""
     design = path.design
     cases, members = max(1, int(np.prod(path.l1.shape[:-1]))), design.stacked_members()
     l, u, roll = (

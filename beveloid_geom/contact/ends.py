@@ -57,8 +57,8 @@ class Ends:
 def longest_run(
     inside: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
-    """Give the first and last index of the longest run of True along the last axis, and the number of runs; last
-    < first where there is none."""
+    """Give the first and the last index of the longest run of True along the last axis, and the number of
+    runs; last < first where there is none."""
     index = np.arange(inside.shape[-1])
     before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
     length = np.where(inside, index - before, 0)
@@ -148,8 +148,8 @@ def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatA
 
 
 def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Give the pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which is
-    that between its ends unless it turns back on the way; and whether it does."""
+    """Give the pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which
+    is that between its ends unless it turns back on the way; and whether it does."""
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(track.coefficients[ROLL : ROLL + 1])
     share = x[:, :1] + (x[:, 1:] - x[:, :1]) * SHARES

@@ -29,9 +29,9 @@ from ..support.chebyshev import basis_of
 from .cells import Box, box_of, window_of
 from .chains import chains_of, missed, tracks_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
-from .curve_tracing import LONGEST, Walked, Window, curves_of
+from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends
-from .equation import Pairing, axial_and_radius, limit_margins
+from .equation import Pairing
 from .path_polynomial import (
     LARGEST,
     LOOSENED,
@@ -54,8 +54,6 @@ TURN_ROOM = 0.1
 """rad of turn that take as much room along a guide as the longest step."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
 PASSES = 8
-OUTSIDE = 0.5
-"""Half face widths beyond toe and heel to which a part reaches."""
 FEW, ROUNDS = 5, (9, 9, 17, 33)
 """Grid lines of each member: where a track over l1 is at hand, and else round by round over the cells left
 before."""
@@ -63,8 +61,6 @@ VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
 ONE_PLACE = 1e-9
 """Share of the size of the pair within which two ends are one."""
-SPARE = 0.1
-"""Depths, or face widths, by which a limit must be missed all along for a part to count as off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,16 +81,6 @@ class Group:
     def of(self, cases: NDArray[np.int_]) -> Group:
         """Give the group under the numbers `cases` of its cases in a greater lot."""
         return replace(self, cases=cases[self.cases])
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """A part of a walked curve near the flanks: its case, z (points, 4), and whether it closes on
-    itself without meeting a limit."""
-
-    case: int
-    points: FloatArray
-    endless: bool
 
 
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
@@ -256,9 +242,9 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     status[pairing.undefined] = Status.UNDEFINED
     status[_vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
-    parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
+    parts = near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
-    status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
+    status[[part.case for part in near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
     parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
     status[[curve.case for curve in lost]] = Status.NOT_CONVERGED
     whose = np.array([part.case for part in parts], dtype=int)
@@ -276,7 +262,7 @@ def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
     return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
-def _parts_fitted(pairing: Pairing, parts: list[_Part]) -> list[Group]:
+def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:
     """Give tracks and ends of parts of walked curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
     fits = []
@@ -334,7 +320,7 @@ def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> ND
     return np.asarray(np.tril(same, -1).any(axis=1))
 
 
-def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
+def _fitted(pairing: Pairing, parts: list[Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
     """Give tracks of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
     guides = np.stack([_guide(part.points) for part in parts])
@@ -398,42 +384,3 @@ def _on_guides(
     z, solved = onto_curve(pairing, start, normal, units, PASSES)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST
     return z, (solved & near).all(axis=-1)
-
-
-def _near_flanks(pairing: Pairing, curves: list[Walked]) -> list[_Part]:
-    """Give the parts of curves that may lie on the flanks, with a little more at both ends."""
-    if not curves:
-        return []
-    case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
-    part = pairing.cases(case)
-    y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
-    y = np.moveaxis(y, -1, 0)
-    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    margins = limit_margins(part, y[:2], height, radius)[..., 0]
-    near = np.all(np.abs(height) <= (1.0 + OUTSIDE) * part.half_width, axis=0)[:, 0]
-    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
-    margins /= np.concatenate((depth, depth, face, face))
-    parts, start = [], 0
-    for curve in curves:
-        here = slice(start, start + len(curve.points))
-        parts += _cut(curve, near[here], margins[:, here])
-        start = here.stop
-    return parts
-
-
-def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[_Part]:
-    """Give the parts of one curve, from which of its points are near, and their margins (8, points)."""
-    points = curve.points
-    if curve.closed:  # begin where it is furthest outside
-        order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))
-        order = np.append(order, order[0])
-        points, near, margins = points[order], near[order], margins[:, order]
-        if margins.min() > 0.0:
-            return [_Part(curve.case, points, True)]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
-    parts = []
-    for first, last in edges.reshape(-1, 2):
-        run = slice(max(first - 2, 0), last + 2)
-        if (curve.lost or len(points[run]) > 1) and (margins[:, first:last].max(axis=1) > -SPARE).all():
-            parts.append(_Part(curve.case, points[run], False))
-    return parts

@@ -114,7 +114,8 @@ class _Search:
 
 
 def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
-    """Take Newton steps inside the brackets. After SHORT passes the positions left are solved by themselves."""
+    """Take Newton steps inside the brackets. After SHORT passes the positions left are solved by
+    themselves."""
     low, high, l2, slope, done = search.low, search.high, search.l2, search.slope, search.done
     tolerance, enough = gap_tolerance(pairing), LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
     for turn in range(passes):

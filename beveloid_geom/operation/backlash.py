@@ -71,8 +71,8 @@ def lever_of(design: Design) -> FloatArray:
 
 
 def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes of
-    `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
+    """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes
+    of `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
 
     Members must be single; pair and errors may be arrays. Raises ValueError as `first_contact`."""
     right, left = (first_contact(design, flank, pinion_roll) for flank in FLANKS)

@@ -125,8 +125,8 @@ def _modified(design: Design) -> TangentBacklash:
 def _lowest_from(
     one: _Curve, curves: list[_Curve], own: FloatArray, pitch: FloatArray, hollow: Mask
 ) -> tuple[FloatArray, FloatArray]:
-    """Give the least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one path,
-    and how far beside the faces: (SAMPLES, cases)."""
+    """Give the least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one
+    path, and how far beside the faces: (SAMPLES, cases)."""
     start = one.first + 0.5 * (POINTS - 1) * one.step
     play, beside = np.empty((2, SAMPLES + 2, own.size))
     for k, part in enumerate(np.arange(-1, SAMPLES + 1) / SAMPLES):

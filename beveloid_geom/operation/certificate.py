@@ -62,7 +62,7 @@ class Certificate:
 
 
 def certify(path: ContactPath) -> Certificate:
-    """Compare a path of contact with the first contacts of the teeth of its design.
+    """Give compare a path of contact with the first contacts of the teeth of its design.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def certify(path: ContactPath) -> Certificate:
 
 
 def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -> FloatArray:
-    """Give the moment (mm, signed) about the gear's axis of the normal along which the first contacts part: the
-    gear's, but where only edges of the gear touch that of the pinion's surface under them."""
+    """Give the moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
+    the gear's, but where only edges of the gear touch that of the pinion's surface under them."""
     mesh, _ = mesh_of(design, flank, roll)
     own, other, pose = mesh.own, mesh.other, mesh.pose
     with np.errstate(invalid="ignore"):

@@ -225,8 +225,8 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
 def _quadratic_step(
     slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
 ) -> tuple[FloatArray, NDArray[np.int_], FloatArray]:
-    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box: d
-    (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
+    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
+    d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
     (a, b), (_, c) = bend
     g, h = slope
     det = a * c - b * b

@@ -65,7 +65,8 @@ class _Border:
 def marked_area(
     function: Function, table: FloatArray, points: FloatArray, bound: float
 ) -> tuple[float, float, float]:
-    """Give the area (mm^2) where the function is negative on a surface, its relative error, and the whole area.
+    """Give the area (mm^2) where the function is negative on a surface, its relative error, and the whole
+    area.
 
     `table` (n, m): the function on an even grid of the unit square, to which its arguments belong;
     `points` (n, m, 3), mm, of the surface there. The error is within the relative `bound` unless
@@ -243,8 +244,8 @@ def _spread(border: _Border, places: FloatArray) -> FloatArray:
 
 
 def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArray:
-    """Give the area (n,) that the chord after each vertex can leave out: that of the triangle on it with the mean
-    of the turns at its ends. At the chart's edges a turn says nothing; along them a chord is exact."""
+    """Give the area (n,) that the chord after each vertex can leave out: that of the triangle on it with the
+    mean of the turns at its ends. At the chart's edges a turn says nothing; along them a chord is exact."""
     chord = places[border.following] - places
     last = chord[np.argsort(border.following)]
     turn = np.abs(np.arctan2(_cross(last, chord), (last * chord).sum(axis=1)))

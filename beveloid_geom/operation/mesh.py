@@ -81,8 +81,8 @@ class Mesh:
 
 
 def conjugate_phase(design: Design, flank: str) -> FloatArray:
-    """Give the gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in all its
-    contacts. NaN without a common normal."""
+    """Give the gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in all
+    its contacts. NaN without a common normal."""
     plain = Design(design.pinion, design.gear, design.pair, Errors()).with_parabola(0.0, 0.0)
     pairing = pairing_of(plain, flank)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -110,8 +110,8 @@ def _pitch_height(design: Design, surface: Surface) -> FloatArray:
 
 
 def spread(design: Design, flank: str) -> float:
-    """Give the greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch cylinder
-    departs on its face from the pitch point: so far from it teeth can touch by overlap."""
+    """Give the greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
+    cylinder departs on its face from the pitch point: so far from it teeth can touch by overlap."""
     surface = surface_of(design.pinion, flank)
     length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
     turn = length * np.abs(surface.trace[1]) / surface.pitch_radius

@@ -53,8 +53,8 @@ class OperatingRatios:
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
-    """Give the operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
-    touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the pitch. NaN
+    """Give the operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first
+    to touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the pitch. NaN
     where it is not known; `operating_ratios` says why.
 
     Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays

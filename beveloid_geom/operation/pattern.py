@@ -298,8 +298,8 @@ def _member_pattern(
 def least_separation(
     apart: Apart, points: FloatArray, rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
-    """Give the least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of points
-    (n, 3) over the range of rising `rolls`, between which it is smooth."""
+    """Give the least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
+    points (n, 3) over the range of rising `rolls`, between which it is smooth."""
     block = max(1, BLOCK // len(points))
     starts = range(0, len(rolls), block)
     table = np.concatenate([apart(points, rolls[k : k + block, None]) for k in starts])
@@ -342,8 +342,8 @@ def _brackets(
 
 
 def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3, n)
-    by successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
+    """Give the least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3,
+    n) by successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
     left, right = y[0] < y[1], (y[2] < y[1]) & ~(y[0] < y[1])
     # Where an end lies lowest the bracket has it twice.
     x, y = (np.where(left, v[[0, 0, 1]], np.where(right, v[[1, 2, 2]], v)) for v in (x, y))

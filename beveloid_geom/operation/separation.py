@@ -166,8 +166,8 @@ def _separated(
 
 
 def met_by(surface: Surface, x: FloatArray, y: FloatArray, z: FloatArray, roll: FloatArray) -> Met:
-    """Give the clearance (rad) and distance (mm) of points from a `surface` at a `roll`, and its s, z and r where
-    they meet; points in the fixed frame of that member, z from mid-face, arrays of one axis."""
+    """Give the clearance (rad) and distance (mm) of points from a `surface` at a `roll`, and its s, z and r
+    where they meet; points in the fixed frame of that member, z from mid-face, arrays of one axis."""
     square = x * x + y * y
     s = profile_at(surface, square, z)
     met = cut_at(surface, s, z)
