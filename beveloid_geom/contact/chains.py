@@ -1,4 +1,4 @@
-"""Tracks of the one curve of contact that runs through the cells that signs leave (`cells`).
+"""Series of the one curve of contact that runs through the cells that signs leave (`cells`).
 
 In cells in which n_x does not vanish and n F rises or falls along l1 or along l2, corners of one sign mean
 no curve, and corners of both that one curve enters and leaves. Where there are two ways in or out of the
@@ -6,7 +6,7 @@ cells left, and the points at which the curve goes from cell to cell, sorted alo
 two, have one cell in common with the next, it is one curve, and this their order (`chains_of`).
 
 Its part near the flanks is then solved at Chebyshev points, starting from these points: where planes square
-to an axis, that of l1, or to the chord of that part cross it (`tracks_of`). Along the chord, which is one of
+to an axis, that of l1, or to the chord of that part cross it (`series_of`). Along the chord, which is one of
 l1, l2, n_x and w_1, degree 16 resolves most that no degree over l1 does. Nodes of a degree are every other
 one of twice that degree, so that none is solved twice.
 """
@@ -24,7 +24,7 @@ from ..support.chebyshev import basis_of, evaluate
 from .cells import Box
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import COMPLEX_STEP, Pairing, axial_and_radius, limit_margins, meet
-from .path_polynomial import LOOSENED, WIDTH, Track, between, fitted, rows_of
+from .path_polynomial import LOOSENED, WIDTH, PathSeries, between, fitted, rows_of
 
 Mask = NDArray[np.bool_]
 PASSES, CLOSE = 4, 1e-3
@@ -206,8 +206,10 @@ def missed(chains: Chains) -> Mask:
     return np.asarray((most <= -SPARE).any(axis=-1))
 
 
-def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple[NDArray[np.int_], Track]]:
-    """Give, degree by degree, the cases that are resolved and their tracks: over l1, or along the chords, of
+def series_of(
+    pairing: Pairing, chains: Chains, over_l1: bool
+) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+    """Give, degree by degree, the cases that are resolved and their series: over l1, or along the chords, of
     those parts of the chains that are not clearly off the flanks."""
     stretch, units = _stretch(chains, over_l1), units_of(pairing)
     side = np.linalg.norm(np.diff(stretch.z, axis=1), axis=-1).max(axis=-1)
@@ -233,7 +235,7 @@ def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple
             middle, half = (np.full((done.size, 1), np.nan) for _ in range(2))
             if over_l1:
                 middle, half = (x[done] * units[done, :, 0] for x in (stretch.middle, stretch.half))
-            yield done, Track(coefficients[:, good], middle, half, np.zeros(done.size, dtype=np.int8))
+            yield done, PathSeries(coefficients[:, good], middle, half, np.zeros(done.size, dtype=np.int8))
         bends = basis.coefficients(z.transpose(2, 0, 1))
         tail = np.abs(bends[..., -3:]).max(axis=(0, 2))
         left = ~good & solved.all(axis=-1) & (tail < HOPELESS ** (len(basis.nodes) / len(NESTED[-1].nodes)))

@@ -1,16 +1,16 @@
-"""All curves of contact of a pair in a window of flank parameters, found and walked along.
+"""All curves of contact of a pair in a window of flank parameters, found and traced.
 
 `curves_of` samples F for both signs of n_x along a grid of lines in (l1, l2) that covers both flanks and a
 little more. Every change of sign along a line is a point of a curve of contact, whatever else the
-curve does between. From one such point after the other the curve is walked both ways
+curve does between. From one such point after the other the curve is traced both ways
 by its length (`curve_equations`), predictor and corrector, until it closes or leaves the window: in l1 and l2
-a little beyond root and tip, along the axes FARTHEST. Points met on the way need no walk of their own; a
-walk that rounding stops, and a change of sign that no walk explains, are `lost`.
+a little beyond root and tip, along the axes FARTHEST. Points met on the way need no trace of their own; a
+trace that rounding stops, and a change of sign that no trace explains, are `lost`.
 
 What is left out is a curve that stays between the lines of the grid, 1/29 of a flank's depth apart, or
 crosses them only twice between two samples.
 
-All cases are walked in step, so that a step costs little more for many than for one.
+All cases are traced in step, so that a step costs little more for many than for one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from .equation import (
 LINES, SAMPLES = 33, 17
 """Lines of the grid for each member, and samples on each piece of a line."""
 FARTHEST = 1e4
-"""How far from mid-face, in face widths, a curve is walked. Where the generators are nearly parallel or the
+"""How far from mid-face, in face widths, a curve is traced. Where the generators are nearly parallel or the
 parabolas strong, l1 and l2 hardly change along it, and it meets the next line of the grid only there."""
 NEARBY = 1.0
 """The same where cells (`cells`) hold all contacts near the faces, and only these are asked for."""
@@ -54,12 +54,12 @@ ONWARD = 0.2
 TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
-MOST_STEPS, MOST_WALKS = 3000, 40
+MOST_STEPS, MOST_TRACES = 3000, 40
 OUTSIDE, SPARE = 0.5, 0.1
 """Half face widths beyond toe and heel to which a part of a curve reaches; depths, or face widths, by which a
 limit must be missed all along for a part to count as off."""
 SAME = 0.06
-"""Distance, in steps, from the line through the points of a walked curve at which a point counts as lying
+"""Distance, in steps, from the line through the points of a traced curve at which a point counts as lying
 on it; the steps turn so little that the line is five times nearer."""
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
@@ -67,7 +67,7 @@ Window: TypeAlias = tuple[FloatArray, FloatArray]
 
 
 class Stop(IntEnum):
-    """Why a walk ended."""
+    """Why a trace ended."""
 
     WINDOW = 0
     CLOSED = 1
@@ -75,7 +75,7 @@ class Stop(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Walked:
+class TracedCurve:
     """One curve of contact of one case: points z (points, 4) in order, and whether it is closed or
     was lost before it left the window."""
 
@@ -87,7 +87,7 @@ class Walked:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part of a walked curve near the flanks: its case, z (points, 4), and whether it closes on
+    """A part of a traced curve near the flanks: its case, z (points, 4), and whether it closes on
     itself without meeting a limit."""
 
     case: int
@@ -95,29 +95,32 @@ class Part:
     endless: bool
 
 
-def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked], NDArray[np.bool_]]:
+def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[TracedCurve], NDArray[np.bool_]]:
     """Give all curves of contact in the window, and for which cases a sampled normal was missing.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, that hold all contacts near the faces. The lines of the
-    grid then cover but these, and curves are walked as far as NEARBY."""
+    grid then cover but these, and curves are traced as far as NEARBY."""
     units, farthest = units_of(pairing), FARTHEST if near is None else NEARBY
     window = window_of(pairing) if near is None else near
     case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
     untouched = np.ones(case.size, dtype=bool)
-    curves: list[Walked] = []
-    for _ in range(MOST_WALKS):
+    curves: list[TracedCurve] = []
+    for _ in range(MOST_TRACES):
         left = np.flatnonzero(untouched & solved)
         cases, first = np.unique(case[left], return_index=True)
         if cases.size == 0:
             break
         start = left[first]
-        for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
+        for curve in _traced_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
             curves.append(curve)
             mine = np.flatnonzero(untouched & (case == curve.case))
             untouched[mine[_distance(z[mine], curve.points) < SAME]] = False
         untouched[start] = False
     lost = np.unique(case[untouched])
-    return [*curves, *(Walked(k, z[untouched & (case == k)], False, True) for k in lost.tolist())], missing
+    return [
+        *curves,
+        *(TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()),
+    ], missing
 
 
 def _points_on_curves(
@@ -250,29 +253,29 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
     return np.asarray((np.linalg.norm(foot, axis=-1) / size).min(axis=-1))
 
 
-def _walked_both_ways(
+def _traced_both_ways(
     pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
-) -> list[Walked]:
+) -> list[TracedCurve]:
     """Give the curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
     tangent[len(names) :] *= -1.0
-    lines, stops = _walk(pairing, units, z, tangent, farthest)
+    lines, stops = _trace(pairing, units, z, tangent, farthest)
     curves = []
     for k, name in enumerate(names.tolist()):
         ahead, back = lines[k], lines[k + len(names)]
         closed = bool(stops[k] == Stop.CLOSED)
         points = ahead if closed else np.concatenate((back[:0:-1], ahead))
         lost = bool((stops[[k, k + len(names)]] == Stop.LOST).any())
-        curves.append(Walked(name, points, closed, lost))
+        curves.append(TracedCurve(name, points, closed, lost))
     return curves
 
 
-def _walk(
+def _trace(
     pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
-    """Walk from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
+    """Trace from `start` (traces, 4) along `tangent`: points of each, and the codes of `Stop`."""
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
     step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
@@ -286,9 +289,9 @@ def _walk(
         moved = active[good]
         z[moved], tangent[moved], faces[moved] = ahead[good], turned[good], reached[good]
         taken[moved] += 1
-        trace = np.full(z.shape, np.nan)
-        trace[moved] = z[moved]
-        steps.append(trace)
+        reached = np.full(z.shape, np.nan)
+        reached[moved] = z[moved]
+        steps.append(reached)
         most = LONGEST * _far(faces[active]).max(axis=-1)
         longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], most), step[active])
         step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
@@ -329,7 +332,7 @@ def _one_step(
     return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good
 
 
-def near_flanks(pairing: Pairing, curves: list[Walked]) -> list[Part]:
+def near_flanks(pairing: Pairing, curves: list[TracedCurve]) -> list[Part]:
     """Give the parts of curves that may lie on the flanks, with a little more at both ends."""
     if not curves:
         return []
@@ -350,7 +353,7 @@ def near_flanks(pairing: Pairing, curves: list[Walked]) -> list[Part]:
     return parts
 
 
-def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[Part]:
+def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> list[Part]:
     """Give the parts of one curve, from which of its points are near, and their margins (8, points)."""
     points = curve.points
     if curve.closed:  # begin where it is furthest outside

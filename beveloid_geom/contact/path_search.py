@@ -1,12 +1,12 @@
-"""Tracks of paths that no single flank parameter describes, followed by their length.
+"""Series of paths that no single flank parameter describes, followed by their length.
 
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
 hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
-which another curve of contact may be near the faces, all curves of contact in the window are walked
+which another curve of contact may be near the faces, all curves of contact in the window are traced
 (`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
 covers most roll is the path.
 
-The parameter of such a part is no true length: a polynomial through the walked points is its guide,
+The parameter of such a part is no true length: a polynomial through the traced points is its guide,
 and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
 as smooth as the curve, and needs no integral.
 """
@@ -27,7 +27,7 @@ from ..pair.frames import common_normal
 from ..status import Status
 from ..support.chebyshev import basis_of
 from .cells import Box, box_of, window_of
-from .chains import chains_of, missed, tracks_of
+from .chains import chains_of, missed, series_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends
@@ -38,11 +38,11 @@ from .path_polynomial import (
     NORMAL,
     STEEP,
     WIDTH,
-    Track,
+    PathSeries,
     by_length,
     fitted,
     rows_of,
-    track_over_l1,
+    series_over_l1,
 )
 
 CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
@@ -55,7 +55,7 @@ TURN_ROOM = 0.1
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
 PASSES = 8
 FEW, ROUNDS = 5, (9, 9, 17, 33)
-"""Grid lines of each member: where a track over l1 is at hand, and else round by round over the cells left
+"""Grid lines of each member: where a series over l1 is at hand, and else round by round over the cells left
 before."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
@@ -65,17 +65,17 @@ ONE_PLACE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Cases solved alike: their numbers, constants, tracks and ends."""
+    """Cases solved alike: their numbers, constants, series and ends."""
 
     cases: NDArray[np.int_]
     pairing: Pairing
-    track: Track
+    series: PathSeries
     ends: Ends
 
     def part(self, index: NDArray[np.int_]) -> Group:
         """Give the group of the cases at the places `index`."""
         return Group(
-            self.cases[index], self.pairing.cases(index), self.track.cases(index), self.ends.cases(index)
+            self.cases[index], self.pairing.cases(index), self.series.cases(index), self.ends.cases(index)
         )
 
     def of(self, cases: NDArray[np.int_]) -> Group:
@@ -86,8 +86,8 @@ class Group:
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """Give the path of every case on its flanks; of several the one that covers most roll.
 
-    Tracks over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
-    the faces; the cases that these do not describe are followed together, since a step of a walk costs little
+    Series over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
+    the faces; the cases that these do not describe are followed together, as a step of a trace costs little
     more for many than for one: near the faces, and all over the window where that leaves a doubt."""
     count = pairing.branch.shape[0]
     groups: list[Group] = []
@@ -131,14 +131,14 @@ def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArra
 
 
 def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
-    """Give paths by tracks over l1, and which cases these do not describe.
+    """Give paths by series over l1, and which cases these do not describe.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
     zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
     curve is near the faces."""
-    track = track_over_l1(pairing)
-    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
-    n_x = track.coefficients[NORMAL.start]
+    series = series_over_l1(pairing)
+    whole = Group(np.arange(len(series.status)), pairing, series, find_ends(pairing, series))
+    n_x = series.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
     told = np.flatnonzero(lost & _told(whole))
@@ -152,7 +152,7 @@ def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
 def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
     """Give paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none:
     they shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near
-    their faces. The cases that are `known` by a track over all l1, and of which the cells say no more, are in
+    their faces. The cases that are `known` by a series over all l1, of which the cells say no more, are in
     neither."""
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
@@ -209,30 +209,30 @@ def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.
         names = np.flatnonzero(left & asked)
         if names.size == 0:
             continue
-        for found, track in tracks_of(pairing.cases(names), chains.cases(names), over_l1):
+        for found, series in series_of(pairing.cases(names), chains.cases(names), over_l1):
             part = pairing.cases(names[found])
-            whole = Group(names[found], part, track, find_ends(part, track))
+            whole = Group(names[found], part, series, find_ends(part, series))
             groups.append(whole.part(np.flatnonzero(_told(whole))))
             left[groups[-1].cases] = False
     return groups, np.flatnonzero(off)
 
 
 def _told(group: Group) -> NDArray[np.bool_]:
-    """Say of which cases a track says whether and where they lie on the flanks."""
+    """Say of which cases a series says whether and where they lie on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
-    return np.asarray(said & (group.track.status == Status.SOLVED))
+    return np.asarray(said & (group.series.status == Status.SOLVED))
 
 
 def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
     """Give cases without a path, and why."""
-    part, track = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
-    return Group(cases, part, track, find_ends(part, track))
+    part, series = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
+    return Group(cases, part, series, find_ends(part, series))
 
 
 def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     """Give paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
 
-    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where they leave the
+    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were traced to where they leave the
     window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
     curves, missing = curves_of(pairing, near)
     lost = [curve for curve in curves if curve.lost]
@@ -263,12 +263,12 @@ def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
 
 
 def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:
-    """Give tracks and ends of parts of walked curves, by their numbers."""
+    """Give series and ends of parts of traced curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
     fits = []
-    for found, track in _fitted(pairing, parts):
+    for found, series in _fitted(pairing, parts):
         part = pairing.cases(found)
-        fits.append(Group(found, part, track, find_ends(part, track)))
+        fits.append(Group(found, part, series, find_ends(part, series)))
     return fits
 
 
@@ -305,23 +305,23 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
         fit = fit.part(chosen)
         owner = case[fit.cases]
         if unsure[owner].any():
-            fit.track.status[unsure[owner]] = Status.NOT_CONVERGED
-            fit = replace(fit, ends=find_ends(fit.pairing, fit.track))
+            fit.series.status[unsure[owner]] = Status.NOT_CONVERGED
+            fit = replace(fit, ends=find_ends(fit.pairing, fit.series))
         counted = np.where(fit.ends.status == Status.SOLVED, total[owner], 0)
         groups.append(replace(fit, cases=owner, ends=replace(fit.ends, pieces=counted)))
     return groups
 
 
 def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
-    """Say which parts end where one before them of the same case does: a curve walked twice."""
+    """Say which parts end where one before them of the same case does: a curve traced twice."""
     same = case[:, None] == case
     for value in ends.T:
         same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
     return np.asarray(np.tril(same, -1).any(axis=1))
 
 
-def _fitted(pairing: Pairing, parts: list[Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
-    """Give tracks of the parts, one case each: which of them, basis by basis."""
+def _fitted(pairing: Pairing, parts: list[Part]) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+    """Give series of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
     guides = np.stack([_guide(part.points) for part in parts])
     pending = np.arange(len(parts))
@@ -378,9 +378,9 @@ def _on_guides(
     point = np.einsum("nd,pcd->pnc", values, guides)
     normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    walked = np.array([_between(line, nodes) for line in lines])
-    off = np.einsum("...i,...i", point - walked, normal)
-    start = walked + off[..., None] * normal
+    traced = np.array([_between(line, nodes) for line in lines])
+    off = np.einsum("...i,...i", point - traced, normal)
+    start = traced + off[..., None] * normal
     z, solved = onto_curve(pairing, start, normal, units, PASSES)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST
     return z, (solved & near).all(axis=-1)

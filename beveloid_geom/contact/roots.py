@@ -36,7 +36,7 @@ FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
 active flank, and over three flank depths where nothing was found there."""
 EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 5
 """Samples added beside an extremum of F near zero; passes of Newton, most of which only halve; those
-that do for positions of a smooth track."""
+that do for positions of a smooth series."""
 SHORT = 3
 """Passes of Newton after which the positions that are left, if they are fewer than half, go on alone."""
 LAST_STEP = 1e-6
