@@ -37,7 +37,7 @@ from ..contact.equation import (
     pairing_of,
     trace_parameters,
 )
-from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, Track
+from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
 from ..contact.path_search import Group, paths_on_flanks
 from ..design.model import Design
 from ..gear.flank import flank_patch
@@ -54,7 +54,7 @@ CASES_PER_BLOCK = 256
 SAMPLES, PASSES = np.linspace(0.0, 1.0, 65), 12
 """Shares of the way at which extremes are looked for, and passes of Newton that refine them."""
 AT_END = 1e-12
-"""Distance, in the track's parameter, within which an extreme is at the end of the path."""
+"""Distance, in the series's parameter, within which an extreme is at the end of the path."""
 # Rows of `_quantities`.
 _L, _U, _Z, _R, _ROLLS = (slice(2 * k, 2 * k + 2) for k in range(5))
 _ROLL, _PHASE, _MARGINS = 8, 10, 11
@@ -147,12 +147,12 @@ def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     """Rows (_WIDTH, cases, places): values, derivatives by the errors, direction of the path; and roll
     and transmission error between their extremes (2, cases, 5), each with its derivatives."""
-    track, ends = group.track, group.ends
+    series, ends = group.series, group.ends
     enter, leave = ends.x[:, :1], ends.x[:, 1:]
-    middle = np.where(ends.turning[:, None], np.nan, at_shares(track, ends, np.zeros(1)))
-    spans = [_extreme(track, ends.x, row, sign) for row in (ROLL, PHASE) for sign in (1.0, -1.0)]
+    middle = np.where(ends.turning[:, None], np.nan, at_shares(series, ends, np.zeros(1)))
+    spans = [_extreme(series, ends.x, row, sign) for row in (ROLL, PHASE) for sign in (1.0, -1.0)]
     x = np.concatenate((enter, middle, leave, *spans), axis=-1)
-    y, units = _curve_points(track, x), units_of(group.pairing)
+    y, units = _curve_points(series, x), units_of(group.pairing)
     rates = _rates(group.pairing, y, units)
     tangent = direction_of(rates.r_y)
     at = np.stack([np.abs(x - end) <= AT_END for end in (enter, leave)])
@@ -176,18 +176,18 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     return np.moveaxis(places, -1, 1).reshape(_WIDTH, *x.shape[:1], 3), np.stack(swing)
 
 
-def _curve_points(track: Track, x: FloatArray) -> FloatArray:
-    """y = (l1, l2, n_x, w1) (4, cases, places) at parameters of the track."""
-    rows = evaluate(track.coefficients[:HEIGHT], x)
+def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:
+    """y = (l1, l2, n_x, w1) (4, cases, places) at parameters of the series."""
+    rows = evaluate(series.coefficients[:HEIGHT], x)
     normal, point = rows[NORMAL], rows[POINT]
     along, v = (normal * point).sum(axis=0), normal[2]
     return np.stack((rows[0], rows[1], normal[0], (point[2] - v * along) / np.sqrt(1.0 - v * v)))
 
 
-def _extreme(track: Track, x: FloatArray, row: int, sign: float) -> FloatArray:
+def _extreme(series: PathSeries, x: FloatArray, row: int, sign: float) -> FloatArray:
     """Find the parameter (cases, 1) at which sign times a row is greatest between the ends x (cases, 2)."""
     low, high = np.sort(x, axis=-1)[:, :1], np.sort(x, axis=-1)[:, 1:]
-    first = with_derivative(sign * track.coefficients[row : row + 1])
+    first = with_derivative(sign * series.coefficients[row : row + 1])
     both = np.concatenate((first, with_derivative(first[1:])[1:]))
     samples = low + (high - low) * SAMPLES
     best = np.take_along_axis(samples, evaluate(both[:1], samples)[0].argmax(axis=-1)[:, None], axis=-1)

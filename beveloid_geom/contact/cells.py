@@ -67,12 +67,12 @@ class Box:
     lines: FloatArray
 
     def cases(self, index: NDArray[np.int_]) -> Box:
-        """What is left of the cases `index`."""
+        """Give what is left of the cases `index`."""
         return Box(**{name: x.take(index, AXES.get(name, 0)) for name, x in vars(self).items()})
 
 
 def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
-    """Bounds (2, cases, 1) of the window in l1 and l2, mm."""
+    """Give bounds (2, cases, 1) of the window in l1 and l2, mm."""
     slack = BEYOND * (pairing.highest - pairing.lowest)
     shape = (2, *pairing.branch.shape)
     return (
@@ -82,8 +82,8 @@ def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
 
 
 def box_of(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool = True, nodes: int = NODES) -> Box:
-    """What signs on the grid leave of the window from `low` to `high` (2, cases, 1), mm, for `both` signs of
-    n_x or the pairing's own, by so many `nodes` along l1 and l2."""
+    """Give what signs on the grid leave of the window from `low` to `high` (2, cases, 1), mm, for `both`
+    signs of n_x or the pairing's own, by so many `nodes` along l1 and l2."""
     size = max(1, CASES_PER_BLOCK * NODES**2 // nodes**2)
     parts = [slice(start, start + size) for start in range(0, max(1, low.shape[1]), size)]
     found = [_box(pairing.cases(part), low[:, part], high[:, part], both, nodes) for part in parts]
@@ -114,7 +114,7 @@ def _box(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool, nodes:
 
 
 def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) -> tuple[Mask, Mask]:
-    """Which cells are left for the pairing's sign of n_x, or the `other`, and in which n is not 0.
+    """Say which cells are left for the pairing's sign of n_x, or the `other`, and in which n is not 0.
 
     Heights within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, R their rise and
     D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and n F as well."""
@@ -140,8 +140,9 @@ def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) ->
 
 
 def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
-    """n_x^2, n F for the pairing's sign of n_x and the other, R and D of both members, P, and A_1 + A_2, what
-    changes with the sign for the own one: (9, cases, nodes, nodes) at grid lines l (2, cases, nodes), mm."""
+    """Give n_x^2, n F for the pairing's sign of n_x and the other, R and D of both members, P, and A_1 + A_2,
+    what changes with the sign for the own one: (9, cases, nodes, nodes) at grid lines l (2, cases, nodes),
+    mm."""
     terms, nodes = terms_of(pairing, l), l.shape[-1]
     first, second = np.divmod(np.arange(nodes**2), nodes)
     v, square, moment, level, slope = (
@@ -162,7 +163,8 @@ def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
 
 
 def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest values in cells (..., nodes - 1, nodes - 1) of functions (..., nodes, nodes)."""
+    """Give the least and greatest values in cells (..., nodes - 1, nodes - 1) of functions (..., nodes,
+    nodes)."""
     near, far = values[..., 1:, :], values[..., :-1, :]
     least, most = np.minimum(near, far), np.maximum(near, far)
     slack = _bend(values)
@@ -175,7 +177,7 @@ def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _bend(values: FloatArray) -> FloatArray:
-    """Greatest second difference along the last axis about each cell."""
+    """Give the greatest second difference along the last axis about each cell."""
     bend = values[..., 2:] + values[..., :-2]
     bend -= 2.0 * values[..., 1:-1]
     np.abs(bend, out=bend)
@@ -187,7 +189,7 @@ def _bend(values: FloatArray) -> FloatArray:
 
 
 def _changes(gap: FloatArray, real: Mask) -> Mask:
-    """Whether n F (cases, nodes, nodes) changes its sign between nodes of which one is `real`."""
+    """Say whether n F (cases, nodes, nodes) changes its sign between nodes of which one is `real`."""
     below = np.signbit(gap)
     along = (below[:, 1:] != below[:, :-1]) & (real[:, 1:] | real[:, :-1])
     across = (below[:, :, 1:] != below[:, :, :-1]) & (real[:, :, 1:] | real[:, :, :-1])
@@ -195,7 +197,7 @@ def _changes(gap: FloatArray, real: Mask) -> Mask:
 
 
 def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
-    """Bounds (2, cases, 1), mm, of the cells `left` (cases, nodes - 1, nodes - 1)."""
+    """Give bounds (2, cases, 1), mm, of the cells `left` (cases, nodes - 1, nodes - 1)."""
     bounds = []
     for member in range(2):
         line = np.asarray(left.any(axis=2 - member))
@@ -206,7 +208,8 @@ def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
 
 
 def _single(left: Mask, gap: FloatArray) -> Mask:
-    """Whether n F rises or falls with l2 all over the cells `left`, which are one beside the other."""
+    """Say whether n F rises or falls with l2 all over the cells `left`, and whether these lie side by side
+    for each l1."""
     steps = np.diff(gap, axis=-1)
     least, most = np.minimum(steps[:, 1:], steps[:, :-1]), np.maximum(steps[:, 1:], steps[:, :-1])
     rising, falling = ((least > 0.0) | ~left).all(axis=(1, 2)), ((most < 0.0) | ~left).all(axis=(1, 2))

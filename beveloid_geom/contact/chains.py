@@ -1,4 +1,4 @@
-"""Tracks of the one curve of contact that runs through the cells that signs leave (`cells`).
+"""Series of the one curve of contact that runs through the cells that signs leave (`cells`).
 
 In cells in which n_x does not vanish and n F rises or falls along l1 or along l2, corners of one sign mean
 no curve, and corners of both that one curve enters and leaves. Where there are two ways in or out of the
@@ -6,7 +6,7 @@ cells left, and the points at which the curve goes from cell to cell, sorted alo
 two, have one cell in common with the next, it is one curve, and this their order (`chains_of`).
 
 Its part near the flanks is then solved at Chebyshev points, starting from these points: where planes square
-to an axis, that of l1, or to the chord of that part cross it (`tracks_of`). Along the chord, which is one of
+to an axis, that of l1, or to the chord of that part cross it (`series_of`). Along the chord, which is one of
 l1, l2, n_x and w_1, degree 16 resolves most that no degree over l1 does. Nodes of a degree are every other
 one of twice that degree, so that none is solved twice.
 """
@@ -24,7 +24,7 @@ from ..support.chebyshev import basis_of, evaluate
 from .cells import Box
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import COMPLEX_STEP, Pairing, axial_and_radius, limit_margins, meet
-from .path_polynomial import LOOSENED, WIDTH, Track, between, fitted, rows_of
+from .path_polynomial import LOOSENED, WIDTH, PathSeries, between, fitted, rows_of
 
 Mask = NDArray[np.bool_]
 PASSES, CLOSE = 4, 1e-3
@@ -48,12 +48,12 @@ class Chains:
     count: NDArray[np.int_]
 
     def cases(self, index: NDArray[np.int_]) -> Chains:
-        """The chains of the cases `index`."""
+        """Give the chains of the cases `index`."""
         return Chains(self.z[index], self.margins[index], self.count[index])
 
 
 def chains_of(pairing: Pairing, box: Box) -> Chains:
-    """The curves through the cells of a box, of the pairing's sign of n_x alone."""
+    """Give the curves through the cells of a box, of the pairing's sign of n_x alone."""
     cases, left, gap = len(box.left), box.left, box.gap
     below, steps = np.signbit(gap), [np.diff(gap, axis=axis) > 0.0 for axis in (1, 2)]
     cut = below[:, 1:] != below[:, :-1], below[:, :, 1:] != below[:, :, :-1]
@@ -92,8 +92,9 @@ def chains_of(pairing: Pairing, box: Box) -> Chains:
 def _crossings(
     box: Box, left: Mask, cut: tuple[Mask, Mask], good: Mask
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_], FloatArray, FloatArray]:
-    """Where sides of the cells `left` of `good` cases are `cut`: the case, the numbers of the cells before
-    and behind the side, -1 for one not left, a point near the curve and the side itself (2, sides), mm."""
+    """Say where sides of the cells `left` of `good` cases are `cut`: the case, the numbers of the cells
+    before and behind the side, -1 for one not left, a point near the curve and the side itself (2, sides),
+    mm."""
     number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
     edges = []
     for axis, cuts in enumerate(cut):
@@ -114,7 +115,7 @@ def _crossings(
 
 
 def _margins(pairing: Pairing, y: FloatArray) -> FloatArray:
-    """Margins (points, 8) within the limits at points y (points, 4), in flank depths and face widths."""
+    """Give margins (points, 8) within the limits at points y (points, 4), in flank depths and face widths."""
     y = np.ascontiguousarray(y[:, None].transpose(2, 0, 1))
     height, radius = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
     depth, face = (pairing.highest - pairing.lowest)[..., 0], 2.0 * pairing.half_width[..., 0]
@@ -123,7 +124,7 @@ def _margins(pairing: Pairing, y: FloatArray) -> FloatArray:
 
 
 def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:
-    """Cells into which a curve runs from those left: where it cuts a corner, bounds may part it."""
+    """Give cells into which a curve runs from those left: where it cuts a corner, bounds may part it."""
     across, along = cut[0][:, :, 1:-1], cut[1][:, 1:-1]
     beside = np.zeros_like(left)
     beside[:, :, 1:] |= left[:, :, :-1] & across
@@ -134,7 +135,8 @@ def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:
 
 
 def _between_cells(pairing: Pairing, l: FloatArray, side: FloatArray) -> tuple[FloatArray, Mask]:
-    """Contacts y (4, points) on the `side`s of cells, from `l` on these (2, points), and which were found."""
+    """Give contacts y (4, points) on the `side`s of cells, from `l` on these (2, points), and which were
+    found."""
     l = l[..., None].copy()
     for _ in range(PASSES):
         gap = meet(pairing, l + COMPLEX_STEP * 1j * side[..., None]).gap
@@ -160,7 +162,7 @@ class _Stretch:
     good: Mask
 
     def at(self, nodes: FloatArray) -> FloatArray:
-        """Points (cases, nodes, 4) on straight lines between those of the chains."""
+        """Give points (cases, nodes, 4) on straight lines between those of the chains."""
         index = (self.x[:, None] <= nodes[:, None]).sum(axis=-1)
         index = np.minimum(np.maximum(index, 1), self.z.shape[1] - 1)
         (far, near), (x_far, x_near) = (
@@ -173,7 +175,8 @@ class _Stretch:
 
 
 def _stretch(chains: Chains, over_l1: bool) -> _Stretch:
-    """The parts of chains whose points are not clearly off the flanks, with one point more at both ends."""
+    """Give the parts of chains whose points are not clearly off the flanks, with one point more at both
+    ends."""
     place = np.arange(chains.z.shape[1])
     near = (np.nan_to_num(chains.margins, nan=-np.inf) > -SPARE).all(axis=-1)
     near |= ~near.any(axis=-1, keepdims=True) & (place < chains.count[:, None])
@@ -197,15 +200,17 @@ def _stretch(chains: Chains, over_l1: bool) -> _Stretch:
 
 
 def missed(chains: Chains) -> Mask:
-    """Which chains (cases) miss one and the same limit clearly in all points."""
+    """Say which chains (cases) miss one and the same limit clearly in all points."""
     with np.errstate(invalid="ignore"):
         most = np.nan_to_num(chains.margins, nan=-np.inf).max(axis=1)
     return np.asarray((most <= -SPARE).any(axis=-1))
 
 
-def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple[NDArray[np.int_], Track]]:
-    """Tracks of the parts of chains that are not clearly off the flanks, over l1 or along their chords: which
-    cases, degree by degree, those that are resolved."""
+def series_of(
+    pairing: Pairing, chains: Chains, over_l1: bool
+) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+    """Give, degree by degree, the cases that are resolved and their series: over l1, or along the chords, of
+    those parts of the chains that are not clearly off the flanks."""
     stretch, units = _stretch(chains, over_l1), units_of(pairing)
     side = np.linalg.norm(np.diff(stretch.z, axis=1), axis=-1).max(axis=-1)
     pending = np.flatnonzero(stretch.good)
@@ -230,7 +235,7 @@ def tracks_of(pairing: Pairing, chains: Chains, over_l1: bool) -> Iterator[tuple
             middle, half = (np.full((done.size, 1), np.nan) for _ in range(2))
             if over_l1:
                 middle, half = (x[done] * units[done, :, 0] for x in (stretch.middle, stretch.half))
-            yield done, Track(coefficients[:, good], middle, half, np.zeros(done.size, dtype=np.int8))
+            yield done, PathSeries(coefficients[:, good], middle, half, np.zeros(done.size, dtype=np.int8))
         bends = basis.coefficients(z.transpose(2, 0, 1))
         tail = np.abs(bends[..., -3:]).max(axis=(0, 2))
         left = ~good & solved.all(axis=-1) & (tail < HOPELESS ** (len(basis.nodes) / len(NESTED[-1].nodes)))

@@ -45,7 +45,7 @@ PAIRS = tuple(combinations(range(5), 2))
 
 
 def units_of(pairing: Pairing) -> FloatArray:
-    """Units (cases, 1, 4) of l1, l2 (mm), n_x and w1 (mm)."""
+    """Give units (cases, 1, 4) of l1, l2 (mm), n_x and w1 (mm)."""
     depth = pairing.highest - pairing.lowest
     face = 2.0 * pairing.half_width.min(axis=0)
     units = np.empty((*pairing.branch.shape, 4))
@@ -54,8 +54,8 @@ def units_of(pairing: Pairing) -> FloatArray:
 
 
 def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
-    """Residuals (3, cases, positions) of the equations, relative to the sizes of their terms, and
-    the terms, at y (4, cases, positions)."""
+    """Give residuals (3, cases, positions) of the equations, relative to the sizes of their terms, and the
+    terms, at y (4, cases, positions)."""
     layout, (nx, w) = pairing.layout, y[2:]
     terms = terms_of(pairing, y[:2])
     v, square, moment = terms.own[2], terms.square, terms.moment
@@ -83,7 +83,7 @@ def meet_on_curve(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
 
 
 def term_rates(rack: Rack, position: FloatArray, l: FloatArray, terms: Terms) -> Terms:
-    """Derivatives of the `terms` of members by their own l, mm, of the same shapes."""
+    """Give derivatives of the `terms` of members by their own l, mm, of the same shapes."""
     bend, tangent = 2.0 * rack.parabola * l, rack_tangent(rack, l)
     own = tangent * (-2.0 * rack.parabola / (1.0 + bend * bend) ** 1.5)
     turn = 2.0 * rack.parabola * rack.normal
@@ -122,7 +122,7 @@ class ActionRates:
 def action_rates(
     layout: Layout, pinion: Terms, gear: Terms, normal_y: FloatArray, rate: Terms, member: int
 ) -> ActionRates:
-    """Derivatives by the l of `member`, whose terms have the derivatives `rate`."""
+    """Give derivatives by the l of `member`, whose terms have the derivatives `rate`."""
     (v_1, v_2), v_by = (pinion.own[2], gear.own[2]), rate.own[2]
     square, moment, sin = pinion.square, pinion.moment, layout.sin_angle
     y_by = [-v_by / sin * (layout.cos_angle if k == member else 1.0) for k in range(2)]
@@ -145,7 +145,7 @@ def action_rates(
 
 
 def linearised(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z."""
+    """Give residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z."""
     y = np.ascontiguousarray(np.moveaxis(z * units, -1, 0))  # others cost several times as much below
     (nx, w), layout, size = y[2:], pairing.layout, pairing.scale
     residual, met = meet_on_curve(pairing, y)
@@ -172,7 +172,7 @@ def linearised(pairing: Pairing, z: FloatArray, units: FloatArray) -> tuple[Floa
 
 
 def direction_of(jacobian: FloatArray) -> FloatArray:
-    """Unit tangents (..., 4) of the curve, of either sense, by the cofactors of the Jacobian."""
+    """Give unit tangents (..., 4) of the curve, of either sense, by the cofactors of the Jacobian."""
     a, b, c = jacobian[..., 0, :], jacobian[..., 1, :], jacobian[..., 2, :]
     tangent = np.empty(a.shape)
     for k in range(4):
@@ -189,8 +189,8 @@ def direction_of(jacobian: FloatArray) -> FloatArray:
 def onto_curve(
     pairing: Pairing, start: FloatArray, normal: FloatArray, units: FloatArray, passes: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where the curve crosses planes: Newton from `start` (cases, positions, 4) in the planes through
-    it that are square to `normal`. Returns points and which of them are solved to rounding."""
+    """Say where the curve crosses planes: Newton from `start` (cases, positions, 4) in the planes through it
+    that are square to `normal`. Returns points and which of them are solved to rounding."""
     z, last, names = start.copy(), np.full(start.shape[:-1], np.inf), np.arange(len(start))
     for _ in range(passes):
         residual, jacobian = linearised(pairing, z[names], units)
@@ -209,7 +209,7 @@ def onto_curve(
 
 
 def _solved(rows: list[FloatArray], right: list[FloatArray]) -> FloatArray:
-    """Solutions (..., 4) of four equations, `rows` (..., 4) and `right` (...), NaN where there is none.
+    """Give solutions (..., 4) of four equations, `rows` (..., 4) and `right` (...), NaN where there is none.
 
     By minors of two rows: exact enough for a step of Newton, and much faster than a general solver."""
     columns = [[row[..., k] for row in rows] for k in range(4)] + [right]

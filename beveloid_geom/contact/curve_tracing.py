@@ -1,16 +1,16 @@
-"""All curves of contact of a pair in a window of flank parameters, found and walked along.
+"""All curves of contact of a pair in a window of flank parameters, found and traced.
 
 `curves_of` samples F for both signs of n_x along a grid of lines in (l1, l2) that covers both flanks and a
 little more. Every change of sign along a line is a point of a curve of contact, whatever else the
-curve does between. From one such point after the other the curve is walked both ways
+curve does between. From one such point after the other the curve is traced both ways
 by its length (`curve_equations`), predictor and corrector, until it closes or leaves the window: in l1 and l2
-a little beyond root and tip, along the axes FARTHEST. Points met on the way need no walk of their own; a
-walk that rounding stops, and a change of sign that no walk explains, are `lost`.
+a little beyond root and tip, along the axes FARTHEST. Points met on the way need no trace of their own; a
+trace that rounding stops, and a change of sign that no trace explains, are `lost`.
 
 What is left out is a curve that stays between the lines of the grid, 1/29 of a flank's depth apart, or
 crosses them only twice between two samples.
 
-All cases are walked in step, so that a step costs little more for many than for one.
+All cases are traced in step, so that a step costs little more for many than for one.
 """
 
 from __future__ import annotations
@@ -26,12 +26,21 @@ from ..arrays import FloatArray
 from ..gear.rack import rack_normal
 from .cells import window_of
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of
-from .equation import Pairing, Terms, axial_and_radius, facing, guarded_gap, meet, terms_of_one
+from .equation import (
+    Pairing,
+    Terms,
+    axial_and_radius,
+    facing,
+    guarded_gap,
+    limit_margins,
+    meet,
+    terms_of_one,
+)
 
 LINES, SAMPLES = 33, 17
 """Lines of the grid for each member, and samples on each piece of a line."""
 FARTHEST = 1e4
-"""How far from mid-face, in face widths, a curve is walked. Where the generators are nearly parallel or the
+"""How far from mid-face, in face widths, a curve is traced. Where the generators are nearly parallel or the
 parabolas strong, l1 and l2 hardly change along it, and it meets the next line of the grid only there."""
 NEARBY = 1.0
 """The same where cells (`cells`) hold all contacts near the faces, and only these are asked for."""
@@ -45,9 +54,12 @@ ONWARD = 0.2
 TURN, BEND, DRIFT = 0.995, 0.998, 0.3
 """Cosines of the turn of the tangent in a step: allowed, and below which the steps do not grow;
 allowed distance of predicted from solved point, in steps."""
-MOST_STEPS, MOST_WALKS = 3000, 40
+MOST_STEPS, MOST_TRACES = 3000, 40
+OUTSIDE, SPARE = 0.5, 0.1
+"""Half face widths beyond toe and heel to which a part of a curve reaches; depths, or face widths, by which a
+limit must be missed all along for a part to count as off."""
 SAME = 0.06
-"""Distance, in steps, from the line through the points of a walked curve at which a point counts as lying
+"""Distance, in steps, from the line through the points of a traced curve at which a point counts as lying
 on it; the steps turn so little that the line is five times nearer."""
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
@@ -55,7 +67,7 @@ Window: TypeAlias = tuple[FloatArray, FloatArray]
 
 
 class Stop(IntEnum):
-    """Why a walk ended."""
+    """Why a trace ended."""
 
     WINDOW = 0
     CLOSED = 1
@@ -63,7 +75,7 @@ class Stop(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Walked:
+class TracedCurve:
     """One curve of contact of one case: points z (points, 4) in order, and whether it is closed or
     was lost before it left the window."""
 
@@ -73,35 +85,48 @@ class Walked:
     lost: bool
 
 
-def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[Walked], NDArray[np.bool_]]:
-    """All curves of contact in the window, and for which cases a sampled normal was missing.
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of a traced curve near the flanks: its case, z (points, 4), and whether it closes on
+    itself without meeting a limit."""
+
+    case: int
+    points: FloatArray
+    endless: bool
+
+
+def curves_of(pairing: Pairing, near: Window | None = None) -> tuple[list[TracedCurve], NDArray[np.bool_]]:
+    """Give all curves of contact in the window, and for which cases a sampled normal was missing.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, that hold all contacts near the faces. The lines of the
-    grid then cover but these, and curves are walked as far as NEARBY."""
+    grid then cover but these, and curves are traced as far as NEARBY."""
     units, farthest = units_of(pairing), FARTHEST if near is None else NEARBY
     window = window_of(pairing) if near is None else near
     case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
     untouched = np.ones(case.size, dtype=bool)
-    curves: list[Walked] = []
-    for _ in range(MOST_WALKS):
+    curves: list[TracedCurve] = []
+    for _ in range(MOST_TRACES):
         left = np.flatnonzero(untouched & solved)
         cases, first = np.unique(case[left], return_index=True)
         if cases.size == 0:
             break
         start = left[first]
-        for curve in _walked_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
+        for curve in _traced_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
             curves.append(curve)
             mine = np.flatnonzero(untouched & (case == curve.case))
             untouched[mine[_distance(z[mine], curve.points) < SAME]] = False
         untouched[start] = False
     lost = np.unique(case[untouched])
-    return [*curves, *(Walked(k, z[untouched & (case == k)], False, True) for k in lost.tolist())], missing
+    return [
+        *curves,
+        *(TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()),
+    ], missing
 
 
 def _points_on_curves(
     pairing: Pairing, units: FloatArray, window: Window, farthest: float
 ) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
+    """Give points of curves on lines of constant l1 and of constant l2: their cases, z (points, 4), and which
     are solved to rounding; and for which cases some sample has no common normal."""
     found, missing = [], np.zeros(pairing.branch.shape[0], dtype=bool)
     for member in range(2):
@@ -129,7 +154,7 @@ def _points_on_curves(
 
 
 def _lines(pairing: Pairing, member: int, window: Window) -> FloatArray:
-    """Samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines through a window along which the l of
+    """Give samples l (2, cases, LINES, pieces, SAMPLES), mm, on lines through a window along which the l of
     `member` varies and that of the other does not.
 
     Each line is cut where n_x vanishes on it, and the samples crowd towards the cuts as their squares do:
@@ -165,8 +190,8 @@ def _lines(pairing: Pairing, member: int, window: Window) -> FloatArray:
 
 
 def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms, Terms]:
-    """Terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis
-    of positions."""
+    """Give terms of pinion and gear at samples l (2, cases, LINES, pieces, SAMPLES), mm, in one axis of
+    positions."""
     _, cases, _, pieces, samples = l.shape
     varied = terms_of_one(pairing, l[member].reshape(cases, -1), member)
     once = terms_of_one(pairing, l[1 - member, :, :, 0, 0], 1 - member)
@@ -177,7 +202,7 @@ def _terms_on_lines(pairing: Pairing, l: FloatArray, member: int) -> tuple[Terms
 def _solved_between(
     part: Pairing, units: FloatArray, sides: FloatArray, side: FloatArray, halvings: int
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved; the
+    """Give points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved; the
     others are bisected only, NaN without a common normal."""
     start = _bisected(part, sides, side, halvings).T[:, None] / units
     tangent = direction_of(linearised(part, start, units)[1])
@@ -187,8 +212,8 @@ def _solved_between(
 
 
 def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -> FloatArray:
-    """Points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the
-    first has the sign of `gap`; NaN where neither side has a common normal."""
+    """Give points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the first
+    has the sign of `gap`; NaN where neither side has a common normal."""
     near, far = ends
     for _ in range(halvings):
         between = 0.5 * (near + far)
@@ -205,7 +230,7 @@ def _bisected(part: Pairing, ends: FloatArray, gap: FloatArray, halvings: int) -
 def _within(
     pairing: Pairing, z: FloatArray, units: FloatArray, farthest: float
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Whether points (cases, 1, 4) lie in the window, `farthest` at most, and how far along the axes of
+    """Say whether points (cases, 1, 4) lie in the window, `farthest` at most, and how far along the axes of
     both members from mid-face, (cases, 2), in face widths."""
     y = np.moveaxis(z * units, -1, 0)
     height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
@@ -216,7 +241,7 @@ def _within(
 
 
 def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
-    """Distances (points) of z (points, 4) from a line through points (corners, 4), in sides of the line
+    """Give distances (points) of z (points, 4) from a line through points (corners, 4), in sides of the line
     where these are longer than LONGEST, else in LONGEST."""
     if len(line) < 2:
         return np.asarray(np.linalg.norm(z - line[0], axis=-1)) / LONGEST
@@ -228,29 +253,29 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
     return np.asarray((np.linalg.norm(foot, axis=-1) / size).min(axis=-1))
 
 
-def _walked_both_ways(
+def _traced_both_ways(
     pairing: Pairing, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
-) -> list[Walked]:
-    """The curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
+) -> list[TracedCurve]:
+    """Give the curves through `start` (cases, 4), one a case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
     tangent[len(names) :] *= -1.0
-    lines, stops = _walk(pairing, units, z, tangent, farthest)
+    lines, stops = _trace(pairing, units, z, tangent, farthest)
     curves = []
     for k, name in enumerate(names.tolist()):
         ahead, back = lines[k], lines[k + len(names)]
         closed = bool(stops[k] == Stop.CLOSED)
         points = ahead if closed else np.concatenate((back[:0:-1], ahead))
         lost = bool((stops[[k, k + len(names)]] == Stop.LOST).any())
-        curves.append(Walked(name, points, closed, lost))
+        curves.append(TracedCurve(name, points, closed, lost))
     return curves
 
 
-def _walk(
+def _trace(
     pairing: Pairing, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
-    """Walks from `start` (walkers, 4) along `tangent`: points of each, and the codes of `Stop`."""
+    """Trace from `start` (traces, 4) along `tangent`: points of each, and the codes of `Stop`."""
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
     step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
@@ -264,9 +289,9 @@ def _walk(
         moved = active[good]
         z[moved], tangent[moved], faces[moved] = ahead[good], turned[good], reached[good]
         taken[moved] += 1
-        trace = np.full(z.shape, np.nan)
-        trace[moved] = z[moved]
-        steps.append(trace)
+        reached = np.full(z.shape, np.nan)
+        reached[moved] = z[moved]
+        steps.append(reached)
         most = LONGEST * _far(faces[active]).max(axis=-1)
         longer = np.where(cosine > BEND, np.minimum(1.5 * step[active], most), step[active])
         step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
@@ -283,14 +308,14 @@ def _walk(
 
 
 def _far(faces: FloatArray) -> FloatArray:
-    """How much longer than near the flanks steps may be, for each member."""
+    """Say how much longer than near the flanks steps may be, for each member."""
     return np.asarray(np.maximum(1.0, GROWTH * (np.abs(faces) - 1.0)))
 
 
 def _one_step(
     part: Pairing, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points and tangents a step further, cosines of the turn, and whether the steps are good.
+    """Give points and tangents a step further, cosines of the turn, and whether the steps are good.
 
     Of long steps, far from the faces, w1 counts less: l1, l2 and n_x tell one curve from the next."""
     predicted = (z + step[:, None] * tangent)[:, None]
@@ -305,3 +330,42 @@ def _one_step(
     moved = np.linalg.norm(weight * (ahead[:, 0] - z), axis=-1)
     good = solved[:, 0] & (np.abs(cosine) > TURN) & (drift < DRIFT * moved) & (moved < 2.0 * LONGEST)
     return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good
+
+
+def near_flanks(pairing: Pairing, curves: list[TracedCurve]) -> list[Part]:
+    """Give the parts of curves that may lie on the flanks, with a little more at both ends."""
+    if not curves:
+        return []
+    case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
+    part = pairing.cases(case)
+    y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
+    y = np.moveaxis(y, -1, 0)
+    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
+    margins = limit_margins(part, y[:2], height, radius)[..., 0]
+    near = np.all(np.abs(height) <= (1.0 + OUTSIDE) * part.half_width, axis=0)[:, 0]
+    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
+    margins /= np.concatenate((depth, depth, face, face))
+    parts, start = [], 0
+    for curve in curves:
+        here = slice(start, start + len(curve.points))
+        parts += _cut(curve, near[here], margins[:, here])
+        start = here.stop
+    return parts
+
+
+def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> list[Part]:
+    """Give the parts of one curve, from which of its points are near, and their margins (8, points)."""
+    points = curve.points
+    if curve.closed:  # begin where it is furthest outside
+        order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))
+        order = np.append(order, order[0])
+        points, near, margins = points[order], near[order], margins[:, order]
+        if margins.min() > 0.0:
+            return [Part(curve.case, points, True)]
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
+    parts = []
+    for first, last in edges.reshape(-1, 2):
+        run = slice(max(first - 2, 0), last + 2)
+        if (curve.lost or len(points[run]) > 1) and (margins[:, first:last].max(axis=1) > -SPARE).all():
+            parts.append(Part(curve.case, points[run], False))
+    return parts

@@ -63,7 +63,7 @@ class ContactEllipse:
 
 
 def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Derivatives (..., 3), 1/mm, of a flank's unit normal by its parameters l and u (mm), in the
+    """Give derivatives (..., 3), 1/mm, of a flank's unit normal by its parameters l and u (mm), in the
     member's own frame. Analytic, as the tangents of `flank_patch`."""
     rack = rack_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
@@ -80,7 +80,7 @@ def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tupl
 
 
 def relative_curvature(path: ContactPath) -> RelativeCurvature:
-    """Principal relative curvatures and directions at the positions of a path."""
+    """Give principal relative curvatures and directions at the positions of a path."""
     shape, basis = path.l1.shape, _tangent_basis(path.normal.reshape(-1, 3))
     pinion, gear = (_normal_map(*both, basis) for both in _steps_and_turns(path))
     total = 0.5 * (pinion + gear + np.swapaxes(pinion + gear, -1, -2))
@@ -92,7 +92,7 @@ def relative_curvature(path: ContactPath) -> RelativeCurvature:
 
 
 def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION) -> ContactEllipse:
-    """Contact ellipses at the positions of a path, for a `separation` in mm.
+    """Give contact ellipses at the positions of a path, for a `separation` in mm.
 
     Raises ValueError for a separation that is not positive. The ellipse is that of the second
     order: in approximate line contact it can reach past the flank, or further than that order
@@ -101,7 +101,7 @@ def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION) -
 
 
 def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse:
-    """Contact ellipses of a relative curvature; see `contact_ellipse`."""
+    """Give contact ellipses of a relative curvature; see `contact_ellipse`."""
     if not 0.0 < separation < np.inf:
         raise ValueError(f"separation must be a positive length in mm, got {separation:g}")
     curvature = relative.curvature
@@ -117,8 +117,8 @@ def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse
 
 
 def _steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
-    """For pinion and gear at n contacts, in S_f: tangents (n, 3, 2) by l and u, and the derivatives
-    of the unit normal (n, 3, 2)."""
+    """Give tangents (n, 3, 2) by l and u for pinion and gear at n contacts, in S_f, and the derivatives
+    (n, 3, 2) of the unit normal."""
     design = path.design
     cases, members = max(1, int(np.prod(path.l1.shape[:-1]))), design.stacked_members()
     l, u, roll = (
@@ -138,14 +138,14 @@ def _steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], 
 
 
 def _tangent_basis(normal: FloatArray) -> FloatArray:
-    """Unit vectors (n, 2, 3) square to the normals (n, 3): the first as near to z as can be."""
+    """Give unit vectors (n, 2, 3) square to the normals (n, 3): the first as near to z as can be."""
     first = np.array((0.0, 0.0, 1.0)) - normal[:, 2:] * normal
     first = first / np.linalg.norm(first, axis=-1, keepdims=True)
     return np.stack((first, np.cross(normal, first)), axis=1)
 
 
 def _normal_map(steps: FloatArray, turns: FloatArray, basis: FloatArray) -> FloatArray:
-    """A (n, 2, 2), 1/mm, by components on the basis."""
+    """Give A (n, 2, 2), 1/mm, by components on the basis."""
     (a, b), (c, d) = np.moveaxis(basis @ steps, 0, -1)
     inverse = np.array(((d, -b), (-c, a))) / (a * d - b * c)
     return np.asarray(basis @ turns @ np.moveaxis(inverse, -1, 0))

@@ -2,7 +2,7 @@
 
 `find_ends` finds where the first of the eight limits (root, tip, toe, heel of either member) is
 met, `at_shares` the positions that share out the pinion's roll between the ends. Both work on
-the polynomials of a track, whatever its parameter is.
+the polynomials of a series, whatever its parameter is.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..arrays import FloatArray
 from ..status import Limit, Status
 from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, with_derivative
 from .equation import Pairing
-from .path_polynomial import HEIGHT, LARGEST, ROLL, Track
+from .path_polynomial import HEIGHT, LARGEST, ROLL, PathSeries
 
 SCAN = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN, LARGEST)
@@ -32,7 +32,7 @@ ENDING = 1e-12
 class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
-    `x` is the parameter of the track, `limit` holds `Limit` codes. Per case: `span`, greatest
+    `x` is the parameter of the series, `limit` holds `Limit` codes. Per case: `span`, greatest
     less least pinion roll of the path (rad); `turning`, whether the roll turns back on the way; `pieces`,
     in how many the path lies on the flanks, of which the one with the greatest span is taken;
     `status`."""
@@ -47,7 +47,7 @@ class Ends:
     status: NDArray[np.int8]
 
     def cases(self, index: NDArray[np.int_]) -> Ends:
-        """The ends of the cases `index`."""
+        """Give the ends of the cases `index`."""
         picked = {
             name: value[:, index] if name == "l" else value[index] for name, value in vars(self).items()
         }
@@ -57,7 +57,7 @@ class Ends:
 def longest_run(
     inside: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
-    """First and last index of the longest run of True along the last axis, and the number of
+    """Give the first and the last index of the longest run of True along the last axis, and the number of
     runs; last < first where there is none."""
     index = np.arange(inside.shape[-1])
     before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
@@ -67,17 +67,17 @@ def longest_run(
     return last - length.max(axis=-1) + 1, last, runs
 
 
-def find_ends(pairing: Pairing, track: Track) -> Ends:
-    """Ends of the path within the window of its track.
+def find_ends(pairing: Pairing, series: PathSeries) -> Ends:
+    """Give ends of the path within the window of its series.
 
     Of the margins that shrink towards the outside, the one whose zero lies furthest inside
     ends the path; Newton on that maximum changes limits by itself when another one turns
     out to be met first. The pinion drives, with rising roll on right flanks and falling roll on
     left ones: that says which end is entered."""
-    x, pieces = _rough_ends(track)
-    sought = (pieces > 0) & (track.status == Status.SOLVED)
+    x, pieces = _rough_ends(series)
+    sought = (pieces > 0) & (series.status == Status.SOLVED)
     inward = np.array([1.0, -1.0])
-    both = with_derivative(track.coefficients[HEIGHT:])
+    both = with_derivative(series.coefficients[HEIGHT:])
     for _ in range(PASSES):
         values = evaluate(both, x)
         rates = values[len(Limit) :] * inward
@@ -89,39 +89,39 @@ def find_ends(pairing: Pairing, track: Track) -> Ends:
     missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
     status = np.where(missed, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
     status = np.where(pieces == 0, np.int8(Status.OFF_FLANK), status)
-    status = np.where(track.status != Status.SOLVED, track.status, status)
+    status = np.where(series.status != Status.SOLVED, series.status, status)
     away = status != Status.SOLVED
     x, limit = np.where(away[:, None], np.nan, x), np.where(away[:, None], -1, limit).astype(np.int8)
-    values = evaluate(track.coefficients[[0, 1, ROLL]], x)
+    values = evaluate(series.coefficients[[0, 1, ROLL]], x)
     backwards = pairing.rack.sigma * (values[2, :, 1] - values[2, :, 0]) < 0.0
     x[backwards], limit[backwards] = x[backwards, ::-1], limit[backwards, ::-1]
     values[:, backwards] = values[:, backwards, ::-1]
-    span, turning = _roll_span(track, x, values[2])
+    span, turning = _roll_span(series, x, values[2])
     pieces = np.where(away, 0, pieces)
     return Ends(x, values[:2], values[2], limit, span, turning, pieces, status)
 
 
-def _rough_ends(track: Track) -> tuple[FloatArray, NDArray[np.int_]]:
-    """Starting values (cases, 2) for the ends of the path, and the number of its pieces.
+def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
+    """Give starting values (cases, 2) for the ends of the path, and the number of its pieces.
 
     A scan of the least margin does where it crosses zero twice. Where it has several runs
     inside, or an extremum so near to zero that a crossing may hide between the samples, the
     roots of all margins are taken."""
-    depth = (track.coefficients[HEIGHT:] @ SCAN_VALUES[: track.coefficients.shape[-1]]).min(axis=0)
+    depth = (series.coefficients[HEIGHT:] @ SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
     first, last, pieces = longest_run(depth > 0.0)
     x = np.stack((_crossing(depth, first, -1), _crossing(depth, last, 1)), axis=-1)
     steps = depth[:, 1:] - depth[:, :-1]
     before, after, middle = steps[:, :-1], steps[:, 1:], depth[:, 1:-1]
     near = np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
     hidden = near & np.where(middle > 0.0, (before < 0.0) & (after > 0.0), (before > 0.0) & (after < 0.0))
-    doubtful = (track.status == Status.SOLVED) & (hidden.any(axis=-1) | (pieces > 1))
+    doubtful = (series.status == Status.SOLVED) & (hidden.any(axis=-1) | (pieces > 1))
     for case in np.flatnonzero(doubtful):
-        x[case], pieces[case] = _exact_run(track.coefficients[:, case])
+        x[case], pieces[case] = _exact_run(series.coefficients[:, case])
     return x, pieces
 
 
 def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
-    """Ends of the piece on the flanks with the greatest span of roll, and the number of pieces."""
+    """Give ends of the piece on the flanks with the greatest span of roll, and the number of pieces."""
     cuts = np.concatenate([real_roots(margin, -1.0, 1.0) for margin in coefficients[HEIGHT:]])
     cuts = np.concatenate(([-1.0], np.sort(cuts), [1.0]))
     between = 0.5 * (cuts[1:] + cuts[:-1])
@@ -139,7 +139,7 @@ def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
 
 
 def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
-    """Parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
+    """Give the parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
     case = np.arange(len(edge))
     beyond = np.minimum(np.maximum(edge + outward, 0), SCAN.size - 1)
     inside, outside = depth[case, edge], depth[case, beyond]
@@ -147,11 +147,11 @@ def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatA
     return np.asarray(SCAN[edge] + share * (SCAN[beyond] - SCAN[edge]))
 
 
-def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which is that
-    between its ends unless it turns back on the way; and whether it does."""
+def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Give the pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which
+    is that between its ends unless it turns back on the way; and whether it does."""
     span = np.abs(roll[:, 1] - roll[:, 0])
-    both = with_derivative(track.coefficients[ROLL : ROLL + 1])
+    both = with_derivative(series.coefficients[ROLL : ROLL + 1])
     share = x[:, :1] + (x[:, 1:] - x[:, :1]) * SHARES
     rate = evaluate(both[1:], share)[0]
     low, high = rate.min(axis=-1), rate.max(axis=-1)
@@ -168,8 +168,8 @@ def _roll_span(track: Track, x: FloatArray, roll: FloatArray) -> tuple[FloatArra
 
 
 def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps), NaN
-    in steps without; and which do.
+    """Say where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps),
+    NaN in steps without; and which do.
 
     Between samples a polynomial strays from their chord by about an eighth of the second difference: where
     it may so reach zero and go back, its roots are sought one by one."""
@@ -189,8 +189,8 @@ def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.b
     return roots, np.isfinite(roots).any(axis=-1)
 
 
-def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
-    """Track parameters x (cases, positions) at `share` in [-1, 1] of the way from enter to leave.
+def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
+    """Give series parameters x (cases, positions) at `share` in [-1, 1] of the way from enter to leave.
 
     The way is measured in pinion roll, inverted by Newton; on a path along which the roll
     turns back it is measured in x."""
@@ -198,7 +198,7 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
     goal = 0.5 * ((first + last) + (last - first) * share)
     low, high = np.minimum(enter, leave), np.maximum(enter, leave)
     straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
-    both = with_derivative(track.coefficients[ROLL : ROLL + 1])
+    both = with_derivative(series.coefficients[ROLL : ROLL + 1])
     for _ in range(PASSES):
         value, rate = evaluate(both, x)
         move = np.where(ends.turning[:, None], 0.0, (goal - value) / rate)
@@ -208,17 +208,17 @@ def at_shares(track: Track, ends: Ends, share: FloatArray) -> FloatArray:
     x = np.where(ends.turning[:, None], straight, x)
     lost = np.flatnonzero((np.abs(move) > NEWTON_LAST).any(axis=-1))
     if lost.size:
-        x[lost] = inverted(track.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
+        x[lost] = inverted(series.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
     return x
 
 
-def shares_at_l1(track: Track, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Track parameters x (cases, positions) at `l1`, and where several contacts on the flanks have it.
+def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Give series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have it.
 
     Where x is no function of l1, only the path on the flanks is searched; NaN beyond it."""
-    x, several = (l1 - track.middle) / track.half, np.zeros(l1.shape, dtype=bool)
-    for case in np.flatnonzero(np.isnan(track.half[:, 0]) & (ends.status == Status.SOLVED)):
-        both, (low, high) = with_derivative(track.coefficients[:1, case, None]), np.sort(ends.x[case])
+    x, several = (l1 - series.middle) / series.half, np.zeros(l1.shape, dtype=bool)
+    for case in np.flatnonzero(np.isnan(series.half[:, 0]) & (ends.status == Status.SOLVED)):
+        both, (low, high) = with_derivative(series.coefficients[:1, case, None]), np.sort(ends.x[case])
         cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
         at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
         for end in at_cuts[[0, -1]]:  # rounding must not part an end from its path

@@ -75,7 +75,7 @@ class Pairing:
     half_width: FloatArray
 
     def cases(self, index: NDArray[np.int_] | slice) -> Pairing:
-        """The cases `index` of a pairing with one batch axis."""
+        """Give the cases `index` of a pairing with one batch axis."""
         pick = {
             name: value[..., index, :] for name, value in vars(self).items() if name not in ("rack", "layout")
         }
@@ -85,20 +85,20 @@ class Pairing:
 
     @property
     def undefined(self) -> NDArray[np.bool_]:
-        """Whether a case (cases) has no flanks, no mounting, or parallel axes."""
+        """Say whether a case (cases) has no flanks, no mounting, or parallel axes."""
         known = (self.lowest + self.highest + self.position).sum(axis=0) + self.layout.offset
         crossed = np.abs(self.layout.sin_angle) > PARALLEL
         return np.asarray(~(np.isfinite(known) & crossed)[:, 0])
 
     @property
     def scale(self) -> FloatArray:
-        """Size of the terms of F, mm, by which its rounding error is judged."""
+        """Give the size of the terms of F, mm, by which its rounding error is judged."""
         sizes = self.rack.pitch_radius + np.abs(self.position)
         return np.asarray(sizes[0] + sizes[1] + self.layout.offset)
 
 
 def gap_tolerance(pairing: Pairing) -> FloatArray:
-    """|F| (mm) below which nothing but rounding is left, shape (*batch, 1)."""
+    """Give |F| (mm) below which nothing but rounding is left, shape (*batch, 1)."""
     return 4.0 * np.finfo(float).eps * pairing.scale
 
 
@@ -115,7 +115,7 @@ class Terms:
     slope: Numbers
 
     def of(self, member: int) -> Terms:
-        """Those of pinion (0) or gear (1) out of those of both."""
+        """Give those of pinion (0) or gear (1) out of those of both."""
         own, start, *rest = vars(self).values()
         return Terms(own[:, member], start[:, member], *(value[member] for value in rest))
 
@@ -159,7 +159,7 @@ class Meeting:
 
 
 def _flanks(members: Member, flank: str) -> dict[str, Any]:
-    """What a pairing has from its stacked members alone."""
+    """Give what a pairing has from its stacked members alone."""
     return {
         "rack": rack_of(members, flank),
         "teeth": np.asarray(members.teeth),
@@ -177,7 +177,7 @@ def _kept_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
 
 
 def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> Pairing:
-    """Constants of the contact of `flank` ('right' or 'left') of both members.
+    """Give constants of the contact of `flank` ('right' or 'left') of both members.
 
     What depends on the members alone is kept for designs of plain numbers, as the mounting is."""
     mounting = mounting_of(design) if mounting is None else mounting
@@ -196,7 +196,7 @@ def pairing_of(design: Design, flank: str, mounting: Mounting | None = None) -> 
 
 
 def _rack_of_one(rack: Rack, member: int) -> Rack:
-    """The rack of pinion (0) or gear (1) out of those of both."""
+    """Give the rack of pinion (0) or gear (1) out of those of both."""
     return Rack(
         apex=rack.apex[:, member],
         direction=rack.direction[:, member],
@@ -209,12 +209,12 @@ def _rack_of_one(rack: Rack, member: int) -> Rack:
 
 
 def terms_of(pairing: Pairing, l: Numbers) -> Terms:
-    """Terms of both members at flank parameters (2, cases, positions), mm."""
+    """Give terms of both members at flank parameters (2, cases, positions), mm."""
     return _terms(pairing.rack, pairing.position, l)
 
 
 def terms_of_one(pairing: Pairing, l: Numbers, member: int) -> Terms:
-    """Terms of pinion (0) or gear (1) alone at its flank parameters (..., cases, positions), mm."""
+    """Give terms of pinion (0) or gear (1) alone at its flank parameters (..., cases, positions), mm."""
     return _terms(_rack_of_one(pairing.rack, member), pairing.position[member], l)
 
 
@@ -255,7 +255,7 @@ def meet(pairing: Pairing, l: Numbers) -> Meeting:
 
 
 def facing(pairing: Pairing, pinion: Terms, gear: Terms) -> Facing:
-    """F from what either member gives to it; their shapes broadcast."""
+    """Give F from what either member gives to it; their shapes broadcast."""
     layout = pairing.layout
     axial: Any = (pinion.own[2], gear.own[2])
     square: Any = (pinion.square, gear.square)
@@ -272,19 +272,19 @@ def facing(pairing: Pairing, pinion: Terms, gear: Terms) -> Facing:
 
 
 def guarded_gap(pairing: Pairing, met: Facing | Meeting) -> FloatArray:
-    """F (mm), and beyond the pole at n_x = 0, where F is not real, the infinity it runs to."""
+    """Give F (mm), and beyond the pole at n_x = 0, where F is not real, the infinity it runs to."""
     return np.where(np.isnan(met.gap), np.copysign(np.inf, pairing.branch * met.pole), met.gap)
 
 
 def gap_and_slope(pairing: Pairing, pinion: Terms, l2: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """F (mm) and its derivative by l2 (cases, positions), with the pinion's terms given."""
+    """Give F (mm) and its derivative by l2 (cases, positions), with the pinion's terms given."""
     gap = facing(pairing, pinion, terms_of_one(pairing, l2 + COMPLEX_STEP * 1j, 1)).gap
     return gap.real, gap.imag / COMPLEX_STEP
 
 
 def axial_and_radius(pairing: Pairing, met: Meeting) -> tuple[FloatArray, FloatArray]:
-    """z from mid-face towards the heel, and distance from the axis, of the contact point on
-    each member, (2, cases, positions), mm."""
+    """Give z from mid-face towards the heel, and distance from the axis, of the contact point on each member,
+    (2, cases, positions), mm."""
     z = met.own[2] * met.along + met.square * met.across - pairing.position
     flat = met.square * met.along - met.own[2] * met.across
     arm = met.moment / met.square
@@ -292,7 +292,7 @@ def axial_and_radius(pairing: Pairing, met: Meeting) -> tuple[FloatArray, FloatA
 
 
 def roll_angles(pairing: Pairing, met: Meeting) -> FloatArray:
-    """Roll of each member about its own k_j, (2, cases, positions), rad."""
+    """Give the roll of each member about its own k_j, (2, cases, positions), rad."""
     (nx, ny, v), (x0, y0, z0) = met.own, met.start
     turned = np.arctan2(met.normal_y * nx - met.normal_x * ny, met.normal_x * nx + met.normal_y * ny)
     drawn = nx * (pairing.rack.pitch_radius + x0) + ny * y0 + v * (z0 + pairing.position)
@@ -300,13 +300,13 @@ def roll_angles(pairing: Pairing, met: Meeting) -> FloatArray:
 
 
 def trace_parameters(pairing: Pairing, met: Meeting, z: FloatArray) -> FloatArray:
-    """u of the contact point on each member, (2, cases, positions), mm."""
+    """Give u of the contact point on each member, (2, cases, positions), mm."""
     return np.asarray((z - met.start[2]) / pairing.rack.trace[2])
 
 
 def limit_margins(pairing: Pairing, l: FloatArray, z: FloatArray, radius: FloatArray) -> FloatArray:
-    """How far (mm) a contact lies inside each limit, (8, cases, positions), indexed by
-    `Limit`; negative outside. The root is measured in `l`."""
+    """Say how far (mm) a contact lies inside each limit, (8, cases, positions), indexed by `Limit`; negative
+    outside. The root is measured in `l`."""
     margins = np.array(
         (
             l - pairing.lowest,
@@ -319,7 +319,7 @@ def limit_margins(pairing: Pairing, l: FloatArray, z: FloatArray, radius: FloatA
 
 
 def contact_point(met: Meeting) -> FloatArray:
-    """Contact points (3, cases, positions) in S_f, mm."""
+    """Give contact points (3, cases, positions) in S_f, mm."""
     fx, fy, v, s = met.normal_x, met.normal_y[0], met.own[2, 0], met.square[0]
     flat = met.along[0] - met.across[0] * v / s
     arm = met.moment[0] / (s * s)
@@ -327,5 +327,5 @@ def contact_point(met: Meeting) -> FloatArray:
 
 
 def contact_normal(met: Meeting) -> FloatArray:
-    """Common unit normals (3, cases, positions) in S_f, out of the pinion's tooth."""
+    """Give common unit normals (3, cases, positions) in S_f, out of the pinion's tooth."""
     return np.array((met.normal_x, met.normal_y[0], met.own[2, 0]))

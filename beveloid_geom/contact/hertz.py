@@ -33,12 +33,12 @@ class HertzEllipse:
 
 
 def contact_modulus(young: float, poisson: float) -> float:
-    """E* (MPa) of two bodies of one material."""
+    """Give E* (MPa) of two bodies of one material."""
     return young / (2.0 * (1.0 - poisson**2))
 
 
 def slenderness(ratio: float) -> float:
-    """k = b / a of the ellipse for the `ratio` A / B of the curvatures, 0 to 1; SLENDEREST at least."""
+    """Give k = b / a of the ellipse for the `ratio` A / B of the curvatures, 0 to 1; SLENDEREST at least."""
     from scipy.optimize import brentq
     from scipy.special import elliprd
 
@@ -53,8 +53,8 @@ def slenderness(ratio: float) -> float:
 
 
 def hertz_ellipse(curvature: FloatArray, force: float, modulus: float) -> HertzEllipse:
-    """The ellipse of contact for the relative `curvature` (2,), 1/mm, smaller first, of two bodies pressed
-    together by `force` (N), `modulus` E* in MPa.
+    """Give the ellipse of contact for the relative `curvature` (2,), 1/mm, smaller first, of two bodies
+    pressed together by `force` (N), `modulus` E* in MPa.
 
     Raises ValueError where a curvature is negative: the bodies cut each other beside the contact."""
     from scipy.special import ellipe

@@ -29,7 +29,7 @@ from ..support.chebyshev import basis_of, evaluate, resolved_degree
 from ..support.few_lines import few_lines, html_table
 from .ends import Ends, at_shares, shares_at_l1
 from .equation import Pairing, gap_tolerance, pairing_of
-from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS, Track, exact_rows, rounding_scale
+from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS, PathSeries, exact_rows, rounding_scale
 from .path_search import Group, paths_on_flanks
 
 DENSE, MANY = basis_of(40), 256
@@ -63,12 +63,12 @@ class PathEnds:
 
     @property
     def enter(self) -> Limit | None:
-        """The limit at which a single path enters."""
+        """Give the limit at which a single path enters."""
         return self._single(0)
 
     @property
     def leave(self) -> Limit | None:
-        """The limit at which a single path leaves."""
+        """Give the limit at which a single path leaves."""
         return self._single(1)
 
     def _single(self, end: int) -> Limit | None:
@@ -171,8 +171,8 @@ def path_of_contact(
 def path_blocks(
     design: Design, flank: str = "right", points: int = 101, *, positions_per_block: int = 65536
 ) -> Iterator[ContactPath]:
-    """The positions of `path_of_contact` of a single design, block by block and in order, so that
-    memory does not grow with their number. The `ends` of every block are those of the path.
+    """Give the positions of `path_of_contact` of a single design, block by block and in order, so that memory
+    does not grow with their number. The `ends` of every block are those of the path.
 
     Raises ValueError for a batch: give it in slices of its cases."""
     if design.batch_shape:
@@ -212,7 +212,7 @@ def _solvable(design: Design, flank: str) -> Pairing:
 
 
 def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """The flank parameters asked for, (cases, positions)."""
+    """Give the flank parameters asked for, (cases, positions)."""
     given = np.atleast_1d(float64_of("l1", l1))
     if given.shape[:-1] not in ((), shape):
         batch = f" or {(*shape, 'positions')}" if shape else ""
@@ -244,7 +244,7 @@ def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
 
 
 def path_ends(design: Design, flank: str = "right") -> PathEnds:
-    """Ends of the path of contact and the contact ratio, without the positions between."""
+    """Give ends of the path of contact and the contact ratio, without the positions between."""
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
@@ -286,40 +286,40 @@ def _result(
 @dataclass(frozen=True, eq=False)
 class _Way:
     """A path from enter to leave: rows as polynomials of the share of the way in [-1, 1], or, where
-    `by_roll` is False, of the parameter of the track; PHASE less its value in the `middle`."""
+    `by_roll` is False, of the parameter of the series; PHASE less its value in the `middle`."""
 
     coefficients: FloatArray
     by_roll: bool
-    track: Track
+    series: PathSeries
     ends: Ends
     middle: FloatArray
 
     def rows(self, share: FloatArray) -> FloatArray:
-        """Rows (HEIGHT, cases, positions) at shares of the way."""
+        """Give rows (HEIGHT, cases, positions) at shares of the way."""
         values = _by_blocks(
-            self.coefficients, share if self.by_roll else at_shares(self.track, self.ends, share)
+            self.coefficients, share if self.by_roll else at_shares(self.series, self.ends, share)
         )
         values[PHASE] -= self.middle
         return values
 
 
 def _way_of(group: Group) -> _Way:
-    """The way along the paths, expanded in roll where that resolves them."""
-    track, ends, rows = group.track, group.ends, group.track.coefficients[:HEIGHT]
-    values = evaluate(rows, at_shares(track, ends, DENSE.nodes))
+    """Give the way along the paths, expanded in roll where that resolves them."""
+    series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
+    values = evaluate(rows, at_shares(series, ends, DENSE.nodes))
     middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
     solved = ends.status == Status.SOLVED
     degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
     if degree is None:
-        return _Way(rows, False, track, ends, middle)
-    return _Way(by_roll[..., : degree + 1], True, track, ends, middle)
+        return _Way(rows, False, series, ends, middle)
+    return _Way(by_roll[..., : degree + 1], True, series, ends, middle)
 
 
 def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Rows and status at positions evenly spaced from enter to leave."""
-    share, track, ends = np.linspace(-1.0, 1.0, points), group.track, group.ends
+    """Give rows and status at positions evenly spaced from enter to leave."""
+    share, series, ends = np.linspace(-1.0, 1.0, points), group.series, group.ends
     if points < MANY:
-        values = evaluate(track.coefficients[:HEIGHT], at_shares(track, ends, np.append(share, 0.0)))
+        values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, np.append(share, 0.0)))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
         values[PHASE] -= middle
     else:
@@ -328,12 +328,12 @@ def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
 
 
 def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Rows and status at given l1: from the track, beyond its window solved one by one."""
-    pairing, track, ends = group.pairing, group.track, group.ends
-    x, several = shares_at_l1(track, ends, l1)
-    values = _by_blocks(track.coefficients, x)
+    """Give rows and status at given l1: from the series, beyond its window solved one by one."""
+    pairing, series, ends = group.pairing, group.series, group.ends
+    x, several = shares_at_l1(series, ends, l1)
+    values = _by_blocks(series.coefficients, x)
     status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))
-    beyond = ~((np.abs(x) <= 1.0) & (track.status == Status.SOLVED)[:, None] | several)
+    beyond = ~((np.abs(x) <= 1.0) & (series.status == Status.SOLVED)[:, None] | several)
     found = np.flatnonzero(beyond.any(axis=0))
     size = max(1, SAFE_PER_BLOCK // len(l1))
     for part in (found[start : start + size] for start in range(0, found.size, size)):
@@ -343,7 +343,7 @@ def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8
     values[0] = l1
     off = values[HEIGHT:].min(axis=0) < -ROUNDING * gap_tolerance(pairing)
     status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
-    middle = evaluate(track.coefficients[PHASE : PHASE + 1], at_shares(track, ends, np.zeros(1)))[0]
+    middle = evaluate(series.coefficients[PHASE : PHASE + 1], at_shares(series, ends, np.zeros(1)))[0]
     if np.isnan(middle).any():  # no path on the flanks: the middle of what was asked for
         between = 0.5 * (l1.min(axis=-1, keepdims=True) + l1.max(axis=-1, keepdims=True))
         middle = np.where(np.isnan(middle), exact_rows(pairing, between)[0][PHASE], middle)
@@ -352,7 +352,7 @@ def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8
 
 
 def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
-    """Values (rows, cases, positions), a block of positions at a time to stay in the cache."""
+    """Give values (rows, cases, positions), a block of positions at a time to stay in the cache."""
     cases, positions = coefficients.shape[1], parameter.shape[-1]
     size = max(1, POSITIONS_PER_BLOCK // cases)
     values = np.empty((len(coefficients), cases, positions))

@@ -1,12 +1,12 @@
 """Paths of contact as polynomials through exact solutions.
 
-`track_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
+`series_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
 pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
-rounding the track is resolved: its values anywhere in the window are solutions to rounding.
+rounding the series is resolved: its values anywhere in the window are solutions to rounding.
 Where they do not, n_x is small in the window or an l1 has several contacts, and the path is sought in cells
 and along its length (`path_search`).
 
-Arrays have one axis of cases in place of the batch shape. The rows of a track are those of
+Arrays have one axis of cases in place of the batch shape. The rows of a series are those of
 `ROWS`, then the eight limit margins in the order of `Limit`.
 """
 
@@ -55,7 +55,7 @@ WIDTH = HEIGHT + len(Limit)
 
 COARSE = basis_of(16)
 LARGEST = 400
-"""Highest degree of a track."""
+"""Highest degree of a series."""
 WINDOW_MARGIN = 0.02
 """Share of the flank depth by which the window of l1 reaches beyond root and tip."""
 SPARE = 0.3
@@ -64,34 +64,36 @@ LOOSENED = 16.0
 """Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
 sharply against rounding, or a member has next to no base circle."""
 LOOSEST = 1.6e-11
-"""Rounding, as a share of a flank's depth, up to which a track may be loosened: 2e-10 mm on Table 1."""
+"""Rounding, as a share of a flank's depth, up to which a series may be loosened: 2e-10 mm on Table 1."""
 STEEP, NEAR, PASSES = 0.05, 1e-4, 5
 """|n_x| below which a position is solved again with n_x as an unknown; how far, in units of z, that may
 move it; passes of Newton."""
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class PathSeries:
     """Paths as polynomials of a parameter x in [-1, 1].
 
     `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x,
     but NaN where the path is followed by its length and x is no function of l1. `status` (cases):
-    SOLVED, or why there is no track."""
+    SOLVED, or why there is no series."""
 
     coefficients: FloatArray
     middle: FloatArray
     half: FloatArray
     status: NDArray[np.int8]
 
-    def cases(self, index: NDArray[np.int_]) -> Track:
-        """The tracks of the cases `index`."""
-        return Track(self.coefficients[:, index], self.middle[index], self.half[index], self.status[index])
+    def cases(self, index: NDArray[np.int_]) -> PathSeries:
+        """Give the series of the cases `index`."""
+        return PathSeries(
+            self.coefficients[:, index], self.middle[index], self.half[index], self.status[index]
+        )
 
 
-def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> Track:
-    """Tracks whose parameter is no function of l1."""
+def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
+    """Give series whose parameter is no function of l1."""
     void = np.full((len(status), 1), np.nan)
-    return Track(coefficients, void, void, status)
+    return PathSeries(coefficients, void, void, status)
 
 
 def exact_rows(
@@ -122,8 +124,8 @@ def exact_rows(
 
 
 def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArray[np.bool_]) -> FloatArray:
-    """Rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again with
-    n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
+    """Give rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again
+    with n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
     weak = np.abs(met.normal_x) < STEEP
     cases = np.flatnonzero(weak.any(axis=-1))
     if cases.size == 0:
@@ -143,7 +145,7 @@ def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArr
 
 
 def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
-    """Rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
+    """Give rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
     z, radius = axial_and_radius(pairing, met)
     roll = roll_angles(pairing, met)
     rows = np.empty((WIDTH, *l.shape[1:]))
@@ -156,9 +158,9 @@ def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
 
 
 def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
-    """Sizes (WIDTH, cases) to which the rounding of the rows relates.
+    """Give sizes (WIDTH, cases) to which the rounding of the rows relates.
 
-    `loosened` is for tracks whose rounding is more than that of the sizes of their terms: it lets lengths
+    `loosened` is for series whose rounding is more than that of the sizes of their terms: it lets lengths
     be less exact by this factor, as long as that is below LOOSEST, and rolls by as much at the pitch
     radius."""
     size = pairing.scale[:, 0]
@@ -177,7 +179,7 @@ def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
 def fitted(
     pairing: Pairing, rows: FloatArray, basis: Basis, loosened: float = 1.0
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
+    """Give coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
     coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened)
     degree = resolved_degree(coefficients, scale)
     if degree is not None:
@@ -186,7 +188,8 @@ def fitted(
 
 
 def between(known: FloatArray, new: FloatArray) -> FloatArray:
-    """Values (..., nodes) at the nodes of a degree, out of those at half the degree and those between."""
+    """Give values (..., nodes) at the nodes of a degree, out of those at half the degree and those
+    between."""
     if known.shape[-1] == 0:
         return new
     values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))
@@ -194,8 +197,8 @@ def between(known: FloatArray, new: FloatArray) -> FloatArray:
     return values
 
 
-def track_over_l1(pairing: Pairing) -> Track:
-    """The tracks over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
+def series_over_l1(pairing: Pairing) -> PathSeries:
+    """Give the series over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
     (low, least), (high, most) = pairing.lowest, pairing.highest
     middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
     within = least - SPARE * (most - least), most + SPARE * (most - least)
@@ -203,4 +206,4 @@ def track_over_l1(pairing: Pairing) -> Track:
     coefficients, good = fitted(pairing, rows, COARSE)
     status = found.max(axis=-1)
     status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED
-    return Track(coefficients, middle, half, status)
+    return PathSeries(coefficients, middle, half, status)

@@ -1,12 +1,12 @@
-"""Tracks of paths that no single flank parameter describes, followed by their length.
+"""Series of paths that no single flank parameter describes, followed by their length.
 
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
 hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
-which another curve of contact may be near the faces, all curves of contact in the window are walked
+which another curve of contact may be near the faces, all curves of contact in the window are traced
 (`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
 covers most roll is the path.
 
-The parameter of such a part is no true length: a polynomial through the walked points is its guide,
+The parameter of such a part is no true length: a polynomial through the traced points is its guide,
 and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
 as smooth as the curve, and needs no integral.
 """
@@ -27,22 +27,22 @@ from ..pair.frames import common_normal
 from ..status import Status
 from ..support.chebyshev import basis_of
 from .cells import Box, box_of, window_of
-from .chains import chains_of, missed, tracks_of
+from .chains import chains_of, missed, series_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
-from .curve_tracing import LONGEST, Walked, Window, curves_of
+from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends
-from .equation import Pairing, axial_and_radius, limit_margins
+from .equation import Pairing
 from .path_polynomial import (
     LARGEST,
     LOOSENED,
     NORMAL,
     STEEP,
     WIDTH,
-    Track,
+    PathSeries,
     by_length,
     fitted,
     rows_of,
-    track_over_l1,
+    series_over_l1,
 )
 
 CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
@@ -54,54 +54,40 @@ TURN_ROOM = 0.1
 """rad of turn that take as much room along a guide as the longest step."""
 BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
 PASSES = 8
-OUTSIDE = 0.5
-"""Half face widths beyond toe and heel to which a part reaches."""
 FEW, ROUNDS = 5, (9, 9, 17, 33)
-"""Grid lines of each member: where a track over l1 is at hand, and else round by round over the cells left
+"""Grid lines of each member: where a series over l1 is at hand, and else round by round over the cells left
 before."""
 VANISHING = 1e-13
 """n_x^2 that may be but rounding."""
 ONE_PLACE = 1e-9
 """Share of the size of the pair within which two ends are one."""
-SPARE = 0.1
-"""Depths, or face widths, by which a limit must be missed all along for a part to count as off."""
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Cases solved alike: their numbers, constants, tracks and ends."""
+    """Cases solved alike: their numbers, constants, series and ends."""
 
     cases: NDArray[np.int_]
     pairing: Pairing
-    track: Track
+    series: PathSeries
     ends: Ends
 
     def part(self, index: NDArray[np.int_]) -> Group:
-        """The group of the cases at the places `index`."""
+        """Give the group of the cases at the places `index`."""
         return Group(
-            self.cases[index], self.pairing.cases(index), self.track.cases(index), self.ends.cases(index)
+            self.cases[index], self.pairing.cases(index), self.series.cases(index), self.ends.cases(index)
         )
 
     def of(self, cases: NDArray[np.int_]) -> Group:
-        """The group under the numbers `cases` of its cases in a greater lot."""
+        """Give the group under the numbers `cases` of its cases in a greater lot."""
         return replace(self, cases=cases[self.cases])
 
 
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """A part of a walked curve near the flanks: its case, z (points, 4), and whether it closes on
-    itself without meeting a limit."""
-
-    case: int
-    points: FloatArray
-    endless: bool
-
-
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
-    """The path of every case on its flanks; of several the one that covers most roll.
+    """Give the path of every case on its flanks; of several the one that covers most roll.
 
-    Tracks over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
-    the faces; the cases that these do not describe are followed together, since a step of a walk costs little
+    Series over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
+    the faces; the cases that these do not describe are followed together, as a step of a trace costs little
     more for many than for one: near the faces, and all over the window where that leaves a doubt."""
     count = pairing.branch.shape[0]
     groups: list[Group] = []
@@ -145,14 +131,14 @@ def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArra
 
 
 def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
-    """Paths by tracks over l1, and which cases these do not describe.
+    """Give paths by series over l1, and which cases these do not describe.
 
     The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
     zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
     curve is near the faces."""
-    track = track_over_l1(pairing)
-    whole = Group(np.arange(len(track.status)), pairing, track, find_ends(pairing, track))
-    n_x = track.coefficients[NORMAL.start]
+    series = series_over_l1(pairing)
+    whole = Group(np.arange(len(series.status)), pairing, series, find_ends(pairing, series))
+    n_x = series.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
     told = np.flatnonzero(lost & _told(whole))
@@ -164,9 +150,9 @@ def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
 
 
 def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
-    """Paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none: they
-    shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near their
-    faces. The cases that are `known` by a track over all l1, and of which the cells say no more, are in
+    """Give paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none:
+    they shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near
+    their faces. The cases that are `known` by a series over all l1, of which the cells say no more, are in
     neither."""
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
@@ -214,8 +200,8 @@ def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group]
 
 
 def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
-    """Paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is enough; and
-    the cases in which it clearly misses the flanks."""
+    """Give paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is
+    enough; and the cases in which it clearly misses the flanks."""
     chains = chains_of(pairing, box)
     off = missed(chains) & (chains.count > 0)
     groups, left = [], (chains.count > 0) & ~off
@@ -223,30 +209,30 @@ def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.
         names = np.flatnonzero(left & asked)
         if names.size == 0:
             continue
-        for found, track in tracks_of(pairing.cases(names), chains.cases(names), over_l1):
+        for found, series in series_of(pairing.cases(names), chains.cases(names), over_l1):
             part = pairing.cases(names[found])
-            whole = Group(names[found], part, track, find_ends(part, track))
+            whole = Group(names[found], part, series, find_ends(part, series))
             groups.append(whole.part(np.flatnonzero(_told(whole))))
             left[groups[-1].cases] = False
     return groups, np.flatnonzero(off)
 
 
 def _told(group: Group) -> NDArray[np.bool_]:
-    """Of which cases a track says whether and where they lie on the flanks."""
+    """Say of which cases a series says whether and where they lie on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
-    return np.asarray(said & (group.track.status == Status.SOLVED))
+    return np.asarray(said & (group.series.status == Status.SOLVED))
 
 
 def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
-    """Cases without a path, and why."""
-    part, track = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
-    return Group(cases, part, track, find_ends(part, track))
+    """Give cases without a path, and why."""
+    part, series = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
+    return Group(cases, part, series, find_ends(part, series))
 
 
 def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
-    """Paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
+    """Give paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
 
-    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were walked to where they leave the
+    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were traced to where they leave the
     window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
     curves, missing = curves_of(pairing, near)
     lost = [curve for curve in curves if curve.lost]
@@ -256,9 +242,9 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     status[pairing.undefined] = Status.UNDEFINED
     status[_vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
-    parts = _near_flanks(pairing, [curve for curve in curves if not curve.lost])
+    parts = near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
-    status[[part.case for part in _near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
+    status[[part.case for part in near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
     parts = [part for part in parts if status[part.case] == Status.OFF_FLANK]
     status[[curve.case for curve in lost]] = Status.NOT_CONVERGED
     whose = np.array([part.case for part in parts], dtype=int)
@@ -269,27 +255,27 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
 
 
 def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
-    """Whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
+    """Say whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
     low, high = window_of(pairing)
     l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
     x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
     return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
-def _parts_fitted(pairing: Pairing, parts: list[_Part]) -> list[Group]:
-    """Tracks and ends of parts of walked curves, by their numbers."""
+def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:
+    """Give series and ends of parts of traced curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
     fits = []
-    for found, track in _fitted(pairing, parts):
+    for found, series in _fitted(pairing, parts):
         part = pairing.cases(found)
-        fits.append(Group(found, part, track, find_ends(part, track)))
+        fits.append(Group(found, part, series, find_ends(part, series)))
     return fits
 
 
 def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
-    """One path for each case of which parts are fitted: the part that covers most roll. `case` (parts) says
-    whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it is not
-    said that none does."""
+    """Give one path for each case of which parts are fitted: the part that covers most roll. `case` (parts)
+    says whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it
+    is not said that none does."""
     fits = [fit for fit in fits if fit.cases.size]
     if not fits:
         return []
@@ -319,23 +305,23 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
         fit = fit.part(chosen)
         owner = case[fit.cases]
         if unsure[owner].any():
-            fit.track.status[unsure[owner]] = Status.NOT_CONVERGED
-            fit = replace(fit, ends=find_ends(fit.pairing, fit.track))
+            fit.series.status[unsure[owner]] = Status.NOT_CONVERGED
+            fit = replace(fit, ends=find_ends(fit.pairing, fit.series))
         counted = np.where(fit.ends.status == Status.SOLVED, total[owner], 0)
         groups.append(replace(fit, cases=owner, ends=replace(fit.ends, pieces=counted)))
     return groups
 
 
 def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
-    """Which parts end where one before them of the same case does: a curve walked twice."""
+    """Say which parts end where one before them of the same case does: a curve traced twice."""
     same = case[:, None] == case
     for value in ends.T:
         same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
     return np.asarray(np.tril(same, -1).any(axis=1))
 
 
-def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.int_], Track]]:
-    """Tracks of the parts, one case each: which of them, basis by basis."""
+def _fitted(pairing: Pairing, parts: list[Part]) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+    """Give series of the parts, one case each: which of them, basis by basis."""
     units = units_of(pairing)
     guides = np.stack([_guide(part.points) for part in parts])
     pending = np.arange(len(parts))
@@ -357,14 +343,15 @@ def _fitted(pairing: Pairing, parts: list[_Part]) -> Iterator[tuple[NDArray[np.i
 
 
 def _guide(points: FloatArray) -> FloatArray:
-    """Coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
+    """Give coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
     guide, degree = np.zeros((GUIDE + 1, 4)), min(GUIDE, max(1, len(points) // 2))
     guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
     return guide.T
 
 
 def _share(points: FloatArray) -> FloatArray:
-    """How far along points (points, 4), from -1 to 1: by length, and by turns, which need as much room."""
+    """Say how far along points (points, 4), from -1 to 1: by length, and by turns, which need as much
+    room."""
     sides = np.diff(points, axis=0)
     length = np.linalg.norm(sides, axis=-1)
     turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
@@ -376,7 +363,7 @@ def _share(points: FloatArray) -> FloatArray:
 
 
 def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
-    """The line through points (points, 4) at `nodes` of its way."""
+    """Give the line through points (points, 4) at `nodes` of its way."""
     share = _share(points)
     return np.stack([np.interp(nodes, share, values) for values in points.T], axis=-1)
 
@@ -384,55 +371,16 @@ def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
 def _on_guides(
     pairing: Pairing, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
+    """Give points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
     which parts all of them lie on the part itself."""
     values = chebyshev.chebvander(nodes, GUIDE)
     rates = chebyshev.chebder(np.eye(GUIDE + 1), axis=0).T
     point = np.einsum("nd,pcd->pnc", values, guides)
     normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    walked = np.array([_between(line, nodes) for line in lines])
-    off = np.einsum("...i,...i", point - walked, normal)
-    start = walked + off[..., None] * normal
+    traced = np.array([_between(line, nodes) for line in lines])
+    off = np.einsum("...i,...i", point - traced, normal)
+    start = traced + off[..., None] * normal
     z, solved = onto_curve(pairing, start, normal, units, PASSES)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST
     return z, (solved & near).all(axis=-1)
-
-
-def _near_flanks(pairing: Pairing, curves: list[Walked]) -> list[_Part]:
-    """The parts of curves that may lie on the flanks, with a little more at both ends."""
-    if not curves:
-        return []
-    case = np.concatenate([np.full(len(curve.points), curve.case) for curve in curves])
-    part = pairing.cases(case)
-    y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
-    y = np.moveaxis(y, -1, 0)
-    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    margins = limit_margins(part, y[:2], height, radius)[..., 0]
-    near = np.all(np.abs(height) <= (1.0 + OUTSIDE) * part.half_width, axis=0)[:, 0]
-    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
-    margins /= np.concatenate((depth, depth, face, face))
-    parts, start = [], 0
-    for curve in curves:
-        here = slice(start, start + len(curve.points))
-        parts += _cut(curve, near[here], margins[:, here])
-        start = here.stop
-    return parts
-
-
-def _cut(curve: Walked, near: NDArray[np.bool_], margins: FloatArray) -> list[_Part]:
-    """The parts of one curve, from which of its points are near, and their margins (8, points)."""
-    points = curve.points
-    if curve.closed:  # begin where it is furthest outside
-        order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))
-        order = np.append(order, order[0])
-        points, near, margins = points[order], near[order], margins[:, order]
-        if margins.min() > 0.0:
-            return [_Part(curve.case, points, True)]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
-    parts = []
-    for first, last in edges.reshape(-1, 2):
-        run = slice(max(first - 2, 0), last + 2)
-        if (curve.lost or len(points[run]) > 1) and (margins[:, first:last].max(axis=1) > -SPARE).all():
-            parts.append(_Part(curve.case, points[run], False))
-    return parts

@@ -37,22 +37,22 @@ class MeshingPair:
 
 
 def mid_faces(design: Design) -> FloatArray:
-    """Distances (2,) of the mid-faces from the common perpendicular along the axes of a single
-    design, axial errors included, mm."""
+    """Give distances (2,) of the mid-faces from the common perpendicular along the axes of a single design,
+    axial errors included, mm."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
     return np.asarray(mounting_of(design).distance + axial)
 
 
 def frames_at(design: Design, pinion_roll: ArrayLike, gear_roll: ArrayLike) -> tuple[Frame, Frame]:
-    """Frames of pinion and gear of a single design at rolls (rad), errors included."""
+    """Give frames of pinion and gear of a single design at rolls (rad), errors included."""
     layout, position = layout_of(design), mid_faces(design)
     first, second = (member_frame(layout, j, r, position[j]) for j, r in enumerate((pinion_roll, gear_roll)))
     return first, second
 
 
 def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
-    """A single pair, errors included, in the middle of its path of contact: midway in pinion
-    roll between entering and leaving the flanks (midway where the roll turns back).
+    """Give a single pair, errors included, in the middle of its path of contact: midway in pinion roll
+    between entering and leaving the flanks (midway where the roll turns back).
 
     Raises ValueError where the path has no point on the flanks or could not be followed."""
     if design.batch_shape:

@@ -36,7 +36,7 @@ FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
 active flank, and over three flank depths where nothing was found there."""
 EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 5
 """Samples added beside an extremum of F near zero; passes of Newton, most of which only halve; those
-that do for positions of a smooth track."""
+that do for positions of a smooth series."""
 SHORT = 3
 """Passes of Newton after which the positions that are left, if they are fewer than half, go on alone."""
 LAST_STEP = 1e-6
@@ -53,7 +53,7 @@ class Roots:
     status: NDArray[np.int8]
 
     def where(self, kept: NDArray[np.bool_], other: Roots) -> Roots:
-        """These roots where `kept`, elsewhere the other ones."""
+        """Give these roots where `kept`, elsewhere the other ones."""
         return Roots(
             np.where(kept, self.l2, other.l2),
             np.where(kept, self.slope, other.slope),
@@ -64,7 +64,7 @@ class Roots:
 def _sampled(
     pairing: Pairing, pinion: Terms, l2: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Sample points in l2, F at them, and which of them have a common normal; samples first."""
+    """Give sample points in l2, F at them, and which of them have a common normal; samples first."""
     met = facing(pairing, pinion, terms_of_one(pairing, l2, 1))
     return np.broadcast_to(l2, met.gap.shape), guarded_gap(pairing, met), ~np.isnan(met.gap)
 
@@ -72,8 +72,8 @@ def _sampled(
 def _with_extremum(
     pairing: Pairing, pinion: Terms, l2: FloatArray, values: FloatArray, real: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """The samples with a few more, near that extremum of F which comes closest to zero without
-    crossing it: two roots may hide between the samples around it."""
+    """Give the samples with a few more, near that extremum of F which comes closest to zero without crossing
+    it: two roots may hide between the samples around it."""
     for turn in range(EXTREMA):
         left, middle, right = values[:-2], values[1:-1], values[2:]
         towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)
@@ -114,7 +114,8 @@ class _Search:
 
 
 def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
-    """Newton inside the brackets. After SHORT passes the positions left are solved by themselves."""
+    """Take Newton steps inside the brackets. After SHORT passes the positions left are solved by
+    themselves."""
     low, high, l2, slope, done = search.low, search.high, search.l2, search.slope, search.done
     tolerance, enough = gap_tolerance(pairing), LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
     for turn in range(passes):
@@ -140,7 +141,7 @@ def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _S
 
 
 def _newton_of_some(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
-    """Newton of the positions that are not done, each as a case of its own."""
+    """Take Newton steps for the positions that are not done, each as a case of its own."""
     case, position = np.nonzero(~search.done)
     terms = Terms(*(value[..., case, position, None] for value in vars(pinion).values()))
     part = _Search(*(value[case, position, None] for value in vars(search).values()))
@@ -178,7 +179,7 @@ def _search(
     extrema: bool = False,
     within: bool = False,
 ) -> Roots:
-    """The root on the flanks among all that samples `l2` (samples, cases, 1) bracket, else the one least
+    """Give the root on the flanks among all that samples `l2` (samples, cases, 1) bracket, else the one least
     far off."""
     pinion = terms_of_one(pairing, l1, 0)
     l2, values, real = _sampled(pairing, pinion, l2)

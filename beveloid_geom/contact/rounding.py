@@ -18,8 +18,8 @@ from .path import ContactPath
 
 
 def rounding_error(path: ContactPath) -> FloatArray:
-    """Distance (*batch, positions), mm, by which rounding in the terms of the equations may move each
-    contact of a `path`, square to the path; NaN where there is none.
+    """Give the distance (*batch, positions), mm, by which rounding in the terms of the equations may move
+    each contact of a `path`, square to the path; NaN where there is none.
 
     From the least singular value of the equations' Jacobian (`curve_equations`), an estimate within a factor
     of some ten."""

@@ -65,14 +65,14 @@ class Backlash:
 
 
 def lever_of(design: Design) -> FloatArray:
-    """mm along the normal for a rad of the gear's roll, m_n N2 cos(alpha) / 2."""
+    """Give the mm along the normal for a rad of the gear's roll, m_n N2 cos(alpha) / 2."""
     tool = design.gear.tool
     return np.asarray(0.5 * tool.normal_module * np.cos(tool.normal_pressure_angle) * design.gear.teeth)
 
 
 def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes of
-    `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
+    """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes
+    of `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
 
     Members must be single; pair and errors may be arrays. Raises ValueError as `first_contact`."""
     right, left = (first_contact(design, flank, pinion_roll) for flank in FLANKS)
@@ -143,7 +143,7 @@ def _backlash(design: Design) -> Backlash:
 
 
 def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Minima (*batch, k) between finer steps, and the play (3, *batch, k) about them, from that at steps
+    """Give minima (*batch, k) between finer steps, and the play (3, *batch, k) about them, from that at steps
     of roll `step`: at even finer steps, moved so that one meets the vertex of the parabola."""
     with np.errstate(invalid="ignore", divide="ignore"):  # flat, or not known beside
         away = 0.5 * step * (values[0] - values[2]) / (values[0] - 2.0 * values[1] + values[2])
@@ -157,7 +157,7 @@ def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> t
 
 
 def _result(design: Design, roll: FloatArray, least: FloatArray, status: NDArray[np.int8]) -> Backlash:
-    """The backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
+    """Give the backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
     first_fault = np.take_along_axis(
         status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
     )
@@ -176,7 +176,7 @@ def _result(design: Design, roll: FloatArray, least: FloatArray, status: NDArray
 
 
 def backlash_by_errors(design: Design) -> FloatArray:
-    """Derivatives (*batch, 4) of the least normal backlash by the assembly errors, under those that the
+    """Give derivatives (*batch, 4) of the least normal backlash by the assembly errors, under those that the
     design has: by offset, shaft angle, pinion's and gear's axial error; mm per mm, mm per rad.
 
     At its least the play stands still over the roll, so that its change is that at a held roll: an error
@@ -203,13 +203,14 @@ def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArr
 
 
 def _on_pinion(first: FirstContact) -> NDArray[np.bool_]:
-    """Whether (*batch, 1) it is edges of the gear that touch: the normal is that of the pinion's surface."""
+    """Say whether (*batch, 1) it is edges of the gear that touch: the normal is that of the pinion's
+    surface."""
     limit = first.limit[..., 0, :]
     return np.asarray((limit[..., :1] >= 0) & ((limit < 0) | (limit % 2 == 1)).all(axis=-1, keepdims=True))
 
 
 def _normal(design: Design, flank: str, first: FirstContact, member: int) -> FloatArray:
-    """Outward unit normals (*batch, 3) of a member's surface at first contacts (*batch, 1), in S_f; NaN
+    """Give outward unit normals (*batch, 3) of a member's surface at first contacts (*batch, 1), in S_f; NaN
     where edges of both members touch."""
     rolls, place = (first.pinion_roll, first.gear_roll), ((first.l1, first.z1), (first.l2, first.z2))
     cut = cut_at(surface_of(design.members[member], flank), *place[member])

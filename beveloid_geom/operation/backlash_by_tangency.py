@@ -75,12 +75,12 @@ class _Curve:
 
 
 def jammed(backlash: FloatArray, module: float) -> Mask:
-    """Whether a normal backlash (mm) is too little to put the pair together."""
+    """Say whether a normal backlash (mm) is too little to put the pair together."""
     return np.asarray(backlash < -JAMMED * module)
 
 
 def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -> TangentBacklash:
-    """Least normal backlash over a mesh cycle by tangency, of any batch of designs.
+    """Give the least normal backlash over a mesh cycle by tangency, of any batch of designs.
 
     `known`: ends of paths on the flanks that are known already, by flank. The cost is that of the paths of
     both flanks; where there is no parabola at all those known are spared."""
@@ -125,8 +125,8 @@ def _modified(design: Design) -> TangentBacklash:
 def _lowest_from(
     one: _Curve, curves: list[_Curve], own: FloatArray, pitch: FloatArray, hollow: Mask
 ) -> tuple[FloatArray, FloatArray]:
-    """Least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one path, and
-    how far beside the faces: (SAMPLES, cases)."""
+    """Give the least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one
+    path, and how far beside the faces: (SAMPLES, cases)."""
     start = one.first + 0.5 * (POINTS - 1) * one.step
     play, beside = np.empty((2, SAMPLES + 2, own.size))
     for k, part in enumerate(np.arange(-1, SAMPLES + 1) / SAMPLES):
@@ -141,7 +141,7 @@ def _lowest_from(
 
 
 def _curve(design: Design, flank: str) -> _Curve:
-    """The path of one flank pair as long as root and tip let it be."""
+    """Give the path of one flank pair as long as root and tip let it be."""
     pinion, gear = (
         replace(member, face_width=WIDE * np.asarray(member.face_width)) for member in design.members
     )
@@ -162,7 +162,8 @@ def _curve(design: Design, flank: str) -> _Curve:
 
 
 def _first_of(curve: _Curve, roll: FloatArray, pitch: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Clearance of the first of all tooth pairs at rolls (cases), by cubics, and how far beside the faces."""
+    """Give the clearance of the first of all tooth pairs at rolls (cases), by cubics, and how far beside the
+    faces."""
     into, last = np.remainder(roll - curve.first, pitch), POINTS - 1
     least, beside = np.full(into.shape, np.inf), np.full(into.shape, np.nan)
     pairs = np.nan_to_num(last * curve.step / pitch).max(initial=0.0)

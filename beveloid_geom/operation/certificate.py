@@ -57,12 +57,12 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Whether there are positions and every one is the first contact."""
+        """Say whether there are positions and every one is the first contact."""
         return self.verdict.size > 0 and bool((self.verdict == Verdict.FIRST_CONTACT).all())
 
 
 def certify(path: ContactPath) -> Certificate:
-    """Compare a path of contact with the first contacts of the teeth of its design.
+    """Give compare a path of contact with the first contacts of the teeth of its design.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def certify(path: ContactPath) -> Certificate:
 
 
 def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -> FloatArray:
-    """Moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
+    """Give the moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
     the gear's, but where only edges of the gear touch that of the pinion's surface under them."""
     mesh, _ = mesh_of(design, flank, roll)
     own, other, pose = mesh.own, mesh.other, mesh.pose
@@ -125,7 +125,7 @@ def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -
 
 
 def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
+    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
     mesh, _ = mesh_of(path.design, path.flank, roll)
     position = np.arange(roll.size)
     with np.errstate(invalid="ignore"):

@@ -88,7 +88,7 @@ class FirstContact:
     status: NDArray[np.int8]
 
     def shaped(self, *shape: int) -> FirstContact:
-        """The same positions in another shape."""
+        """Give the same positions in another shape."""
         last = {"point": (3,), "limit": (2,), "on_fillet": (2,)}
         return FirstContact(**{n: x.reshape(*shape, *last.get(n, ())) for n, x in vars(self).items()})
 
@@ -147,7 +147,7 @@ def first_contact(
 
 
 def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
-    """The points scanned, coarse and fine."""
+    """Give the points scanned, coarse and fine."""
     points = [(*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS]
     with np.errstate(invalid="ignore", divide="ignore"):
         coarse, fine = (grid_of(mesh.own, design.pinion, flank, count) for count in points)
@@ -155,13 +155,13 @@ def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
 
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
-    """First contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
+    """Give first contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
     return _found(mesh, grids, pairs, False)[0]
 
 
 def found_with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Integers, Found]:
-    """First contacts at all positions of a mesh; and of each tooth pair that is not much later, alone: the
-    numbers of their positions, ascending, and the contacts."""
+    """Give first contacts at all positions of a mesh; and of each tooth pair that is not much later, alone:
+    the numbers of their positions, ascending, and the contacts."""
     return _found(mesh, grids, None, True)
 
 
@@ -182,8 +182,8 @@ def _put_together(parts: tuple[Found, ...]) -> Found:
 
 
 def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
-    """The mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first position
-    of a case whose nearest tooth can touch, that of the touch."""
+    """Give the mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first
+    position of a case whose nearest tooth can touch, that of the touch."""
     position = np.flatnonzero(unknown)
     task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
     f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()
@@ -198,8 +198,8 @@ def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
 def _solved(
     mesh: Mesh, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
 ) -> tuple[Found, Integers, Found]:
-    """First contacts at a block of positions; and of `each` tooth pair near alone, if asked for, with the
-    numbers of their positions."""
+    """Give first contacts at a block of positions; and of `each` tooth pair near alone, if asked for, with
+    the numbers of their positions."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
@@ -230,7 +230,7 @@ def _solved(
 def _searched(
     task: Task, scan: Scan, grid: Grid, known: FloatArray, module: float
 ) -> tuple[Least, Integers, Integers]:
-    """Local least clearances of tooth pairs that a scan leads to, given the least f `known` of each; the
+    """Give local least clearances of tooth pairs that a scan leads to, given the least f `known` of each; the
     number of the pair, and after how many of its periods."""
     starts = starts_of(task, scan, grid, known, module)
     row, periods, task = starts.row, starts.periods, task.pick(starts.row).later(starts.periods)
@@ -255,7 +255,7 @@ def _chosen(
     scanned: FloatArray,
     bottom: NDArray[np.bool_],
 ) -> Found:
-    """The least of the local results of each `group`, and what is to be thought of it, given their
+    """Give the least of the local results of each `group`, and what is to be thought of it, given their
     `positions` and the least scanned."""
     depth, n = mesh.own.tip - mesh.own.root, positions.size
     on = least.outside <= FEASIBLE * depth
@@ -296,7 +296,7 @@ def _chosen(
 
 
 def result_of(mesh: Mesh, phase: FloatArray, found: Found, shape: tuple[int, ...]) -> FirstContact:
-    """First contacts at the positions of a mesh, of which `phase` is NaN where it is not conjugate."""
+    """Give first contacts at the positions of a mesh, of which `phase` is NaN where it is not conjugate."""
     (l1, z1), (l2, z2) = found.place, found.meeting
     with np.errstate(invalid="ignore"):
         cut = cut_at(mesh.own, l1, z1)

@@ -60,25 +60,25 @@ class Task:
 
     @property
     def depth(self) -> float:
-        """Depth of the pinion's teeth, mm: what small lengths are shares of."""
+        """Give the depth of the pinion's teeth, mm: what small lengths are shares of."""
         return self.own.tip - self.own.root
 
     def pick(self, index: NDArray[np.int_] | slice) -> Task:
-        """The tasks `index`."""
+        """Give the tasks `index`."""
         return replace(self, pose=self.pose.at(index), roll=self.roll[index], start=self.start[index])
 
     @property
     def earliest(self) -> float:
-        """Angle (rad), negative for overlap, from which on points are looked at over one period."""
+        """Give the angle (rad), negative for overlap, from which on points are looked at over one period."""
         return -OVERLAP * self.period
 
     def counted(self, angle: FloatArray) -> FloatArray:
-        """Angles (rad) from half a turn either way to one turn, with that period in its middle."""
+        """Give angles (rad) from half a turn either way to one turn, with that period in its middle."""
         least = -np.pi - self.earliest
         return np.where(angle < least, angle + 2.0 * np.pi, angle)
 
     def later(self, periods: NDArray[np.int_]) -> Task:
-        """The tasks counted from a roll of the gear so many `periods` (n,) on."""
+        """Give the tasks counted from a roll of the gear so many `periods` (n,) on."""
         return replace(self, start=self.start + self.period * periods)
 
 
@@ -96,14 +96,14 @@ class Local:
     meeting: FloatArray
 
     def merit(self, weight: FloatArray, depth: float) -> FloatArray:
-        """f less the margins times their multipliers (8, n), with a cost of being outside; infinite
+        """Give f less the margins times their multipliers (8, n), with a cost of being outside; infinite
         where the gear has no such point."""
         outside = np.minimum(self.margin, 0.0)
         merit = self.f + (PENALTY / depth * outside * outside - weight * self.margin).sum(axis=0)
         return np.where(np.isnan(merit), np.inf, merit)
 
     def pick(self, index: NDArray[np.int_]) -> Local:
-        """Those with the numbers `index`."""
+        """Give those with the numbers `index`."""
         return Local(*(value[..., index] for value in vars(self).values()))
 
 
@@ -120,18 +120,18 @@ class Least:
     converged: NDArray[np.bool_]
 
     def pick(self, index: NDArray[np.int_]) -> Least:
-        """Those with the numbers `index`."""
+        """Give those with the numbers `index`."""
         return Least(*(value[..., index] for value in vars(self).values()))
 
     def and_also(self, *others: Least) -> Least:
-        """These and others, in order."""
+        """Give these and others, in order."""
         values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
         return Least(*(np.concatenate(parts, axis=-1) for parts in values))
 
 
 def _seen(task: Task, s: Numbers, z: Numbers) -> tuple[Cut, tuple[Numbers, Numbers, Numbers], Numbers]:
-    """The pinion's points at (s1, z1): where the rack cuts them, x, y, z2 as seen by the gear, and how they
-    move (3, 2, ...) with s1 and z1."""
+    """Give the pinion's points at (s1, z1): where the rack cuts them, x, y, z2 as seen by the gear, and how
+    they move (3, 2, ...) with s1 and z1."""
     cut, pose = cut_at(task.own, s, z), task.pose
     cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
 
@@ -151,7 +151,7 @@ def _seen(task: Task, s: Numbers, z: Numbers) -> tuple[Cut, tuple[Numbers, Numbe
 
 
 def limits_at(task: Task, s: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
-    """Margins (8, ...) and their rates (8, 2, ...) by s1 and z1 at places, mm."""
+    """Give margins (8, ...) and their rates (8, 2, ...) by s1 and z1 at places, mm."""
     return _limits(task, s, z, *_seen(task, s, z))
 
 
@@ -175,8 +175,8 @@ def _limits(
 
 
 def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
-    """Slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at
-    their real parts."""
+    """Give slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at their
+    real parts."""
     other = task.other
     cut, (x, y, z2), moves = _seen(task, s, z)
     square = x * x + y * y
@@ -190,7 +190,7 @@ def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tup
 
 
 def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers) -> Numbers:
-    """Derivatives (8, 2, ...) of the margins by s1 and z1, from those (2, ...) of r2 and z2."""
+    """Give derivatives (8, 2, ...) of the margins by s1 and z1, from those (2, ...) of r2 and z2."""
     r = np.sqrt(cut.square)
     rate = np.zeros((len(Limit), *by_r.shape), dtype=by_r.dtype)
     rate[Limit.PINION_ROOT, 0] = rate[Limit.PINION_TOE, 1] = 1.0
@@ -203,7 +203,7 @@ def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers)
 
 
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
-    """The clearance and its derivatives at places (s1, z1), each (n,), mm."""
+    """Give the clearance and its derivatives at places (s1, z1), each (n,), mm."""
     cut = cut_at(task.own, s, z)
     cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
     x, y, z2 = seen_by_other(task.pose, 0, cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z)
@@ -225,7 +225,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
 def _quadratic_step(
     slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
 ) -> tuple[FloatArray, NDArray[np.int_], FloatArray]:
-    """Least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
+    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
     d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
     (a, b), (_, c) = bend
     g, h = slope
@@ -246,7 +246,7 @@ def _quadratic_step(
 def _bounded_step(
     slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
 ) -> tuple[FloatArray, NDArray[np.int_]]:
-    """The same where the least lies on a limit, by trying all edges and corners."""
+    """Give the same where the least lies on a limit, by trying all edges and corners."""
     (a, b), (_, c) = bend
     g, h = slope
     foot = -(margin / (rate * rate).sum(axis=1))[:, None] * rate
@@ -272,7 +272,7 @@ def _bounded_step(
 
 
 def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -> FloatArray:
-    """Multipliers (LINES, n) that balance the slope `pull` (2, n) at the end of a step."""
+    """Give multipliers (LINES, n) that balance the slope `pull` (2, n) at the end of a step."""
     each = np.arange(active.shape[1])
     first, second = (rate[code, :, each].T for code in active)
     cross = first[0] * second[1] - first[1] * second[0]
@@ -291,8 +291,8 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -
 
 
 def least_clearances(task: Task, place: FloatArray, box: FloatArray) -> Least:
-    """The local least clearance that each start `place` (2, n) leads to; `box` (2, n): how far
-    the first step may go, and all steps along the profile of a fillet; mm."""
+    """Give the local least clearance that each start `place` (2, n) leads to; `box` (2, n): how far the first
+    step may go, and all steps along the profile of a fillet; mm."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, max(1, place.shape[1]), BLOCK):

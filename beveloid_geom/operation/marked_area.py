@@ -65,7 +65,8 @@ class _Border:
 def marked_area(
     function: Function, table: FloatArray, points: FloatArray, bound: float
 ) -> tuple[float, float, float]:
-    """Area (mm^2) where the function is negative on a surface, its relative error, and the whole area.
+    """Give the area (mm^2) where the function is negative on a surface, its relative error, and the whole
+    area.
 
     `table` (n, m): the function on an even grid of the unit square, to which its arguments belong;
     `points` (n, m, 3), mm, of the surface there. The error is within the relative `bound` unless
@@ -99,12 +100,12 @@ def marked_area(
 
 
 def _length(points: FloatArray) -> float:
-    """Mean length (mm) of the lines of a grid along its first axis."""
+    """Give the mean length (mm) of the lines of a grid along its first axis."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0).mean())
 
 
 def _amount(points: FloatArray) -> FloatArray:
-    """Area (mm^2) up to each point along the first axis, over the share of the second: the area of a
+    """Give the area (mm^2) up to each point along the first axis, over the share of the second: the area of a
     region of the unit square is its integral along the border over the second share."""
     steps = [1.0 / (n - 1) for n in points.shape[:2]]
     along = [np.gradient(points, step, axis=axis, edge_order=2) for axis, step in enumerate(steps)]
@@ -126,7 +127,7 @@ def _area_inside(share: FloatArray, following: NDArray[np.int_], amount: FloatAr
 def _resolved(
     function: Function, table: FloatArray, size: FloatArray, bound: float
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """The table and its lines (n,), (m,), mm, with more of them where strips would be missed between."""
+    """Give the table and its lines (n,), (m,), mm, with more of them where strips would be missed between."""
     lines = [np.linspace(0.0, length, count) for length, count in zip(size, table.shape, strict=True)]
     for _ in range(HALVINGS):
         before = table.shape
@@ -150,7 +151,7 @@ def _resolved(
 
 
 def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
-    """Widths (n - 1, m), mm, over which positive values (n, m) may be negative between lines (n,), mm,
+    """Give widths (n - 1, m), mm, over which positive values (n, m) may be negative between lines (n,), mm,
     without being so at them: where they go on falling from both sides, STEEPER than they do beside."""
     step = np.diff(line)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -166,7 +167,7 @@ def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> _Border:
-    """The border of the negative values of a table, cell by cell. Beyond the chart's edges, in a rim of
+    """Give the border of the negative values of a table, cell by cell. Beyond the chart's edges, in a rim of
     no width, nothing belongs to the region, so that its border is closed."""
     f = np.pad(table, 2, constant_values=np.inf)
     node = np.arange(f.size).reshape(f.shape)
@@ -202,7 +203,7 @@ def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> 
 
 
 def _crossing(t: FloatArray, f: FloatArray, near: FloatArray) -> FloatArray:
-    """`t`, `low`, `high`, `below`, `above` and `doubt` (6, n) of `_Border` from values `f` (n, k) at
+    """Give `t`, `low`, `high`, `below`, `above` and `doubt` (6, n) of `_Border` from values `f` (n, k) at
     rising `t` (n, k): where the region is left nearest to `near` (n,); the end of `t` where all are of it,
     the start where none are, to go on from there."""
     n, k = t.shape
@@ -237,13 +238,13 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _spread(border: _Border, places: FloatArray) -> FloatArray:
-    """Area (n,) by which the doubt of each vertex can move the border."""
+    """Give the area (n,) by which the doubt of each vertex can move the border."""
     before = places[np.argsort(border.following)]
     return 0.5 * border.doubt * np.abs(_cross(border.way, places[border.following] - before))
 
 
 def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArray:
-    """Area (n,) that the chord after each vertex can leave out: that of the triangle on it with the
+    """Give the area (n,) that the chord after each vertex can leave out: that of the triangle on it with the
     mean of the turns at its ends. At the chart's edges a turn says nothing; along them a chord is exact."""
     chord = places[border.following] - places
     last = chord[np.argsort(border.following)]
@@ -260,13 +261,13 @@ def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArra
 
 
 def _worst(errors: FloatArray, allowed: float) -> NDArray[np.int_]:
-    """The greatest errors, without which the sum of the others is allowed."""
+    """Give the greatest errors, without which the sum of the others is allowed."""
     order = np.argsort(errors)
     return order[np.cumsum(errors[order]) > allowed]
 
 
 def _settled(border: _Border, places: FloatArray) -> NDArray[np.bool_]:
-    """Whether the ends of the chord after each vertex are in doubt over less than a quarter of it."""
+    """Say whether the ends of the chord after each vertex are in doubt over less than a quarter of it."""
     doubt = border.doubt * np.hypot(*border.way.T)
     return np.asarray(
         4.0 * (doubt + doubt[border.following]) < np.hypot(*(places[border.following] - places).T)
@@ -280,7 +281,8 @@ def _improved(
     moved: NDArray[np.int_],
     split: NDArray[np.int_],
 ) -> _Border:
-    """The border with vertices `moved` looked for again, and one more in the middle of chords `split`."""
+    """Give the border with vertices `moved` looked for again, and one more in the middle of chords
+    `split`."""
     following, added = border.following.copy(), len(places) + np.arange(len(split))
     end = following[split]
     following = np.append(following, end)

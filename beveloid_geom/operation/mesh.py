@@ -56,19 +56,19 @@ class Mesh:
 
     @property
     def near(self) -> Integers:
-        """Tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
+        """Give tooth pairs that can matter, from the nearest on: every tooth of the pinion once."""
         teeth = round(2.0 * np.pi / self.pitch[0])
         every = np.arange(-self.reach, self.reach + 1)
         return every if every.size <= teeth else np.arange(teeth) - teeth // 2
 
     def task(self, position: Integers, pair: Integers) -> Task:
-        """Tooth pairs `pair` at the positions with these numbers, each (n,)."""
+        """Give tooth pairs `pair` at the positions with these numbers, each (n,)."""
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
         return Task(self.own, self.other, self.lever, self.pose.at(position), roll, start, self.period)
 
     def at(self, position: Integers, roll: FloatArray) -> Mesh:
-        """Other rolls (n,), rad, of the pairs at the positions with these numbers (n,)."""
+        """Give other rolls (n,), rad, of the pairs at the positions with these numbers (n,)."""
         turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
         return replace(
             self,
@@ -81,8 +81,8 @@ class Mesh:
 
 
 def conjugate_phase(design: Design, flank: str) -> FloatArray:
-    """Gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in
-    all its contacts. NaN without a common normal."""
+    """Give the gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in all
+    its contacts. NaN without a common normal."""
     plain = Design(design.pinion, design.gear, design.pair, Errors()).with_parabola(0.0, 0.0)
     pairing = pairing_of(plain, flank)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -91,8 +91,8 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
 
 
 def middle_roll(design: Design, flank: str) -> FloatArray:
-    """Roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape. Where
-    that is far from the teeth, as between nearly parallel axes, it passes where the gear is nearest."""
+    """Give the roll (rad) at which the pinion's flank of tooth 0 passes the pitch point, of the batch shape.
+    Where that is far from the teeth, as between nearly parallel axes, it passes where the gear is nearest."""
     mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
     far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < FAR * surface.tip))
@@ -103,14 +103,14 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
 
 
 def _pitch_height(design: Design, surface: Surface) -> FloatArray:
-    """z (mm) of the pitch point on the pinion, or of the end of its face beyond which it lies."""
+    """Give z (mm) of the pitch point on the pinion, or of the end of its face beyond which it lies."""
     mounting = mounting_of(design)
     z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])
     return np.asarray(np.clip(z, -surface.half_width, surface.half_width))
 
 
 def spread(design: Design, flank: str) -> float:
-    """Greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
+    """Give the greatest number of pitches, over a batch, by which the tooth trace on the pinion's pitch
     cylinder departs on its face from the pitch point: so far from it teeth can touch by overlap."""
     surface = surface_of(design.pinion, flank)
     length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
@@ -119,7 +119,7 @@ def spread(design: Design, flank: str) -> float:
 
 
 def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatArray]:
-    """The mesh at all positions, and its phase by position."""
+    """Give the mesh at all positions, and its phase by position."""
     own, other = (surface_of(member, flank) for member in design.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     pose = pose_of(design)

@@ -137,7 +137,7 @@ class MeshCycle:
         return result_of(self.mesh.at(case, roll.ravel()), self.phase[case], found, roll.shape)
 
     def gear_roll(self, pinion_roll: FloatArray) -> FloatArray:
-        """Gear roll (rad) of a single design at pinion rolls of any shape, rad."""
+        """Give the gear roll (rad) of a single design at pinion rolls of any shape, rad."""
         if self.status != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
         roll, mesh = np.asarray(pinion_roll).ravel(), self.mesh
@@ -146,7 +146,7 @@ class MeshCycle:
         return np.asarray(turned.reshape(np.shape(pinion_roll)))
 
     def phase_series(self) -> FloatArray:
-        """Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
+        """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
         series: FloatArray = self.mesh.other.sigma / self.mesh.lever * self.pieces.coefficients[0]
         series[:, 0] += self.mesh.phase[self.pieces.case]
         return series
@@ -154,7 +154,8 @@ class MeshCycle:
     def located(
         self, case: Integers, roll: FloatArray, rows: int | None = None
     ) -> tuple[Integers, Integers, FloatArray]:
-        """Pieces (n,) at rolls (n,) of the cases, pitches beyond the cycle, `Pieces.values_at` (rows, n)."""
+        """Give pieces (n,) at rolls (n,) of the cases, pitches beyond the cycle, `Pieces.values_at` (rows,
+        n)."""
         turns = np.floor((roll - self.mesh.roll[case]) / self.pitch).astype(np.int64)
         piece = self.pieces.number(self.mesh, case, roll - turns * self.pitch)
         return piece, turns, self.pieces.values_at(piece, roll - turns * self.pitch, rows)
@@ -185,8 +186,8 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
 
 
 def cycle_and_pair(design: Design, flank: str, harmonics: int) -> tuple[MeshCycle, Grids, Samples]:
-    """The mesh cycle with the points scanned, and contacts of tooth pair 0 alone at rolls, in order of case
-    and roll, where it is not much later than the first to touch."""
+    """Give the mesh cycle with the points scanned, and contacts of tooth pair 0 alone at rolls, in order of
+    case and roll, where it is not much later than the first to touch."""
     also = []
 
     def pieces(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
@@ -244,8 +245,8 @@ def _found(
 
 
 def _with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Samples]:
-    """First contacts at `samples_of` the mesh, and those of tooth pair 0 alone: pair k at a roll is pair 0 k
-    pitches on; each is known once."""
+    """Give first contacts at `samples_of` the mesh, and those of tooth pair 0 alone: pair k at a roll is pair
+    0 k pitches on; each is known once."""
     case, roll = samples_of(mesh)
     first, position, found = found_with_pairs(mesh.at(case, roll), grids)
     turned = roll[position] + found.pair * mesh.pitch[0]
@@ -262,17 +263,17 @@ def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samp
 
 
 def samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
-    """Cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls of a
-    mesh on, of which each is a case: `number` a pitch, and its end."""
+    """Give cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls
+    of a mesh on, of which each is a case: `number` a pitch, and its end."""
     share, cases = np.linspace(0.0, 1.0, number + 1), mesh.roll.size
     case = np.arange(cases).repeat(share.size)
     return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
 
 
 def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pieces, Integers]:
-    """Pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the status
-    of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no pieces.
-    `found`: the first contacts at `samples_of` the mesh, if they are known."""
+    """Give pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the
+    status of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no
+    pieces. `found`: the first contacts at `samples_of` the mesh, if they are known."""
     case, roll = samples_of(mesh)
     found = found_at(mesh.at(case, roll), grids) if found is None else found
     pieces, status = _divided(mesh, grids, Samples(case, roll, np.zeros(case.size, dtype=bool), found))
@@ -284,7 +285,7 @@ def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pie
 
 
 def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
-    """Pieces with the carriers of the samples, divided until all hold, and the status of all cases."""
+    """Give pieces with the carriers of the samples, divided until all hold, and the status of all cases."""
     cases = mesh.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
     for count in range(ROUNDS):
@@ -310,7 +311,8 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
 def _between(
     mesh: Mesh, grids: Grids, samples: Samples, pieces: Pieces, bad: Integers, jumps: Integers
 ) -> Samples:
-    """First contacts at more rolls within the pieces `bad` and beside those at whose end the curve jumps."""
+    """Give first contacts at more rolls within the pieces `bad` and beside those at whose end the curve
+    jumps."""
     start, stop = samples.ends(pieces.case[jumps])
     beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start[:, None], stop[:, None])
     case = np.append(pieces.case[bad].repeat(CLOSER.size), pieces.case[jumps].repeat(BESIDE.size))
@@ -318,9 +320,9 @@ def _between(
 
 
 def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, NDArray[np.bool_]]:
-    """First contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if `strict`,
-    their places known. A piece may be earlier, within all limits: a search missed its contact, and what it
-    found is left out."""
+    """Give first contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if
+    `strict`, their places known. A piece may be earlier, within all limits: a search missed its contact, and
+    what it found is left out."""
     roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
     checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
     values, bound = pieces.values(each, roll), CHECKED * mesh.lever
@@ -342,7 +344,7 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Sa
 def _moved(
     mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
+    """Give contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
     whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
@@ -353,8 +355,8 @@ def _moved(
 
 
 def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
-    """Contacts beside the pieces, carried as these, that are earlier than the pieces there: a carrier that
-    comes back for less than the distance of two samples is not seen by those."""
+    """Give contacts beside the pieces, carried as these, that are earlier than the pieces there: a carrier
+    that comes back for less than the distance of two samples is not seen by those."""
     piece = np.arange(pieces.case.size).repeat(CLOSE_SAMPLES)
     share = np.tile(np.arange(CLOSE_SAMPLES) / CLOSE_SAMPLES, pieces.case.size)
     roll = mesh.roll[pieces.case[piece]] + mesh.pitch[0] * share
@@ -378,8 +380,8 @@ def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
 
 
 def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:
-    """Pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed; and
-    the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
+    """Give pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed;
+    and the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
     ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
     jump, found = ends[0][0] - ends[1][0], samples.found
@@ -398,7 +400,7 @@ def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, 
 
 
 def _joined(parts: list[Pieces]) -> Pieces:
-    """All of them, in order of case and roll."""
+    """Give all of them, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
     columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)

@@ -53,9 +53,9 @@ class OperatingRatios:
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
-    """Operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first to
-    touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the
-    pitch. NaN where it is not known; `operating_ratios` says why.
+    """Give the operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first
+    to touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the pitch. NaN
+    where it is not known; `operating_ratios` says why.
 
     Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays
     and a negative thickness."""
@@ -63,7 +63,8 @@ def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0
 
 
 def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...]) -> OperatingRatios:
-    """`operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its status.
+    """Give `operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its
+    status.
 
     Raises ValueError as that does."""
     for thickness in thicknesses:
@@ -104,15 +105,16 @@ Contacts: TypeAlias = Callable[[Integers, FloatArray], _Curve]
 
 
 def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
-    """First contacts of the cases (n,) at rolls (n, rolls), of all tooth pairs."""
+    """Give first contacts of the cases (n,) at rolls (n, rolls), of all tooth pairs."""
     piece, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
     edge = cycle.pieces.limit[0, piece] >= 0
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
 def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, NDArray[np.bool_]]:
-    """Pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where it is
-    within a thickness of the first: they agree with the samples, meet, and end further off than that."""
+    """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
+    it is within a thickness of the first: they agree with the samples, meet, and end further off than
+    that."""
     mesh, lost, bound = cycle.mesh, cycle.lost.reshape(-1), CHECKED * cycle.mesh.lever
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))
     off = samples.found.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
@@ -141,8 +143,8 @@ def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple
 
 
 def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:
-    """The samples with the numbers of the runs to which they belong, without gaps between, as their cases;
-    and the first and the last of each run (2, runs)."""
+    """Give the samples with the numbers of the runs to which they belong, without gaps between, as their
+    cases; and the first and the last of each run (2, runs)."""
     apart = np.diff(samples.roll) > GAP * mesh.pitch[0] / STEPS
     begins = np.append(samples.case[:1] >= 0, apart | (np.diff(samples.case) != 0))
     first = np.flatnonzero(begins)
@@ -151,7 +153,7 @@ def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:
 
 
 def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -> _Curve:
-    """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by its pieces."""
+    """Give contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by its pieces."""
     mesh, span = cycle.mesh, 4.0 * cycle.mesh.reach
     early = replace(mesh, roll=mesh.roll - 0.5 * span * mesh.pitch[0], span=span)
     case, turned = case.repeat(roll.shape[1]), roll.ravel()
@@ -164,7 +166,7 @@ def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -
 
 
 def _searched(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
-    """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), searched for."""
+    """Give contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), searched for."""
     found = found_at(cycle.mesh.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
     f = np.where(found.status == FirstStatus.SOLVED, found.f, np.inf)
     doubt = (found.status != FirstStatus.SOLVED) & (found.status != FirstStatus.NO_CONTACT)
@@ -172,7 +174,7 @@ def _searched(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) 
 
 
 def _divided(case: Integers, roll: FloatArray, labels: Integers, label: Label, least: float) -> _Intervals:
-    """The intervals between rolls (n, rolls) of the cases over which the labels change, divided until
+    """Give the intervals between rolls (n, rolls) of the cases over which the labels change, divided until
     narrower than `least` at equal steps, of which every part with a change goes on."""
     share = np.linspace(0.0, 1.0, DIVISIONS + 1)
     found = _with_change(case, roll, labels)
@@ -193,7 +195,7 @@ class _Intervals:
 
 
 def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> _Intervals:
-    """Of the intervals between rolls (n, rolls) those whose ends have different labels."""
+    """Say of the intervals between rolls (n, rolls) those whose ends have different labels."""
     row, column = np.nonzero(labels[:, 1:] != labels[:, :-1])
     return _Intervals(case[row], roll[row, column], roll[row, column + 1])
 
@@ -206,7 +208,7 @@ def _ratio(
     curves: tuple[_Curve, _Curve],
     thickness: float,
 ) -> tuple[FloatArray, Integers]:
-    """Ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
+    """Give ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
     (cases, rolls), which `alone` gives at others."""
     mesh, cases = cycle.mesh, cycle.mesh.roll.size
 

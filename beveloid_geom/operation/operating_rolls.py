@@ -49,9 +49,9 @@ class Operation:
 def given_operation(
     design: Design, pinion_roll: ArrayLike | None, gear_roll: ArrayLike | None
 ) -> Operation | None:
-    """The operation through given poses of a single design (n,), rad, in the order of the roll, with an
-    even transmission error between them; None without any. Raises ValueError for poses of one member only
-    or without an order."""
+    """Give the operation through given poses of a single design (n,), rad, in the order of the roll, with an
+    even transmission error between them; None without any. Raises ValueError for poses of one member only or
+    without an order."""
     if pinion_roll is None and gear_roll is None:
         return None
     if pinion_roll is None or gear_roll is None:
@@ -74,9 +74,9 @@ def given_operation(
 
 
 def first_contact_operation(design: Design, flank: str) -> Operation:
-    """Operating rolls by the first contact of all teeth, over a tooth pair's path of contact and
-    half a pitch or the face's spread either way, three pitches at least. Raises ValueError where the first
-    contact is not known."""
+    """Give operating rolls by the first contact of all teeth, over a tooth pair's path of contact and half a
+    pitch or the face's spread either way, three pitches at least. Raises ValueError where the first contact
+    is not known."""
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
     ends = path_ends(design, flank)
     start, stop = sorted(ends.pinion_roll.tolist())

@@ -176,7 +176,7 @@ def _check(
 
 
 def separation_of(design: Design, flank: str, member: int, operation: Operation) -> Apart:
-    """Separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
+    """Give the separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
     other = 1 - member
 
     def apart(points: FloatArray, roll: FloatArray) -> FloatArray:
@@ -190,7 +190,8 @@ def separation_of(design: Design, flank: str, member: int, operation: Operation)
 
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
-    """Pinion rolls (n,), rad, at which the separation is sampled over the cycle, its kinks among them."""
+    """Give pinion rolls (n,), rad, at which the separation is sampled over the cycle, its kinks among
+    them."""
     pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
     even = np.linspace(*operation.span, max(_whole(POSES_PER_PITCH * pitches) + 1, 3))
     return np.union1d(even, operation.kinks)
@@ -206,7 +207,8 @@ class _Side:
     rolls: FloatArray
 
     def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the toe."""
+        """Give l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the
+        toe."""
         member, root = self.member, root_parameter(self.member)
         z = float(member.face_width) * (face - 0.5)
         tip = tip_parameter(member, self.flank, z)
@@ -232,7 +234,7 @@ class _Grid:
 
 
 def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
-    """Least separations on a grid evenly spaced in depth and face."""
+    """Give the least separations on a grid evenly spaced in depth and face."""
     depth, face = (np.linspace(0.0, 1.0, count + 1) for count in cells)
     l, z, points = side.at(depth[:, None], face)
     least, roll, status = least_separation(side.apart, points.reshape(-1, 3), side.rolls)
@@ -251,12 +253,12 @@ def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
 
 
 def _whole(number: float) -> int:
-    """The number rounded up; rounding of a whole one must not make it one more."""
+    """Give the number rounded up; rounding of a whole one must not make it one more."""
     return int(np.ceil(number - ROUNDING * number))
 
 
 def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
-    """A grid on which an interpolated least separation is off by about `tolerance`, half of it from
+    """Give a grid on which an interpolated least separation is off by about `tolerance`, half of it from
     either direction, judged by second differences where it is a standstill, at most `highest`."""
     grid, counts = _found_on(side, CELLS[0]), []
     table = np.where((grid.status == PatternStatus.STANDSTILL) & (grid.least <= highest), grid.least, np.nan)
@@ -273,8 +275,8 @@ def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
 def _member_pattern(
     side: _Side, grid: _Grid, found: _Grid, separation: float, area_error: float
 ) -> MemberPattern:
-    """The pattern on a `grid`, its area from the grid `found`: by the root of the least separation, which
-    grows about evenly both beside the path of contact and beyond the reach of the mating edge."""
+    """Give the pattern on a `grid`, its area from the grid `found`: by the root of the least separation,
+    which grows about evenly both beside the path of contact and beyond the reach of the mating edge."""
 
     def excess(least: FloatArray) -> FloatArray:
         return np.where(np.isnan(least), np.inf, np.sqrt(np.maximum(least, 0.0)) - np.sqrt(separation))
@@ -296,7 +298,7 @@ def _member_pattern(
 def least_separation(
     apart: Apart, points: FloatArray, rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
-    """Least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
+    """Give the least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
     points (n, 3) over the range of rising `rolls`, between which it is smooth."""
     block = max(1, BLOCK // len(points))
     starts = range(0, len(rolls), block)
@@ -323,8 +325,8 @@ def least_separation(
 def _brackets(
     apart: Apart, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rolls (3, n): the best sample and, on either side, the next or where the foot leaves the mating flank
-    before; and the separations there (3, n)."""
+    """Give rolls (3, n): the best sample and, on either side, the next or where the foot leaves the mating
+    flank before; and the separations there (3, n)."""
     around, column = np.clip(best + np.array([[-1], [0], [1]]), 0, len(rolls) - 1), np.arange(len(best))
     x, y = rolls[around], table[around, column]
     way, lost = np.nonzero(np.isinf(y))
@@ -340,8 +342,8 @@ def _brackets(
 
 
 def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3, n) by
-    successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
+    """Give the least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3,
+    n) by successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
     left, right = y[0] < y[1], (y[2] < y[1]) & ~(y[0] < y[1])
     # Where an end lies lowest the bracket has it twice.
     x, y = (np.where(left, v[[0, 0, 1]], np.where(right, v[[1, 2, 2]], v)) for v in (x, y))
@@ -376,6 +378,6 @@ def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> 
 
 
 def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least of the values (k, n) along the first axis, and its place."""
+    """Give the least of the values (k, n) along the first axis, and its place."""
     pick = values.argmin(axis=0)[None]
     return np.take_along_axis(values, pick, axis=0)[0], np.take_along_axis(places, pick, axis=0)[0]

@@ -64,28 +64,29 @@ class Pieces:
     on_fillet: NDArray[np.bool_]
 
     def pick(self, index: Integers | NDArray[np.bool_]) -> Pieces:
-        """The pieces `index`."""
+        """Give the pieces `index`."""
         rows = (x[:, index] if x.ndim > 1 else x[index] for x in vars(self).values())
         return Pieces(*rows)
 
     def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
-        """Which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, over its span."""
+        """Say which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, over its span."""
         begins = _order(mesh, self.case, self.low)
         return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
 
     def rolls(self, places: FloatArray) -> FloatArray:
-        """Rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
+        """Give rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
         return _rolls(self.low, self.high, places)
 
     def values(self, index: Integers, roll: FloatArray) -> FloatArray:
-        """All quantities (rows, n, k) of the pieces `index` (n,) at rolls (n, k), rad."""
+        """Give all quantities (rows, n, k) of the pieces `index` (n,) at rolls (n, k), rad."""
         low, high = self.low[index, None], self.high[index, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             place = np.nan_to_num((2.0 * roll - (low + high)) / (high - low))
         return evaluate(self.coefficients[:, index], np.clip(place, -BEYOND, BEYOND))
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
-        """The first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,), rad."""
+        """Give the first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,),
+        rad."""
         low, high = self.low[index], self.high[index]
         place = np.clip((2.0 * roll - (low + high)) / (high - low), -BEYOND, BEYOND)
         powers = polynomials(place, DEGREE)
@@ -102,17 +103,17 @@ class Samples:
     found: Found
 
     def pick(self, index: Integers | NDArray[np.bool_]) -> Samples:
-        """The samples `index`."""
+        """Give the samples `index`."""
         found = Found(*(value[..., index] for value in vars(self.found).values()))
         return Samples(self.case[index], self.roll[index], self.cut[index], found)
 
     def ends(self, case: Integers) -> tuple[FloatArray, FloatArray]:
-        """The first and the last rolls (n,), rad, of the cases (n,)."""
+        """Give the first and the last rolls (n,), rad, of the cases (n,)."""
         first, after = np.searchsorted(self.case, case), np.searchsorted(self.case, case, side="right")
         return self.roll[first], self.roll[after - 1]
 
     def and_also(self, other: Samples) -> Samples:
-        """Both, in order of case and roll."""
+        """Give both, in order of case and roll."""
         rows = zip(vars(self.found).values(), vars(other.found).values(), strict=True)
         both = Samples(
             np.append(self.case, other.case),
@@ -124,12 +125,12 @@ class Samples:
 
 
 def holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """Which of the limits (8, n) hold contacts of limits (2, n)."""
+    """Say which of the limits (8, n) hold contacts of limits (2, n)."""
     return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
 
 
 def fitted(mesh: Mesh, samples: Samples) -> Pieces:
-    """Pieces with the carriers of the samples of each case, ending where the next one takes over."""
+    """Give pieces with the carriers of the samples of each case, ending where the next one takes over."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
     label = np.stack((case, found.pair, *found.limit, *on_fillet))
@@ -172,7 +173,7 @@ def fitted(mesh: Mesh, samples: Samples) -> Pieces:
 
 
 def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
-    """Whether all polynomials are known to rounding on the whole of their range: none crosses a joint of
+    """Say whether all polynomials are known to rounding on the whole of their range: none crosses a joint of
     flank and fillet, where contacts are not smooth, and the last coefficients are rounding."""
     tail, depth = tails_of(pieces).max(axis=1, initial=0.0), mesh.own.tip - mesh.own.root
     s = evaluate(pieces.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
@@ -182,12 +183,13 @@ def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
 
 
 def tails_of(pieces: Pieces) -> FloatArray:
-    """Sizes (QUANTITIES, n) of the last coefficients."""
+    """Give sizes (QUANTITIES, n) of the last coefficients."""
     return np.asarray(np.abs(pieces.coefficients[:QUANTITIES, :, -TAIL:]).max(axis=2))
 
 
 def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
-    """The pieces longer than SHORT, each from where the one before ends, over the samples of each case."""
+    """Give the pieces longer than SHORT, each from where the one before ends, over the samples of each
+    case."""
     long = pieces.high - pieces.low > SHORT * mesh.pitch[0]
     pieces = replace(pieces.pick(long), coefficients=pieces.coefficients[:QUANTITIES, long])
     same = pieces.case[1:] == pieces.case[:-1]
@@ -203,8 +205,8 @@ def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
 def _coefficients(
     mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers]
 ) -> FloatArray:
-    """Coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples are
-    those from the first to the last of the `runs`; NaN where a contact is not found."""
+    """Give coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples
+    are those from the first to the last of the `runs`; NaN where a contact is not found."""
     basis = basis_of(DEGREE)
     roll = pieces.rolls(basis.nodes)
     case = pieces.case.repeat(roll.shape[1])
@@ -225,18 +227,18 @@ def _coefficients(
 
 
 def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Rolls (n, k) at places -1 ... 1 of intervals (n,)."""
+    """Give rolls (n, k) at places -1 ... 1 of intervals (n,)."""
     return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
 
 
 def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
-    """Numbers that rise with case and roll, over the span of a mesh."""
+    """Give numbers that rise with case and roll, over the span of a mesh."""
     turned = (roll - mesh.roll[case]) / (mesh.span * mesh.pitch[0])
     return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
 def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
-    """The contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
+    """Give the contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
     Newton's method does not settle."""
     for _ in range(PASSES):
         here = local_at(task, *place)
@@ -250,7 +252,7 @@ def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[Flo
 
 
 def _newton_step(here: Local, limit: NDArray[np.int8]) -> FloatArray:
-    """Steps (2, n) towards the contact that is held to the limits (2, n)."""
+    """Give steps (2, n) towards the contact that is held to the limits (2, n)."""
     each = np.arange(limit.shape[1])
     rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
     first, second = (rate.T for rate in rates)
@@ -266,13 +268,14 @@ def _newton_step(here: Local, limit: NDArray[np.int8]) -> FloatArray:
 
 
 def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions (2, n) of two equations whose rows are (2, n) each."""
+    """Give solutions (2, n) of two equations whose rows are (2, n) each."""
     rows = right[0] * second[1] - right[1] * first[1], first[0] * right[1] - second[0] * right[0]
     return np.asarray(np.stack(rows) / (first[0] * second[1] - first[1] * second[0]))
 
 
 def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """The rolls (k,) between the `limits` at which the pieces `before` (k,) end and the next take over."""
+    """Give the rolls (k,) between the `limits` at which the pieces `before` (k,) end and the next take
+    over."""
     low, high = limits
     share = 2.0 * np.arange(PARTS + 1) / PARTS - 1.0
     row = np.arange(before.size)
@@ -289,7 +292,7 @@ def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray
 
 
 def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) -> NDArray[np.bool_]:
-    """Whether at rolls (k, m) the pieces after those `before` (k,) carry: within the limits and first, of
+    """Say whether at rolls (k, m) the pieces after those `before` (k,) carry: within the limits and first, of
     such as touch together a tangency before an edge, then the pair that came into mesh last."""
     f, outside, edge, pair = [], [], [], []
     for index in (before, before + 1):
@@ -305,7 +308,7 @@ def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) 
 
 
 def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) -> FloatArray:
-    """How far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
+    """Say how far (mm) contacts lie outside limits that do not hold them, or beyond a joint with the fillet;
     infinite where there are none."""
     margin = np.where(holding(pieces.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
     for s, fillet, joint in zip(
@@ -316,7 +319,7 @@ def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) ->
 
 
 def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
+    """Give the greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
     even = np.linspace(-1.0, 1.0, 4 * DEGREE + 1)
     dense, series = evaluate(series, even)[0], with_derivative(with_derivative(series))
     found = []
@@ -333,7 +336,7 @@ def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Changes (cases, most) and whether the tooth pair changes there."""
+    """Give changes (cases, most) and whether the tooth pair changes there."""
     label = np.stack((pieces.pair, *pieces.limit, *pieces.on_fillet))
     changed = (label[:, 1:] != label[:, :-1]).any(axis=0)
     inner = np.flatnonzero((pieces.case[1:] == pieces.case[:-1]) & changed)

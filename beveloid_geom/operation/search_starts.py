@@ -81,8 +81,8 @@ class Starts:
 
 
 def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
-    """Fillet and flank of the pinion with `points` on the fillet, on the flank and along the face; more on
-    the fillet, up to as many as on the flank, where a step of them would rise by more than a cell."""
+    """Give fillet and flank of the pinion with `points` on the fillet, on the flank and along the face; more
+    on the fillet, up to as many as on the flank, where a step of them would rise by more than a cell."""
     fillet, profile, face = points
     cell = ((own.highest - own.joint) / (profile - 1), 2.0 * own.half_width / (face - 1))
     fillet = max(fillet, int(min(np.nan_to_num(FILLET_STEPS * (own.joint - own.bottom) / cell[0]), profile)))
@@ -99,7 +99,7 @@ def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, in
 
 
 def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
-    """The clearance at the points of a grid, for every tooth pair of the task; with `turns` also where
+    """Give the clearance at the points of a grid, for every tooth pair of the task; with `turns` also where
     the same teeth meet again periods later."""
     other, n, reach = task.other, grid.s.size, TIP_REACH * grid.cell[0]
     turned = grid.angle + task.roll[:, None]
@@ -137,7 +137,7 @@ def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
 
 
 def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> Starts:
-    """Where to search, given the least f of each tooth pair's position that is known so far, (tasks,)."""
+    """Say where to search, given the least f of each tooth pair's position that is known so far, (tasks,)."""
     row, point = _line_starts(scan.f, grid.shape, least + SPARE * module)
     cell = np.array(grid.cell)[:, None]
     place = np.stack((grid.s[point], grid.z[point]))
@@ -154,7 +154,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
 def _line_starts(
     f: FloatArray, shape: tuple[int, int], bound: FloatArray
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Tooth pairs and point numbers of the least local least values of the scan lines."""
+    """Give tooth pairs and point numbers of the least local least values of the scan lines."""
     values, points = [], []
     f = f.reshape(-1, *shape)
     for axis in (1, 2):
@@ -177,9 +177,9 @@ def _line_starts(
 def _edge_starts(
     task: Task, scan: Scan, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], FloatArray]:
-    """Tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
-    station along the face: the scanned points least `away` from it (tasks, points), if f is within the
-    first bound (tasks,) there, moved on to the edge, where f is within the second."""
+    """Give tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
+    station along the face: the scanned points least `away` from it (tasks, points), if f is within the first
+    bound (tasks,) there, moved on to the edge, where f is within the second."""
     lines = away.reshape(-1, *grid.shape)
     row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
     point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station
@@ -197,7 +197,7 @@ def _edge_starts(
 
 
 def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
-    """Places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
+    """Give places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
     place = place.copy()
     for _ in range(EDGE_PASSES):
         margin, rate = limits_at(task, *place)
@@ -208,7 +208,7 @@ def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
 
 
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
-    """More starts from what was found: at the same station on a tip's edge if it is on a fillet less
+    """Give more starts from what was found: at the same station on a tip's edge if it is on a fillet less
     than a cell away, and beside that fillet. `row` counts the places (2, n) of the tasks."""
     own, cell, none = task.own, np.array(grid.cell)[:, None], np.zeros(0, dtype=np.int64)
     parts = [Starts(none, none, place[:, :0], place[:, :0])]

@@ -52,7 +52,7 @@ class Pose:
     position: FloatArray
 
     def at(self, index: NDArray[np.int_] | slice) -> Pose:
-        """The poses with the numbers `index` along the last axis."""
+        """Give the poses with the numbers `index` along the last axis."""
         return Pose(*(value[..., index] for value in vars(self).values()))
 
 
@@ -78,7 +78,7 @@ class Separation:
 
 
 def pose_of(design: Design) -> Pose:
-    """Axes and positions of a design; pair and errors may be arrays."""
+    """Give axes and positions of a design; pair and errors may be arrays."""
     layout, distance = layout_of(design), mounting_of(design).distance
     pinion, gear = distance[0] + design.errors.pinion_axial, distance[1] + design.errors.gear_axial
     position = np.stack(np.broadcast_arrays(pinion, gear))
@@ -89,8 +89,8 @@ def pose_of(design: Design) -> Pose:
 def seen_by_other(
     pose: Pose, member: int, x: Numbers, y: Numbers, z: Numbers
 ) -> tuple[Numbers, Numbers, Numbers]:
-    """Points of a member's fixed frame, z from its mid-face, in the other's fixed frame, z from
-    the other's mid-face. The same formula both ways (see `pair.frames`)."""
+    """Give points of a member's fixed frame, z from its mid-face, in the other's fixed frame, z from the
+    other's mid-face. The same formula both ways (see `pair.frames`)."""
     z = z + pose.position[member]
     return (
         pose.offset - x,
@@ -100,7 +100,7 @@ def seen_by_other(
 
 
 def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Rolls (rad) of pinion and gear from tooth pair 0 to the neighbouring tooth pairs `pair`."""
+    """Give rolls (rad) of pinion and gear from tooth pair 0 to the neighbouring tooth pairs `pair`."""
     turn = 2.0 * np.pi * np.asarray(pair, dtype=float)
     return np.asarray(turn / design.pinion.teeth), np.asarray(-turn / design.gear.teeth)
 
@@ -115,7 +115,7 @@ def separation(
     gear_roll: ArrayLike,
     pair: ArrayLike = 0,
 ) -> Separation:
-    """How far points of a member (0 pinion, 1 gear) are from the other's flank at a pose.
+    """Say how far points of a member (0 pinion, 1 gear) are from the other's flank at a pose.
 
     `l` (mm): profile coordinates of the points, the flank parameter above the joint, on the
     fillet below; `z` (mm from mid-face); the rolls, rad; `pair`: number of the tooth pair, the
@@ -157,7 +157,7 @@ def _separated(
     roll: FloatArray,
     other_roll: FloatArray,
 ) -> Met:
-    """Angle, distance, and the other's s, z and r, arrays of one axis."""
+    """Give the angle, distance, and the other's s, z and r, arrays of one axis."""
     point = cut_at(own, s, z)
     turned = point.phi + roll
     cos, sin = np.cos(turned), np.sin(turned)
@@ -166,7 +166,7 @@ def _separated(
 
 
 def met_by(surface: Surface, x: FloatArray, y: FloatArray, z: FloatArray, roll: FloatArray) -> Met:
-    """Clearance (rad) and distance (mm) of points from a `surface` at a `roll`, and its s, z and r
+    """Give the clearance (rad) and distance (mm) of points from a `surface` at a `roll`, and its s, z and r
     where they meet; points in the fixed frame of that member, z from mid-face, arrays of one axis."""
     square = x * x + y * y
     s = profile_at(surface, square, z)

@@ -275,7 +275,7 @@ def _sign_changes(
 
 
 @dataclass(frozen=True, eq=False)
-class _Walk:
+class _Trace:
     """Nodes on the way in one direction; `closed` where it ends at its start."""
 
     nodes: list[FloatArray]
@@ -283,29 +283,29 @@ class _Walk:
     closed: bool = False
 
 
-def _walk(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Walk:
+def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Trace:
     """Find nodes from `start` on, to beyond the limits by `reach`, to where contact ends outside them, or
     around to the start again."""
-    walk, step = _Walk([start], [tangent]), FIRST_STEP
+    trace, step = _Trace([start], [tangent]), FIRST_STEP
     for _ in range(LONGEST):
-        here, along = walk.nodes[-1], walk.tangents[-1]
+        here, along = trace.nodes[-1], trace.tangents[-1]
         margins = system.margins(here)
         if (margins < -reach).any():
-            return walk
+            return trace
         ahead = _ahead(system, here, along, step)
         if ahead is None:
             step *= 0.5
             if step >= LEAST_STEP:
                 continue
             if margins.min() < 0.0:
-                return walk
+                return trace
             raise ArithmeticError(_lost(here * system.scale))
         found = ahead[0]
         back, on = (start - here) @ tangent, (start - found) @ tangent
-        if len(walk.nodes) > 2 and back >= 0.0 >= on and np.linalg.norm(start - here) < 2.0 * step:
-            return _Walk([*walk.nodes, start], [*walk.tangents, tangent], True)
-        walk.nodes.append(found)
-        walk.tangents.append(ahead[1])
+        if len(trace.nodes) > 2 and back >= 0.0 >= on and np.linalg.norm(start - here) < 2.0 * step:
+            return _Trace([*trace.nodes, start], [*trace.tangents, tangent], True)
+        trace.nodes.append(found)
+        trace.tangents.append(ahead[1])
         step = min(1.5 * step, LARGEST_STEP)
     raise ArithmeticError("the five equations follow the contact further than a path on the flanks can be")
 
@@ -337,10 +337,10 @@ def follow_five_equations(system: FiveEquations, start: FloatArray) -> FiveCurve
     tangent = system.tangent(start)
     if tangent is None:
         raise ArithmeticError(_lost(start * system.scale))
-    ahead = _walk(system, start, tangent, reach)
+    ahead = _trace(system, start, tangent, reach)
     nodes, tangents = ahead.nodes, ahead.tangents
     if not ahead.closed:
-        back = _walk(system, start, -tangent, reach)
+        back = _trace(system, start, -tangent, reach)
         nodes = back.nodes[:0:-1] + nodes
         tangents = [-t for t in back.tangents[:0:-1]] + tangents
     if len(nodes) < 2:

@@ -329,8 +329,8 @@ def test_lost_paths_of_unmodified_flanks_have_no_transmission_error() -> None:
 @pytest.mark.parametrize("ends", [(-0.95, 0.9), (0.9, -0.95)])
 def test_the_greatest_of_several_extremes_counts(sign: float, ends: tuple[float, float]) -> None:
     basis = basis_of(60)
-    track: Any = SimpleNamespace(coefficients=basis.coefficients(wave(basis.nodes))[None, None])
-    found = float(_extreme(track, np.array([ends]), 0, sign)[0, 0])
+    series: Any = SimpleNamespace(coefficients=basis.coefficients(wave(basis.nodes))[None, None])
+    found = float(_extreme(series, np.array([ends]), 0, sign)[0, 0])
     dense = np.linspace(-0.95, 0.9, 20_001)
     assert found == pytest.approx(dense[(sign * wave(dense)).argmax()], abs=1e-4)
     assert abs(wave(found + 1e-6) - wave(found - 1e-6)) < 1e-11

@@ -1,6 +1,6 @@
-"""Cells of l1 and l2: which cases they spare the walk, and that they leave nothing out.
+"""Cells of l1 and l2: which cases they spare the trace, and that they leave nothing out.
 
-What is counted is the cases that are walked, not time. The oracle is the walk of all of them.
+What is counted is the cases that are traced, not time. The oracle is the trace of all of them.
 """
 
 from __future__ import annotations
@@ -95,14 +95,14 @@ MOUNTINGS = {
     **{name: mounted(design, drawn_errors(USUAL, 0, 0, 512)) for name, design in OFF_THE_FLANKS.items()},
 }
 MOST = {"line contact, parabolas": 0.03, "usual pairs": 0.005}
-"""Share of the cases that may be walked, 0 if not named."""
+"""Share of the cases that may be traced, 0 if not named."""
 MOST_ALL_OVER = 0.01
-"""Share that may be walked beyond what is near the faces."""
+"""Share that may be traced beyond what is near the faces."""
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("name", MOUNTINGS)
-def test_few_are_walked(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_few_are_traced(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     near_faces, all_over, followed = [0], [0], follow._followed
 
     def counted(pairing: Pairing, near: Window | None = None) -> list[follow.Group]:
@@ -117,7 +117,7 @@ def test_few_are_walked(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("name", MOUNTINGS)
-def test_those_spared_are_as_walked(name: str, flank: str) -> None:
+def test_those_spared_are_as_traced(name: str, flank: str) -> None:
     design = cases_of(MOUNTINGS[name], slice(0, 32))
     pairing, ends = pairing_of(design, flank), path_ends(design, flank)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -26,7 +26,7 @@ from beveloid_geom.contact.curve_equations import (
 from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
 from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_of
 from beveloid_geom.contact.path import path_blocks, path_ends
-from beveloid_geom.contact.path_polynomial import HEIGHT, Track
+from beveloid_geom.contact.path_polynomial import HEIGHT, PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
@@ -72,10 +72,10 @@ LOST = CROSSING | TURNING
 both = pytest.mark.parametrize("design", LOST.values(), ids=LOST)
 
 
-def tracked(design: Design) -> Track:
+def series_found(design: Design) -> PathSeries:
     with np.errstate(invalid="ignore", divide="ignore"):
         (group,) = paths_on_flanks(pairing_of(design, "right"))
-    return group.track
+    return group.series
 
 
 def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float:
@@ -93,7 +93,7 @@ def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float
 def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     path = path_of_contact(design, points=9)
     assert path.ends.status == Status.SOLVED
-    assert np.isnan(tracked(design).half).all()  # it was followed
+    assert np.isnan(series_found(design).half).all()  # it was followed
     assert five_equation_residual(design, path) < 1e-11
     for k in range(9):
         rate = np.abs(np.gradient(path.pinion_roll))[k], np.abs(np.gradient(path.l1))[k]
@@ -145,8 +145,8 @@ def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, f
     pairing = pairing_of(table1(a), flank)
     with np.errstate(invalid="ignore", divide="ignore"):
         (plain,), (followed,) = paths_on_flanks(pairing), _followed(pairing)
-    assert np.isfinite(plain.track.half).all()
-    assert np.isnan(followed.track.half).all()
+    assert np.isfinite(plain.series.half).all()
+    assert np.isnan(followed.series.half).all()
     assert followed.ends.status.tolist() == [Status.SOLVED]
     one, other = plain.ends, followed.ends
     np.testing.assert_allclose(one.l, other.l, atol=1e-11)
@@ -291,7 +291,7 @@ def test_a_singular_system_leaves_the_others_alone() -> None:
 
 
 @both
-def test_walks_leave_the_window_and_pass_through_the_path(design: Design) -> None:
+def test_traces_leave_the_window_and_pass_through_the_path(design: Design) -> None:
     pairing, path = pairing_of(design, "right"), path_of_contact(design, points=21)
     units = units_of(pairing)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -310,14 +310,14 @@ def test_walks_leave_the_window_and_pass_through_the_path(design: Design) -> Non
         assert np.abs(meet_on_curve(pairing, (curve.points * units[0]).T[:, None])[0]).max() < 1e-12
 
 
-def test_rows_of_a_followed_track_hold_the_limits() -> None:
-    track = tracked(TURNING["a -0.002/-0.002"])
-    assert track.coefficients.shape[0] == HEIGHT + 8
-    assert track.coefficients.shape[-1] < 60  # smooth in its length
+def test_rows_of_a_followed_series_hold_the_limits() -> None:
+    series = series_found(TURNING["a -0.002/-0.002"])
+    assert series.coefficients.shape[0] == HEIGHT + 8
+    assert series.coefficients.shape[-1] < 60  # smooth in its length
 
 
 def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
-    """Walked in long steps it was, and its piece on the flanks was counted twice."""
+    """Traced in long steps it was, and its piece on the flanks was counted twice."""
     design = CROSSING["4.15/2.03 deg"].with_parabola(0.0012891466317091031, 0.000607238206935391)
     assert path_ends(design).pieces == 1
     assert path_ends(exchanged(design)).pieces == 1
