@@ -24,9 +24,8 @@ SLENDEREST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class HertzEllipse:
-    """Where two bodies touch under `force` (N).
-
-    `semi_axes` (2,), mm, along the directions of the smaller and the greater relative curvature, and the greatest pressure `pressure` (MPa)."""
+    """Hold where two bodies touch under `force` (N): `semi_axes` (2,), mm, along the directions of the
+    smaller and the greater relative curvature, and the greatest `pressure` (MPa)."""
 
     force: float
     semi_axes: FloatArray

@@ -62,7 +62,7 @@ class Certificate:
 
 
 def certify(path: ContactPath) -> Certificate:
-    """Give compare a path of contact with the first contacts of the teeth of its design.
+    """Compare a path of contact with the first contacts of the teeth of its design.
 
     Parameters
     ----------

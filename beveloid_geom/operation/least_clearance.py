@@ -103,7 +103,7 @@ class Local:
         return np.where(np.isnan(merit), np.inf, merit)
 
     def pick(self, index: NDArray[np.int_]) -> Local:
-        """Give those with the numbers `index`."""
+        """Give the places with the numbers `index`."""
         return Local(*(value[..., index] for value in vars(self).values()))
 
 
@@ -120,7 +120,7 @@ class Least:
     converged: NDArray[np.bool_]
 
     def pick(self, index: NDArray[np.int_]) -> Least:
-        """Give those with the numbers `index`."""
+        """Give the results with the numbers `index`."""
         return Least(*(value[..., index] for value in vars(self).values()))
 
     def and_also(self, *others: Least) -> Least:

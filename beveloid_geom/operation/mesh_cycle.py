@@ -400,7 +400,7 @@ def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, 
 
 
 def _joined(parts: list[Pieces]) -> Pieces:
-    """Give all of them, in order of case and roll."""
+    """Join pieces, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
     columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
