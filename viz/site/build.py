@@ -25,15 +25,18 @@ def gather(source: Path) -> None:
         shutil.copyfile(file, copy)
     for page in HERE.glob("*.md"):
         shutil.copyfile(page, source / page.name)
+    # Beside the pages, which `conf.py` names: examples write their files where they lie.
+    shutil.copytree(ROOT / "viz/examples", source.parent / "examples")
 
 
 def main() -> int:
     """Build anew; warnings are errors. The exit status is Sphinx's."""
     with TemporaryDirectory() as folder:
-        gather(Path(folder))
+        source = Path(folder) / "pages"
+        gather(source)
         target = ROOT / "outputs/site"
         shutil.rmtree(target, ignore_errors=True)
-        return build_main(["-W", "--keep-going", "-q", "-c", str(HERE), folder, str(target)])
+        return build_main(["-W", "--keep-going", "-q", "-c", str(HERE), str(source), str(target)])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """How Sphinx builds the site (`build.py`)."""
 
 from importlib.metadata import version as version_of
-from pathlib import Path
 
 import matplotlib as mpl
 
@@ -22,7 +21,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 python_maximum_signature_line_length = 90
 sphinx_gallery_conf = {
-    "examples_dirs": str(Path(__file__).parents[1] / "examples"),
+    "examples_dirs": "../examples",
     "gallery_dirs": "examples",
     "within_subsection_order": "FileNameSortKey",
     "show_memory": False,
