@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
+from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..pair.mounting import across_action
 from .equation import Pairing, terms_of
@@ -34,6 +35,8 @@ CASES_PER_BLOCK = 64
 FACES = 1.5
 """Half face widths within which contacts count as near."""
 SLACK = 0.5
+VANISHING = 1e-13
+"""n_x^2 that may be but rounding."""
 BEYOND = 0.05
 """How far, in flank depths, the window of l1 and l2 reaches beyond root and tip."""
 
@@ -79,6 +82,14 @@ def window_of(pairing: Pairing) -> tuple[FloatArray, FloatArray]:
         np.broadcast_to(pairing.lowest - slack, shape),
         np.broadcast_to(pairing.highest + slack, shape),
     )
+
+
+def vanishing(pairing: Pairing) -> Mask:
+    """Say whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
+    low, high = window_of(pairing)
+    l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
+    x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
+    return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
 def box_of(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool = True, nodes: int = NODES) -> Box:

@@ -23,7 +23,7 @@ from ..arrays import FloatArray
 from ..support.chebyshev import basis_of, evaluate
 from .cells import Box
 from .curve_equations import meet_on_curve, onto_curve, units_of
-from .equation import COMPLEX_STEP, Pairing, axial_and_radius, limit_margins, meet
+from .equation import COMPLEX_STEP, Pairing, meet, relative_margins
 from .path_polynomial import LOOSENED, WIDTH, PathSeries, between, fitted, rows_of
 
 Mask = NDArray[np.bool_]
@@ -117,10 +117,7 @@ def _crossings(
 def _margins(pairing: Pairing, y: FloatArray) -> FloatArray:
     """Give margins (points, 8) within the limits at points y (points, 4), in flank depths and face widths."""
     y = np.ascontiguousarray(y[:, None].transpose(2, 0, 1))
-    height, radius = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
-    depth, face = (pairing.highest - pairing.lowest)[..., 0], 2.0 * pairing.half_width[..., 0]
-    sizes = np.concatenate((depth, depth, face, face))
-    return np.asarray((limit_margins(pairing, y[:2], height, radius)[..., 0] / sizes).T)
+    return np.asarray(relative_margins(pairing, y[:2], meet_on_curve(pairing, y)[1])[..., 0].T)
 
 
 def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:

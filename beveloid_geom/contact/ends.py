@@ -16,14 +16,18 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..status import Limit, Status
 from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, with_derivative
-from .equation import Pairing
+from .equation import Pairing, meet, relative_margins
 from .path_polynomial import HEIGHT, LARGEST, ROLL, PathSeries
 
 SCAN = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN, LARGEST)
+STEP = 2.0 * (SCAN[1] - SCAN[0])
 SHARES, CLOSE = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
 PASSES, NEWTON_LAST = 30, 1e-8
 """Newton on the polynomials ends with a step below NEWTON_LAST, whose square is rounding."""
+BESIDE, SPARE = 0.25, 0.1
+"""Flank depths, or face widths, by which rough positions are taken for ones that may be on the flanks; share
+of a range of l2 that is added at both ends."""
 ENDING = 1e-12
 """Share of l1 by which a position asked for may miss the end of a path."""
 
@@ -68,14 +72,41 @@ def longest_run(
 
 
 def find_ends(pairing: Pairing, series: PathSeries) -> Ends:
-    """Give ends of the path within the window of its series.
+    """Give ends of the path within the window of its series; none where there is no series."""
+    solved = np.flatnonzero(series.status == Status.SOLVED)
+    if solved.size == series.status.size:
+        return _ends(pairing, series)
+    ends = no_ends(series.status)
+    if solved.size:
+        for name, value in vars(_ends(pairing.cases(solved), series.cases(solved))).items():
+            getattr(ends, name)[(slice(None), solved) if name == "l" else solved] = value
+    return ends
+
+
+def no_ends(status: NDArray[np.int8]) -> Ends:
+    """Give the ends of cases without a path, for the reasons `status`."""
+    void = np.full((len(status), 2), np.nan)
+    return Ends(
+        x=void,
+        l=np.array((void, void)),
+        roll=void.copy(),
+        limit=np.full(void.shape, np.int8(-1)),
+        span=void[:, 0].copy(),
+        turning=np.zeros(len(status), dtype=bool),
+        pieces=np.zeros(len(status), dtype=int),
+        status=status.copy(),
+    )
+
+
+def _ends(pairing: Pairing, series: PathSeries) -> Ends:
+    """Give ends of solved paths.
 
     Of the margins that shrink towards the outside, the one whose zero lies furthest inside
     ends the path; Newton on that maximum changes limits by itself when another one turns
     out to be met first. The pinion drives, with rising roll on right flanks and falling roll on
     left ones: that says which end is entered."""
     x, pieces = _rough_ends(series)
-    sought = (pieces > 0) & (series.status == Status.SOLVED)
+    sought = pieces > 0
     inward = np.array([1.0, -1.0])
     both = with_derivative(series.coefficients[HEIGHT:])
     for _ in range(PASSES):
@@ -83,13 +114,12 @@ def find_ends(pairing: Pairing, series: PathSeries) -> Ends:
         rates = values[len(Limit) :] * inward
         moves = np.where(rates > 0.0, -values[: len(Limit)] / rates, -np.inf)
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
-        x = np.minimum(np.maximum(x + move, -1.0), 1.0)
-        if not (np.abs(move[sought]) > NEWTON_LAST).any():
+        before, x = x, np.minimum(np.maximum(x + move, -1.0), 1.0)
+        if not (np.abs(x - before)[sought] > NEWTON_LAST).any():
             break
     missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
     status = np.where(missed, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
     status = np.where(pieces == 0, np.int8(Status.OFF_FLANK), status)
-    status = np.where(series.status != Status.SOLVED, series.status, status)
     away = status != Status.SOLVED
     x, limit = np.where(away[:, None], np.nan, x), np.where(away[:, None], -1, limit).astype(np.int8)
     values = evaluate(series.coefficients[[0, 1, ROLL]], x)
@@ -105,17 +135,22 @@ def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
     """Give starting values (cases, 2) for the ends of the path, and the number of its pieces.
 
     A scan of the least margin does where it crosses zero twice. Where it has several runs
-    inside, or an extremum so near to zero that a crossing may hide between the samples, the
+    inside, or an extremum so near to zero that a crossing may hide between closer samples, too, the
     roots of all margins are taken."""
     depth = (series.coefficients[HEIGHT:] @ SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
     first, last, pieces = longest_run(depth > 0.0)
-    x = np.stack((_crossing(depth, first, -1), _crossing(depth, last, 1)), axis=-1)
+    scan = np.broadcast_to(SCAN, depth.shape)
+    x = np.stack((_crossing(scan, depth, first, -1), _crossing(scan, depth, last, 1)), axis=-1)
     steps = depth[:, 1:] - depth[:, :-1]
     before, after, middle = steps[:, :-1], steps[:, 1:], depth[:, 1:-1]
     near = np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
     hidden = near & np.where(middle > 0.0, (before < 0.0) & (after > 0.0), (before > 0.0) & (after < 0.0))
-    doubtful = (series.status == Status.SOLVED) & (hidden.any(axis=-1) | (pieces > 1))
-    for case in np.flatnonzero(doubtful):
+    row, place = np.nonzero(hidden)
+    if row.size:
+        fine = evaluate(series.coefficients[HEIGHT:, row], SCAN[place, None] + STEP * CLOSE).min(axis=0)
+        away = np.abs(fine).min(axis=-1) > np.abs(np.diff(fine)).max(axis=-1)
+        hidden[row[away], place[away]] = False
+    for case in np.flatnonzero(hidden.any(axis=-1) | (pieces > 1)):
         x[case], pieces[case] = _exact_run(series.coefficients[:, case])
     return x, pieces
 
@@ -138,13 +173,28 @@ def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
     return runs[int(np.argmax(spans))], len(runs)
 
 
-def _crossing(depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
-    """Give the parameter at which the depth crosses zero beside the sample `edge`, by a straight line."""
+def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
+    """Say at which x (cases, samples) the depth crosses zero beside the sample `edge`, by a straight line."""
     case = np.arange(len(edge))
-    beyond = np.minimum(np.maximum(edge + outward, 0), SCAN.size - 1)
+    beyond = np.minimum(np.maximum(edge + outward, 0), x.shape[-1] - 1)
     inside, outside = depth[case, edge], depth[case, beyond]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
-    return np.asarray(SCAN[edge] + share * (SCAN[beyond] - SCAN[edge]))
+    return np.asarray(x[case, edge] + share * (x[case, beyond] - x[case, edge]))
+
+
+def rough_window(pairing: Pairing, l: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give bounds of l1 and l2 (2, cases, 1), mm, of contacts roughly at l (2, cases, positions), along which
+    l1 rises, that seem to lie on the flanks or less than BESIDE beyond, with SPARE in l2; NaN where none
+    does."""
+    room = np.nan_to_num(relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + BESIDE, nan=-BESIDE)
+    near = room > 0.0
+    first, last = near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)
+    ends = np.array([[_crossing(x, room, edge, way) for x in l] for edge, way in ((first, -1), (last, 1))])
+    ends[..., ~near.any(axis=-1)] = np.nan
+    low, high = np.sort(ends, axis=0)[..., None]
+    spare = SPARE * (high[1] - low[1])
+    low[1], high[1] = low[1] - spare, high[1] + spare
+    return low, high
 
 
 def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -318,6 +318,13 @@ def limit_margins(pairing: Pairing, l: FloatArray, z: FloatArray, radius: FloatA
     return margins.reshape(8, *margins.shape[2:])
 
 
+def relative_margins(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
+    """Give margins (8, cases, positions) as `limit_margins`, in flank depths and face widths."""
+    depth, face = pairing.highest - pairing.lowest, 2.0 * pairing.half_width
+    margins = limit_margins(pairing, l, *axial_and_radius(pairing, met))
+    return np.asarray(margins / np.concatenate((depth, depth, face, face)))
+
+
 def contact_point(met: Meeting) -> FloatArray:
     """Give contact points (3, cases, positions) in S_f, mm."""
     fx, fy, v, s = met.normal_x, met.normal_y[0], met.own[2, 0], met.square[0]

@@ -1,10 +1,9 @@
 """Paths of contact as polynomials through exact solutions.
 
-`series_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1 that covers the
-pinion flank, and fits every quantity asked for by a polynomial. If the coefficients fall to
-rounding the series is resolved: its values anywhere in the window are solutions to rounding.
-Where they do not, n_x is small in the window or an l1 has several contacts, and the path is sought in cells
-and along its length (`path_search`).
+`series_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1, and fits every
+quantity asked for by a polynomial. If the coefficients fall to rounding the series is resolved: its values
+anywhere in the window are solutions to rounding. Where they do not, n_x is small in the window or an l1 has
+several contacts, and the path is sought in a narrower window, in cells and along its length (`path_search`).
 
 Arrays have one axis of cases in place of the batch shape. The rows of a series are those of
 `ROWS`, then the eight limit margins in the order of `Limit`.
@@ -18,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
+from ..gear.rack import rack_normal
+from ..pair.frames import common_normal
 from ..status import Limit, Status
 from ..support.chebyshev import NOISE, Basis, basis_of, resolved, resolved_degree
 from .curve_equations import meet_on_curve, onto_curve, units_of
@@ -33,7 +34,7 @@ from .equation import (
     roll_angles,
     trace_parameters,
 )
-from .roots import solve_gear_parameter
+from .roots import SHARES, Roots, roots_in, samples_of, solve_gear_parameter
 
 ROWS = {
     "l1": 0,
@@ -53,13 +54,11 @@ ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
 """Rows of quantities, and with the margins."""
 
-COARSE = basis_of(16)
+COARSE, FINE = basis_of(16), basis_of(20)
 LARGEST = 400
 """Highest degree of a series."""
-WINDOW_MARGIN = 0.02
-"""Share of the flank depth by which the window of l1 reaches beyond root and tip."""
-SPARE = 0.3
-"""Share of the gear flank's depth by which l2 is sought beyond it."""
+HOPELESS = 1e-10
+"""Last coefficient, relative to the first, above which roots are not polished."""
 LOOSENED = 16.0
 """Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
 sharply against rounding, or a member has next to no base circle."""
@@ -97,16 +96,16 @@ def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
 
 
 def exact_rows(
-    pairing: Pairing, l1: FloatArray, within: tuple[FloatArray, FloatArray] | None = None
+    pairing: Pairing, l1: FloatArray, roots: Roots | None = None
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN
-    where not solved, and the Status of each position. `within` as in `solve_gear_parameter`."""
-    roots = solve_gear_parameter(pairing, l1, within)
+    """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN where not solved, and
+    the Status of each position; from `roots` if these are at hand."""
+    roots = solve_gear_parameter(pairing, l1) if roots is None else roots
     l = np.array((l1, roots.l2))
     met = meet(pairing, l)
     tolerance = gap_tolerance(pairing)
     for _ in range(2):
-        if (np.abs(met.gap) <= 2.0 * tolerance).all():
+        if not (np.abs(met.gap) > 2.0 * tolerance).any():
             break
         l[1] -= met.gap / roots.slope
         met = meet(pairing, l)
@@ -197,13 +196,41 @@ def between(known: FloatArray, new: FloatArray) -> FloatArray:
     return values
 
 
-def series_over_l1(pairing: Pairing) -> PathSeries:
-    """Give the series over the pinion's flank, NOT_CONVERGED where l1 does not resolve the path."""
-    (low, least), (high, most) = pairing.lowest, pairing.highest
-    middle, half = 0.5 * (low + high), (0.5 + WINDOW_MARGIN) * (high - low)
-    within = least - SPARE * (most - least), most + SPARE * (most - least)
-    rows, found = exact_rows(pairing, middle + half * COARSE.nodes, within)
-    coefficients, good = fitted(pairing, rows, COARSE)
-    status = found.max(axis=-1)
-    status[(status == Status.SOLVED) & ~good] = Status.NOT_CONVERGED
-    return PathSeries(coefficients, middle, half, status)
+def series_over_l1(
+    pairing: Pairing, low: FloatArray, high: FloatArray, basis: Basis, strict: bool
+) -> tuple[PathSeries, FloatArray]:
+    """Give series over l1, by roots in a window from `low` to `high` in l1 and l2 (2, cases, 1), mm:
+    NOT_CONVERGED where some l1 has none there, or `basis` does not resolve the path, or, if that is to be
+    seen here (`strict`), some l1 has several. And rough contacts there (2, cases, positions), mm, along
+    which l1 rises."""
+    (middle, _), (half, _) = 0.5 * (low + high), 0.5 * (high - low)
+    l1 = middle + half * basis.nodes
+    samples = samples_of(pairing, l1, np.array((low[1], high[1])), SHARES if strict else SHARES[::2])
+    curve = samples.one_way()
+    rough = np.array((l1, curve.rough()))
+    samples = samples if strict else curve
+    status = np.full(len(l1), np.int8(Status.NOT_CONVERGED))
+    status[pairing.undefined] = Status.UNDEFINED
+    tried = (samples.change.sum(axis=0) == 1).all(axis=-1)
+    tried &= (status != Status.UNDEFINED) & ~_hopeless(pairing, rough, basis)
+    at, part = np.flatnonzero(tried), pairing
+    if at.size < len(l1):
+        part, samples = pairing.cases(at), samples.cases(at)
+    rows, found = exact_rows(part, l1[at], roots_in(part, l1[at], samples, PASSES))
+    coefficients, good = fitted(part, rows, basis)
+    status[at[(found == Status.SOLVED).all(axis=-1) & good]] = Status.SOLVED
+    if at.size < len(l1):
+        of_some, coefficients = coefficients, np.full((WIDTH, len(l1), coefficients.shape[-1]), np.nan)
+        coefficients[:, at] = of_some
+    return PathSeries(coefficients, middle, half, status), rough
+
+
+def _hopeless(pairing: Pairing, l: FloatArray, basis: Basis) -> NDArray[np.bool_]:
+    """Say of which cases, roughly at l (2, cases, positions), mm, n_x changes too much for this degree: the
+    root of a straight line that crosses zero at `zero`, beyond [-1, 1], has Chebyshev coefficients that fall
+    by the factor `rate` from each to the next."""
+    x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
+    share = np.maximum(x_squared.min(axis=-1) / x_squared.max(axis=-1), 0.0)
+    zero = (1.0 + share) / (1.0 - share)
+    rate = zero + np.sqrt(zero * zero - 1.0)
+    return np.asarray(rate ** (1.0 - basis.nodes.size) > HOPELESS)

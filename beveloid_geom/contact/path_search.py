@@ -22,17 +22,17 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..gear.rack import rack_normal
-from ..pair.frames import common_normal
 from ..status import Status
 from ..support.chebyshev import basis_of
-from .cells import Box, box_of, window_of
+from .cells import Box, box_of, vanishing, window_of
 from .chains import chains_of, missed, series_of
 from .curve_equations import meet_on_curve, onto_curve, units_of
 from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
-from .ends import Ends, find_ends
+from .ends import Ends, find_ends, no_ends, rough_window
 from .equation import Pairing
 from .path_polynomial import (
+    COARSE,
+    FINE,
     LARGEST,
     LOOSENED,
     NORMAL,
@@ -48,6 +48,8 @@ from .path_polynomial import (
 CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
 """Sizes at which the arrays of a block stay in the cache; of cases sought through cells fewer and fewer are
 left from step to step."""
+BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
+"""Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
 GUIDE = 12
 """Highest degree of a guide."""
 TURN_ROOM = 0.1
@@ -57,8 +59,6 @@ PASSES = 8
 FEW, ROUNDS = 5, (9, 9, 17, 33)
 """Grid lines of each member: where a series over l1 is at hand, and else round by round over the cells left
 before."""
-VANISHING = 1e-13
-"""n_x^2 that may be but rounding."""
 ONE_PLACE = 1e-9
 """Share of the size of the pair within which two ends are one."""
 
@@ -94,15 +94,11 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     told: list[Group] = []
     open_ones = []
     for block in _blocks(np.arange(count)):
-        whole, lost = _over_l1(pairing.cases(block) if block.size < count else pairing)
-        if not lost.any():
-            groups.append(whole.of(block))
-            continue
-        for some, lot in ((~lost, groups), (lost & _told(whole), told)):
-            if some.any():
-                lot.append(whole.part(np.flatnonzero(some)).of(block))
-        open_ones.append(block[lost])
-    if not open_ones:
+        sure, doubted, rest = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        groups += [group.of(block) for group in sure]
+        told += [group.of(block) for group in doubted]
+        open_ones.append(block[rest])
+    if not np.concatenate(open_ones).size:
         return groups
     known = np.zeros(count, dtype=bool)
     known[np.concatenate([np.empty(0, dtype=int), *(group.cases for group in told)])] = True
@@ -130,23 +126,50 @@ def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArra
     return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
-def _over_l1(pairing: Pairing) -> tuple[Group, NDArray[np.bool_]]:
-    """Give paths by series over l1, and which cases these do not describe.
+def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int_]]:
+    """Give paths by series over l1: those that are sure, those beside which other curves may be, and the
+    cases whose path is not sure, or not found.
 
-    The sign of n_x that the design's pitch point has is not the only one possible. Where n_x comes near
-    zero, or nothing is found on the flanks, both are looked at: a few cells mostly say at once that no other
-    curve is near the faces."""
-    series = series_over_l1(pairing)
+    The sign of n_x that the design's pitch point has is not the only one possible, nor does a series say
+    what lies beyond its window. Where n_x comes near zero, nothing is found on the flanks, or l1 describes
+    but a part of the curve, a few cells mostly say at once that no other is near the faces."""
+    spare = BEYOND * (pairing.highest - pairing.lowest)
+    series, rough = series_over_l1(
+        pairing, pairing.lowest - spare, pairing.highest + spare, COARSE, strict=True
+    )
     whole = Group(np.arange(len(series.status)), pairing, series, find_ends(pairing, series))
     n_x = series.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
-    told = np.flatnonzero(lost & _told(whole))
-    if told.size:
-        part = pairing.cases(told)
-        box = box_of(part, *window_of(part), nodes=FEW)
-        lost[told] = ~(box.none | box.one) | _vanishing(part)
-    return whole, lost
+    if not lost.any():
+        return [whole], [], np.empty(0, dtype=int)
+    told, sure, void = _told(whole), ~lost, np.zeros(len(lost), dtype=bool)
+    at = np.flatnonzero(lost)
+    part = pairing.cases(at)
+    box = box_of(part, *window_of(part), nodes=FEW)
+    defined = ~(part.undefined | vanishing(part))
+    sure[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~told[at]
+    some = _over_some_of_l1(pairing, rough, np.flatnonzero(lost & ~told & ~void))
+    empty, off = np.flatnonzero(void), np.full(np.count_nonzero(void), np.int8(Status.OFF_FLANK))
+    found = [
+        whole.part(np.flatnonzero(told & sure)),
+        some.part(np.flatnonzero(sure[some.cases])),
+        _without_path(pairing, empty, off),
+    ]
+    doubted = [whole.part(np.flatnonzero(told & ~sure)), some.part(np.flatnonzero(~sure[some.cases]))]
+    lost[np.concatenate([group.cases for group in found])] = False
+    return [group for group in found if group.cases.size], doubted, np.flatnonzero(lost)
+
+
+def _over_some_of_l1(pairing: Pairing, rough: FloatArray, cases: NDArray[np.int_]) -> Group:
+    """Give those of the `cases` whose path a series over less of l1 describes: over what of their `rough`
+    contacts (2, all cases, positions), mm, seems to lie on the flanks."""
+    low, high = rough_window(pairing.cases(cases), rough[:, cases])
+    seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
+    part, low, high = pairing.cases(cases[seen]), low[:, seen], high[:, seen]
+    series, _ = series_over_l1(part, low, high, FINE, strict=False)
+    found = Group(cases[seen], part, series, find_ends(part, series))
+    return found.part(np.flatnonzero(found.ends.status == Status.SOLVED))
 
 
 def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
@@ -156,7 +179,7 @@ def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group]
     neither."""
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
-    kept, void = np.zeros(len(known), dtype=bool), _vanishing(pairing)
+    kept, void = np.zeros(len(known), dtype=bool), vanishing(pairing)
     owner, fits = np.flatnonzero(~undefined & ~void), []
     sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
     done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
@@ -226,7 +249,7 @@ def _told(group: Group) -> NDArray[np.bool_]:
 def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
     """Give cases without a path, and why."""
     part, series = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
-    return Group(cases, part, series, find_ends(part, series))
+    return Group(cases, part, series, no_ends(status))
 
 
 def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
@@ -240,7 +263,7 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     if near is not None:  # no curve where signs do not rule one out: the lines of the grid may pass it by
         status[:] = Status.NOT_CONVERGED
     status[pairing.undefined] = Status.UNDEFINED
-    status[_vanishing(pairing)] = Status.NOT_CONVERGED
+    status[vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
     parts = near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
@@ -252,14 +275,6 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
     rest = np.setdiff1d(np.arange(len(status)), done)
     return [*groups, _without_path(pairing, rest, status[rest])] if rest.size else groups
-
-
-def _vanishing(pairing: Pairing) -> NDArray[np.bool_]:
-    """Say whether n_x is 0 to rounding all over the window: the flanks then touch along lines, or nowhere."""
-    low, high = window_of(pairing)
-    l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
-    x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
-    return np.asarray((np.abs(x_squared) < VANISHING).all(axis=-1))
 
 
 def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:

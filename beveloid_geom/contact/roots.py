@@ -1,6 +1,6 @@
 """Roots of the one equation F(l1, l2) = 0 in l2, for given l1.
 
-`solve_gear_parameter` samples F over l2, brackets every sign change, and runs Newton with the
+`solve_gear_parameter` samples F over l2 (`Samples`), brackets every sign change, and runs Newton with the
 exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs
 off to an infinity of known sign, so that a root between the last sample and that pole is
 bracketed too; where an extremum of F comes near zero more samples look for two roots beside it.
@@ -34,10 +34,9 @@ NEAR = 1.2 * SHARES - 0.1
 FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
 """Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
 active flank, and over three flank depths where nothing was found there."""
-EXTREMA, NEWTON_LIMIT, FEW = 6, 60, 5
-"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve; those
-that do for positions of a smooth series."""
-SHORT = 3
+EXTREMA, NEWTON_LIMIT = 6, 60
+"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve."""
+SHORT = 2
 """Passes of Newton after which the positions that are left, if they are fewer than half, go on alone."""
 LAST_STEP = 1e-6
 """Share of the flank's depth below which a Newton step is the last: it leaves an error of its
@@ -61,19 +60,79 @@ class Roots:
         )
 
 
-def _sampled(
-    pairing: Pairing, pinion: Terms, l2: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Give sample points in l2, F at them, and which of them have a common normal; samples first."""
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """F sampled over l2: the pinion's terms, points `l2` and F (`values`) there, mm, and which of them have a
+    common normal (`real`), (samples, cases, positions); and between which of them F changes its sign
+    (`change`), (samples - 1, cases, positions)."""
+
+    pinion: Terms
+    l2: FloatArray
+    values: FloatArray
+    real: NDArray[np.bool_]
+    change: NDArray[np.bool_]
+
+    def cases(self, index: NDArray[np.int_]) -> Samples:
+        """Give the samples of the cases `index`."""
+        pinion = Terms(*(value[..., index, :] for value in vars(self.pinion).values()))
+        l2, values, real, change = self.l2, self.values, self.real, self.change
+        return Samples(pinion, l2[:, index], values[:, index], real[:, index], change[:, index])
+
+    def one_way(self) -> Samples:
+        """Leave those changes in which F rises, or those in which it falls: of each case the ones that more
+        of its positions have, since along one curve it is either."""
+        rising = self.change & np.signbit(self.values[:-1])
+        falling = self.change & ~rising
+        rises = rising.any(axis=0).sum(axis=-1) >= falling.any(axis=0).sum(axis=-1)
+        return replace(self, change=np.where(rises[:, None], rising, falling))
+
+    def rough(self) -> FloatArray:
+        """Give l2 (cases, positions), mm, near the first change, NaN without such."""
+        return np.where(self.change.any(axis=0), self.between(self.change.argmax(axis=0))[2], np.nan)
+
+    def between(
+        self, place: NDArray[np.int_]
+    ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Give brackets of l2, mm, from the samples `place` (cases, positions) to the next, where a parabola
+        through both ends and a third sample crosses zero in them, and whether F rises there."""
+        low, high = self.at(place), self.at(place + 1)
+        third = self.at(np.where(place > 0, place - 1, np.minimum(place + 2, len(self.l2) - 1)))
+        rise = (high[1] - low[1]) / (high[0] - low[0])
+        bend = ((third[1] - high[1]) / (third[0] - high[0]) - rise) / (third[0] - low[0])
+        chord = low[0] - low[1] / rise
+        start = chord - bend * (chord - low[0]) * (chord - high[0]) / rise
+        for other in (chord, 0.5 * (low[0] + high[0])):  # beside a pole
+            start = np.where((start >= low[0]) & (start <= high[0]), start, other)
+        return low[0], high[0], start, high[1] > low[1]
+
+    def at(self, place: NDArray[np.int_]) -> tuple[FloatArray, FloatArray]:
+        """Give l2 and F of the samples `place` (cases, positions)."""
+        index = place * place.size + np.arange(place.size).reshape(place.shape)
+        return self.l2.take(index), self.values.take(index)
+
+
+def samples_of(pairing: Pairing, l1: FloatArray, bounds: FloatArray, shares: FloatArray) -> Samples:
+    """Sample F at every `l1` (cases, positions) at `shares` of the way between `bounds` of l2 (2, cases, 1),
+    mm."""
+    return _sampled(pairing, terms_of_one(pairing, l1, 0), bounds[0] + shares * (bounds[1] - bounds[0]))
+
+
+def _sampled(pairing: Pairing, pinion: Terms, l2: FloatArray) -> Samples:
     met = facing(pairing, pinion, terms_of_one(pairing, l2, 1))
-    return np.broadcast_to(l2, met.gap.shape), guarded_gap(pairing, met), ~np.isnan(met.gap)
+    values, real = guarded_gap(pairing, met), ~np.isnan(met.gap)
+    return Samples(pinion, np.broadcast_to(l2, values.shape), values, real, _changes(values, real))
 
 
-def _with_extremum(
-    pairing: Pairing, pinion: Terms, l2: FloatArray, values: FloatArray, real: NDArray[np.bool_]
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+def _changes(values: FloatArray, real: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say between which samples F changes its sign where it is real on one side at least."""
+    below = np.signbit(values)
+    return np.asarray((below[:-1] != below[1:]) & (real[:-1] | real[1:]))
+
+
+def _with_extremum(pairing: Pairing, samples: Samples) -> Samples:
     """Give the samples with a few more, near that extremum of F which comes closest to zero without crossing
     it: two roots may hide between the samples around it."""
+    pinion, l2, values, real, _ = vars(samples).values()
     for turn in range(EXTREMA):
         left, middle, right = values[:-2], values[1:-1], values[2:]
         towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)
@@ -97,7 +156,7 @@ def _with_extremum(
             np.take_along_axis(np.concatenate((known, added[None])), order, axis=0)
             for known, added in zip((l2, values, real), new, strict=True)
         )
-    return l2, values, real
+    return Samples(pinion, l2, values, real, _changes(values, real))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,67 +210,51 @@ def _newton_of_some(pairing: Pairing, pinion: Terms, search: _Search, passes: in
     return search
 
 
-def solve_gear_parameter(
-    pairing: Pairing, l1: FloatArray, within: tuple[FloatArray, FloatArray] | None = None
-) -> Roots:
+def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
     """Solve F(l1, l2) = 0 for l2 at every `l1` (cases, positions), mm, safely.
 
     Roots off the flanks are found up to one flank depth beyond the gear's flank and are reported as solved;
-    nothing is clipped here. With bounds `within` (cases, 1), mm, only simple roots between these are."""
+    nothing is clipped here."""
     low, high = pairing.lowest[1], pairing.highest[1]
-    if within is not None:
-        return _search(pairing, l1, within[0] + SHARES * (within[1] - within[0]), within=True)
-    roots = _search(pairing, l1, low + NEAR * (high - low))
+    pinion = terms_of_one(pairing, l1, 0)
+    roots = roots_in(pairing, l1, _sampled(pairing, pinion, low + NEAR * (high - low)))
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
-        l2 = (low + FAR * (high - low))[:, lost]
-        far = _search(pairing.cases(lost), l1[lost], l2, extrema=True)
+        part, far = pairing.cases(lost), (low + FAR * (high - low))[:, lost]
+        pinion = Terms(*(value[..., lost, :] for value in vars(pinion).values()))
+        far = roots_in(part, l1[lost], _with_extremum(part, _sampled(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
         both = near.where(near.status == Status.SOLVED, far)
         roots.l2[lost], roots.slope[lost], roots.status[lost] = both.l2, both.slope, both.status
     return roots
 
 
-def _search(
-    pairing: Pairing,
-    l1: FloatArray,
-    l2: FloatArray,
-    extrema: bool = False,
-    within: bool = False,
-) -> Roots:
-    """Give the root on the flanks among all that samples `l2` (samples, cases, 1) bracket, else the one least
-    far off."""
-    pinion = terms_of_one(pairing, l1, 0)
-    l2, values, real = _sampled(pairing, pinion, l2)
-    if extrema:
-        l2, values, real = _with_extremum(pairing, pinion, l2, values, real)
-    change = (np.signbit(values[:-1]) != np.signbit(values[1:])) & (real[:-1] | real[1:])
-    rank = np.cumsum(change, axis=0, dtype=np.int8)
-    count = rank[-1]
-    if within:
-        count = np.where((count > 0).all(axis=-1, keepdims=True), count, np.int8(0))
+def roots_in(pairing: Pairing, l1: FloatArray, samples: Samples, passes: int = NEWTON_LIMIT) -> Roots:
+    """Give the root on the flanks among all that `samples` at `l1` (cases, positions), mm, bracket, else the
+    one least far off, by so many `passes` of Newton."""
+    rank = np.cumsum(samples.change, axis=0, dtype=np.int8)
+    count, last = rank[-1], len(rank) - 1
     best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
-    column = np.arange(l1.size).reshape(l1.shape)
+    several = np.flatnonzero((count > 1).any(axis=-1))
+    part = pairing.cases(several)
     margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
     for k in range(1, int(count.max(initial=0)) + 1):
         has = count >= k
-        cell = np.minimum((rank < k).sum(axis=0), len(change) - 1) * l1.size + column
-        low, high, f_low, f_high = (part.take(cell + side) for part in (l2, values) for side in (0, l1.size))
-        start = low - f_low * (high - low) / (f_high - f_low)
-        start = np.where(np.isfinite(start), start, 0.5 * (low + high))
-        sought = _Search(low, high, f_high > f_low, start, np.ones(l1.shape), ~has)
-        found = _newton(pairing, pinion, sought, FEW if within else NEWTON_LIMIT)
+        low, high, start, rising = samples.between(np.minimum((rank < k).sum(axis=0), last))
+        sought = _Search(low, high, rising, start, np.ones(l1.shape), ~has)
+        found = _newton(pairing, samples.pinion, sought, passes)
         lost = np.where(found.done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
         root = Roots(found.l2, found.slope, lost)
-        if count.max() > 1:
-            l = np.array((l1, root.l2))
-            margins = limit_margins(pairing, l, *axial_and_radius(pairing, meet(pairing, l)))
-            depth = np.where(has, margins.min(axis=0), -np.inf)
+        if several.size:
+            l = np.array((l1, root.l2))[:, several]
+            depth = np.full(l1.shape, -np.inf)
+            depth[several] = limit_margins(part, l, *axial_and_radius(part, meet(part, l))).min(axis=0)
+            depth[~has] = -np.inf
             hits += depth >= 0.0
             has = has & ((depth > margin) | (k == 1))
             margin = np.where(has, depth, margin)
         best = root.where(has, best)
     status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
-    status = np.where((count == 0) & ~real.all(axis=0), np.int8(Status.NO_COMMON_NORMAL), status)
+    status = np.where((count == 0) & ~samples.real.all(axis=0), np.int8(Status.NO_COMMON_NORMAL), status)
     known = status == Status.SOLVED
     return Roots(np.where(known, best.l2, np.nan), np.where(known, best.slope, np.nan), status)

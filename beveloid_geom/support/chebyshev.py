@@ -72,7 +72,8 @@ def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
 
     Its sign is sampled at four points an extremum, and at the extrema between them, so that two roots
     near each other are not missed."""
-    if not np.abs(coefficients).max() > 0.0:
+    sizes = np.abs(coefficients)
+    if not sizes[0] <= sizes[1:].sum() or not sizes.max() > 0.0:
         return np.empty(0)
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 4 * len(coefficients) + 1))
     x = low + share * (high - low)

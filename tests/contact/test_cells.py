@@ -10,6 +10,7 @@ from math import radians
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from beveloid_geom import Design, Errors, Pair, Status, zero_backlash_layout
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
@@ -96,6 +97,8 @@ MOUNTINGS = {
 }
 MOST = {"line contact, parabolas": 0.03, "usual pairs": 0.005}
 """Share of the cases that may be traced, 0 if not named."""
+MOST_SOUGHT = 0.1
+"""Share that may need more than series over l1 and a few cells."""
 MOST_ALL_OVER = 0.01
 """Share that may be traced beyond what is near the faces."""
 
@@ -113,6 +116,22 @@ def test_few_are_traced(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) 
     path_ends(MOUNTINGS[name], flank)
     assert sum(near_faces) <= MOST.get(name, 0.0) * 512
     assert sum(all_over) <= MOST_ALL_OVER * 512
+
+
+def test_few_with_parabolas_want_more_than_series_over_l1(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A narrower window resolves what one over the whole flank does not, and a few cells say that it is all:
+    else each case would cost as much as five."""
+    near_faces, sought = follow._near_faces, []
+
+    def counted(
+        pairing: Pairing, known: NDArray[np.bool_]
+    ) -> tuple[list[follow.Group], NDArray[np.int_], Window]:
+        sought.append(pairing.branch.shape[0])
+        return near_faces(pairing, known)
+
+    monkeypatch.setattr(follow, "_near_faces", counted)
+    path_ends(MOUNTINGS["parabolas"])
+    assert 0 < sum(sought) <= MOST_SOUGHT * 512
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
