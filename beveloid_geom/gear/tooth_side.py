@@ -277,7 +277,7 @@ def _fillet_profile(surface: Surface, square: FloatArray, z: FloatArray) -> Floa
         above = excess > 0.0
         low, high = np.where(above, low, s), np.where(above, s, high)
         following = s - excess / cut.square_s
-        following = np.where((following > low) & (following < high), following, 0.5 * (low + high))
+        following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
         step, s = following - s, following
         if not (np.abs(step) > 1e-12 * surface.scale).any():
             break
