@@ -21,9 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..design.model import Member
 from ..status import Status
 from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
@@ -51,7 +51,7 @@ class Feet:
     distance: FloatArray
     normal: FloatArray
     margin: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def feet(
@@ -116,7 +116,7 @@ def _slid(
 
 def _newton_step(
     rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], l: FloatArray, phi: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
     vd, vm, _, wd, wm, wd_phi, wm_phi = _slid(rack, point, phi)

@@ -20,9 +20,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..design.model import Design
 from ..gear.tooth_side import cut_at, surface_of
 from ..pair.frames import layout_of, member_frame, normals_to_fixed
@@ -58,8 +57,8 @@ class Backlash:
     pinion_roll: FloatArray
     right: FirstContact
     left: FirstContact
-    status: NDArray[np.int8]
-    jammed: NDArray[np.bool_]
+    status: Codes
+    jammed: Mask
 
     __setstate__ = restored
 
@@ -70,7 +69,7 @@ def lever_of(design: Design) -> FloatArray:
     return np.asarray(0.5 * tool.normal_module * np.cos(tool.normal_pressure_angle) * design.gear.teeth)
 
 
-def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]:
     """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes
     of `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
 
@@ -156,7 +155,7 @@ def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> t
     return np.take_along_axis(roll, best, axis=-1)[..., 0], around
 
 
-def _result(design: Design, roll: FloatArray, least: FloatArray, status: NDArray[np.int8]) -> Backlash:
+def _result(design: Design, roll: FloatArray, least: FloatArray, status: Codes) -> Backlash:
     """Give the backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
     first_fault = np.take_along_axis(
         status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
@@ -202,7 +201,7 @@ def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArr
     return np.asarray(-along / (normal * turned).sum(axis=-1, keepdims=True))
 
 
-def _on_pinion(first: FirstContact) -> NDArray[np.bool_]:
+def _on_pinion(first: FirstContact) -> Mask:
     """Say whether (*batch, 1) it is edges of the gear that touch: the normal is that of the pinion's
     surface."""
     limit = first.limit[..., 0, :]

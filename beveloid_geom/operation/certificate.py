@@ -15,9 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath
 from ..design.model import Design
 from ..gear.tooth_side import cut_at
@@ -53,7 +52,7 @@ class Certificate:
     separation: FloatArray
     first: FirstContact
     curvature: FloatArray
-    verdict: NDArray[np.int8]
+    verdict: Codes
 
     @property
     def holds(self) -> bool:

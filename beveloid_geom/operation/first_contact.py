@@ -23,9 +23,9 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..gear.tooth_side import cut_at
@@ -33,7 +33,6 @@ from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
 from .mesh import (
-    Integers as Integers,
     Mesh as Mesh,
     conjugate_phase as conjugate_phase,
     mesh_of as mesh_of,
@@ -82,10 +81,10 @@ class FirstContact:
     l2: FloatArray
     z2: FloatArray
     point: FloatArray
-    limit: NDArray[np.int8]
-    on_fillet: NDArray[np.bool_]
+    limit: Codes
+    on_fillet: Mask
     transmission_error: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
     def shaped(self, *shape: int) -> FirstContact:
         """Give the same positions in another shape."""
@@ -100,9 +99,9 @@ class Found:
     f: FloatArray
     place: FloatArray
     meeting: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     pair: Integers
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def first_contact(
@@ -181,7 +180,7 @@ def _put_together(parts: tuple[Found, ...]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
-def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
+def in_step(mesh: Mesh, unknown: Mask, grids: Grids) -> Mesh:
     """Give the mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first
     position of a case whose nearest tooth can touch, that of the touch."""
     position = np.flatnonzero(unknown)
@@ -253,7 +252,7 @@ def _chosen(
     group: Integers,
     pair: Integers,
     scanned: FloatArray,
-    bottom: NDArray[np.bool_],
+    bottom: Mask,
 ) -> Found:
     """Give the least of the local results of each `group`, and what is to be thought of it, given their
     `positions` and the least scanned."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -28,7 +28,6 @@ from .first_contact import (
     FirstContact,
     Found,
     Grids,
-    Integers,
     Mesh,
     first_contact,
     found_at,
@@ -99,13 +98,13 @@ class MeshCycle:
     start: FloatArray
     pitch: float
     changes: FloatArray
-    hand_over: NDArray[np.bool_]
+    hand_over: Mask
     mean: FloatArray
     peak_to_peak: FloatArray
     harmonics: NDArray[np.complex128]
     edge_share: FloatArray
-    lost: NDArray[np.bool_]
-    status: NDArray[np.int_]
+    lost: Mask
+    status: Integers
     pieces: Pieces = field(repr=False)
     mesh: Mesh = field(repr=False)
     phase: FloatArray = field(repr=False)
@@ -319,7 +318,7 @@ def _between(
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
 
 
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, NDArray[np.bool_]]:
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, Mask]:
     """Give first contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if
     `strict`, their places known. A piece may be earlier, within all limits: a search missed its contact, and
     what it found is left out."""
@@ -343,7 +342,7 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Sa
 
 def _moved(
     mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Give contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
     whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):

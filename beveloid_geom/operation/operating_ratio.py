@@ -14,13 +14,12 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
-from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at
+from .first_contact import TOGETHER, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
 from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pair
 from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
@@ -49,7 +48,7 @@ class OperatingRatios:
     __repr__ = few_lines
 
     ratio: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
@@ -96,8 +95,8 @@ class _Curve:
     doubt what touches, if anything."""
 
     f: FloatArray
-    edge: NDArray[np.bool_]
-    doubt: NDArray[np.bool_]
+    edge: Mask
+    doubt: Mask
 
 
 Contacts: TypeAlias = Callable[[Integers, FloatArray], _Curve]
@@ -111,7 +110,7 @@ def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
-def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, NDArray[np.bool_]]:
+def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, Mask]:
     """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
     it is within a thickness of the first: they agree with the samples, meet, and end further off than
     that."""

@@ -19,9 +19,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import Codes, FloatArray, flank_sign
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
 from ..design.model import Design, Errors
 from ..status import Status
@@ -96,7 +96,7 @@ class Refined:
     turned: FloatArray
     gap: FloatArray
     normal_gap: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def refine(

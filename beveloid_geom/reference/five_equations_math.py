@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..arrays import FLANK_SIGN
+from ..arrays import FLANK_SIGN, Mask
 from ..design.model import Design, Member
 from .pitch_region import hand_of_pair
 
@@ -40,7 +40,7 @@ class Contacts:
     point: FloatArray
     normal: FloatArray
     residual: FloatArray  # largest of the five, mm for points and 1 for normals
-    converged: NDArray[np.bool_]  # by fsolve's own word, or with a residual under RESIDUAL_LIMIT
+    converged: Mask  # by fsolve's own word, or with a residual under RESIDUAL_LIMIT
     evaluations: int  # of the five residuals, over all positions
 
 

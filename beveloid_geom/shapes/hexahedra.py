@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 from ..design.model import Member
-from .elements import Indices, VolumeMesh, element_shapes, face_nodes
+from .elements import VolumeMesh, element_shapes, face_nodes
 from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size

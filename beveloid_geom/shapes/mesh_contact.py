@@ -25,9 +25,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Indices
 from ..contact.ellipse import normal_rates
 from ..contact.path import path_of_contact
 from ..contact.placing import Frame, frames_at
@@ -74,7 +74,7 @@ class MeshSeparation:
     separation: FloatArray
     foot_l: FloatArray
     foot_z: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class Convergence:
     tolerance: FloatArray
     point_error: FloatArray
     separation_error: FloatArray
-    faces: NDArray[np.int64]
+    faces: Indices
 
 
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
@@ -154,7 +154,7 @@ def mesh_separation(
     return MeshSeparation(own.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
 
 
-def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, NDArray[np.int8]]:
+def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
     """Find the signed distance, l and z (3, n) of the closest points on a mesh, and status.
 
     A foot on the rim is on the flank if it is beside the point by no more than the tolerance."""
@@ -180,7 +180,7 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
 
 def _polished_feet(
     member: Member, flank: str, seen: FloatArray, start: FloatArray
-) -> tuple[FloatArray, NDArray[np.int8]]:
+) -> tuple[FloatArray, Codes]:
     """Give the same on the flank itself, by Newton from the feet on the mesh."""
     u = trace_parameter(member, flank, start[1], start[2])
     found = feet(member, flank, seen, (start[1], u))
