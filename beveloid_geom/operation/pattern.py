@@ -375,9 +375,3 @@ def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> 
         if not going.size:
             break
     return y[1], x[1]
-
-
-def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the least of the values (k, n) along the first axis, and its place."""
-    pick = values.argmin(axis=0)[None]
-    return np.take_along_axis(values, pick, axis=0)[0], np.take_along_axis(places, pick, axis=0)[0]
