@@ -12,6 +12,7 @@ search is asked again: a piece that is late there, or does not meet the next, is
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -52,6 +53,7 @@ from .pieces import (
     tails_of,
 )
 
+Waves: TypeAlias = NDArray[np.complex128]
 BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
 MOST = 1000
@@ -100,7 +102,7 @@ class MeshCycle:
     hand_over: Mask
     mean: FloatArray
     peak_to_peak: FloatArray
-    harmonics: NDArray[np.complex128]
+    harmonics: Waves
     edge_share: FloatArray
     lost: Mask
     status: Integers
@@ -200,8 +202,8 @@ def cycle_and_pairs(
     samples = Samples(case, roll, np.zeros(case.size, dtype=bool), first)
     pieces, status = _pieces_of(mesh, grids, samples)
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
-    sums = _sums(mesh, pieces, harmonics)
-    waves, swing, edges = (np.where(lost, np.nan, row.T).T for row in sums)
+    waves, swing, edges = _sums(mesh, pieces, harmonics)
+    waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
     changes, hand_over = changes_of(pieces, start.size)
     cycle = MeshCycle(
         design=design,
@@ -212,7 +214,7 @@ def cycle_and_pairs(
         hand_over=hand_over.reshape(*shape, -1),
         mean=waves[:, 0].real.reshape(shape),
         peak_to_peak=swing.reshape(shape),
-        harmonics=(2.0 * waves[:, 1:]).reshape(*shape, harmonics),
+        harmonics=(2.0 * waves[:, 1:]).astype(np.complex128).reshape(*shape, harmonics),
         edge_share=edges.reshape(shape),
         lost=lost.reshape(shape),
         status=status.reshape(shape),
@@ -223,11 +225,9 @@ def cycle_and_pairs(
     return cycle, grids, samples, (position, alone)
 
 
-def _sums(
-    mesh: Mesh, pieces: Pieces, harmonics: int
-) -> tuple[NDArray[np.complex128], FloatArray, FloatArray]:
-    """Give, of each case of a mesh, Fourier coefficients (cases, harmonics + 1) of the transmission error, its
-    peak to peak, rad, and the share that edges carry."""
+def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray, FloatArray]:
+    """Give, of each case, Fourier coefficients (cases, harmonics + 1) of the transmission error, its peak to
+    peak, rad, and the share that edges carry."""
     cases, errors = mesh.roll.size, mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
     points, weights = leggauss(BETWEEN)
     length = (pieces.high - pieces.low) / mesh.pitch[0]
@@ -235,10 +235,11 @@ def _sums(
     turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)
     waves = np.zeros((cases, harmonics + 1), dtype=np.complex128)
     np.add.at(waves, pieces.case, (0.5 * length * ((turns * evaluate(errors, points)[0]) @ weights)).T)
-    high, low = np.full(cases, -np.inf), np.full(cases, np.inf)
+    high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
     for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), extremes(errors), strict=True):
         extreme.at(best, pieces.case, ends)
-    return waves, high - low, np.bincount(pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0), cases)
+    np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
+    return waves, high - low, edges
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
