@@ -28,6 +28,7 @@ import gc
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from time import get_clock_info, perf_counter, process_time
 from typing import TypeVar
 
@@ -124,7 +125,7 @@ def compare(design: Design, flank: str = "right", settings: Settings = USUAL) ->
     gc.disable()  # as timeit does
     try:
         with np.errstate(all="ignore"):
-            for trial in _trials(positions, settings):
+            for trial in chain(*(trials(positions, settings) for trials in TRIALS)):
                 if trial.name[0] not in methods:  # the first call of a method imports
                     methods.add(trial.name[0])
                     _row(positions, trial, 0)
@@ -190,13 +191,6 @@ def _setup(design: Design, work: Callable[[Design], object], repeat: int) -> flo
     return best
 
 
-def _trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
-    yield from _mesh_trials(positions, settings)
-    yield from _five_trials(positions, settings)
-    yield from _path_trials(positions, settings)
-    yield from _newton_trials(positions, settings)
-
-
 def _mesh_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
     flank = positions.flank
 
@@ -251,3 +245,7 @@ def _newton_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]
         name = ("Newton on F", kind, passes if kind == "iterations" else batch)
         work = partial(newton_answer, pairing, calls, passes)
         yield _Trial(name, work, sum(l1.size for l1 in calls), setup)
+
+
+TRIALS = (_mesh_trials, _five_trials, _path_trials, _newton_trials)
+"""All methods, in the order of the rows."""
