@@ -75,6 +75,7 @@ def marked_area(
     whole = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
 
     def placed(places: FloatArray) -> FloatArray:
+        """Give the function at places (n, 2), mm, of the chart; infinite beyond its edges."""
         share = places / size
         inside = ((share >= 0.0) & (share <= 1.0)).all(axis=1)
         values = np.full(len(places), np.inf)

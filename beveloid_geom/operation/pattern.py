@@ -180,6 +180,7 @@ def separation_of(design: Design, flank: str, member: int, operation: Operation)
     other = 1 - member
 
     def apart(points: FloatArray, roll: FloatArray) -> FloatArray:
+        """Give distances (...), mm, infinite while the foot is not on the mating flank."""
         frames = frames_at(design, roll, operation.gear_roll(np.asarray(roll)))
         frame, (rotation, origin) = frames[member], frames[other]
         seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)

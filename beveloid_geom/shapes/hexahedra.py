@@ -353,6 +353,7 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
     upright = _layers(quads, size, layers) + starts[2]
 
     def nodes_on(name: str) -> Indices:
+        """Give the nodes of a side: of its sections, of their edges, and half-way between them."""
         nodes = section.boundary[name][None]
         parts = (
             _layers(nodes, size, layers + 1),
