@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
-
-
+Mask: TypeAlias = NDArray[np.bool_]
+Codes: TypeAlias = NDArray[np.int8]
+"""Codes of an enum of `status`."""
+Integers: TypeAlias = NDArray[np.int_]
+Indices: TypeAlias = NDArray[np.int64]
 Quantity: TypeAlias = float | FloatArray
-
-
 Flank: TypeAlias = Literal["right", "left"]
-
 
 FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
 

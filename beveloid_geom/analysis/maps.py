@@ -24,9 +24,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Quantity, flank_sign
+from ..arrays import Codes, FloatArray, Mask, Quantity, flank_sign
 from ..contact.path import path_ends
 from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, unchecked
@@ -41,7 +40,6 @@ from .tolerance import ERROR_NAMES, USUAL
 
 Over: TypeAlias = Literal["parabola", "mounting", "shift"]
 Bounds: TypeAlias = tuple[float, float]
-Mask: TypeAlias = NDArray[np.bool_]
 OVER: tuple[Over, ...] = ("parabola", "mounting", "shift")
 UNITS = {"parabola": "1/mm", "mounting": "mm", "shift": ""}
 """Units of the values of both members."""
@@ -95,7 +93,7 @@ class DesignMap:
     errors: Errors
     pinion: FloatArray
     gear: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
     contact_ratio: FloatArray
     angle: FloatArray
     shift: FloatArray

@@ -23,9 +23,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray
 from ..contact.ellipse import normal_rates
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design, Member
@@ -62,7 +61,7 @@ class Paths:
     length: dict[str, FloatArray]
     angle: dict[str, FloatArray]
     location: dict[str, FloatArray]
-    limit: NDArray[np.int8]
+    limit: Codes
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,9 +23,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers
 from ..contact.curve_equations import direction_of, meet_on_curve, units_of
 from ..contact.ends import at_shares
 from ..contact.equation import (
@@ -94,8 +93,8 @@ class Sensitivity:
     contact_ratio_by: FloatArray
     peak_to_peak: FloatArray
     peak_to_peak_by: FloatArray
-    limit: NDArray[np.int8]
-    status: NDArray[np.int8]
+    limit: Codes
+    status: Codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +241,7 @@ def _rolls(pairing: Pairing, met: Meeting) -> Numbers:
     return np.asarray(np.arctan2(across.real, along.real) + 1j * turn + (met.along - drawn) / met.moment)
 
 
-def _by_errors(rates: _Rates, row: NDArray[np.int_], tangent: FloatArray) -> FloatArray:
+def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
     """Find derivatives of all quantities (rows, cases, places, errors), each place held by the zero of the
     quantity in `row`, or where it has none, square to the path."""
     cases, places = np.indices(row.shape)
@@ -276,8 +275,8 @@ def _result(
     pairing: Pairing,
     table: FloatArray,
     scalars: FloatArray,
-    limit: NDArray[np.int8],
-    status: NDArray[np.int8],
+    limit: Codes,
+    status: Codes,
 ) -> Sensitivity:
     """Give the rows of all cases in the batch shape, and what follows from them."""
     shape, count = design.batch_shape, len(ERRORS)

@@ -41,9 +41,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import Codes, FloatArray, flank_sign
 from ..contact.curve_equations import direction_of, linearised, meet_on_curve, units_of
 from ..contact.equation import COMPLEX_STEP, contact_point, pairing_of
 from ..contact.path import ContactPath
@@ -84,7 +83,7 @@ class Sliding:
     lengthwise: FloatArray
     specific: FloatArray
     specific_total: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def sliding_of(path: ContactPath) -> Sliding:

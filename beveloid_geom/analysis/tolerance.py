@@ -23,9 +23,8 @@ from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import Codes, FloatArray, Integers, Mask, flank_sign
 from ..contact.path import path_of_contact
 from ..design.model import Design, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
@@ -85,9 +84,9 @@ class Mountings:
     __repr__ = few_lines
 
     errors: FloatArray
-    status: NDArray[np.int8]
-    limit: NDArray[np.int8]
-    pieces: NDArray[np.int_]
+    status: Codes
+    limit: Codes
+    pieces: Integers
     contact_ratio: FloatArray
     peak_to_peak: FloatArray
     pinion_z: FloatArray
@@ -95,11 +94,11 @@ class Mountings:
     gear_z: FloatArray
     gear_r: FloatArray
     normal_backlash: FloatArray
-    tangency: NDArray[np.int8]
-    jammed: NDArray[np.bool_]
+    tangency: Codes
+    jammed: Mask
 
     @property
-    def solved(self) -> NDArray[np.bool_]:
+    def solved(self) -> Mask:
         """The mountings with a path on the flanks."""
         return np.asarray(self.status == Status.SOLVED)
 

@@ -50,7 +50,10 @@ def result_command(
     )
 
     def command(compute: Callable[..., Result]) -> click.Command:
+        """Make a command that prints what a function computes."""
+
         def run(context: click.Context, /, design: str, as_json: bool, as_csv: bool, **values: Any) -> None:
+            """Read the design, compute, print."""
             if as_json and as_csv:
                 raise click.UsageError("--json and --csv exclude each other: give one of them")
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out

@@ -250,40 +250,35 @@ def builtin_design(name: str = BUILTIN) -> Design:
     return parse_design(builtin_text(name), name)
 
 
-def override(
-    design: Design,
-    *,
-    offset_error: float | None = None,
-    shaft_angle_error_deg: float | None = None,
-    pinion_axial_error: float | None = None,
-    gear_axial_error: float | None = None,
-    parabola_pinion: float | None = None,
-    parabola_gear: float | None = None,
-) -> Design:
-    """`design`, a single one, with other assembly errors (mm, deg) or parabolas (1/mm).
+_OVERRIDES = {
+    "offset_error": ("errors", "offset"),
+    "shaft_angle_error_deg": ("errors", "shaft_angle_deg"),
+    "pinion_axial_error": ("errors", "pinion_axial"),
+    "gear_axial_error": ("errors", "gear_axial"),
+    "parabola_pinion": ("pinion", "parabola"),
+    "parabola_gear": ("gear", "parabola"),
+}
+"""Table and key of a file by the name that a value has as an argument."""
+
+
+def override(design: Design, **values: float | None) -> Design:
+    """`design`, a single one, with other assembly errors (mm, deg) or parabolas (1/mm), by the names of
+    `_OVERRIDES`.
 
     None leaves a value as it is. The limits are those of a design file. Raises DesignError
     naming the arguments at fault."""
-    given = {
-        ("errors", "offset", "offset_error"): offset_error,
-        ("errors", "shaft_angle_deg", "shaft_angle_error_deg"): shaft_angle_error_deg,
-        ("errors", "pinion_axial", "pinion_axial_error"): pinion_axial_error,
-        ("errors", "gear_axial", "gear_axial_error"): gear_axial_error,
-        ("pinion", "parabola", "parabola_pinion"): parabola_pinion,
-        ("gear", "parabola", "parabola_gear"): parabola_gear,
-    }
+    names = {_OVERRIDES[name]: name for name, value in values.items() if value is not None}
     faults: list[Fault] = []
     changes: dict[str, dict[str, Any]] = {}
     for table, known in (("errors", _ERRORS), ("pinion", _PARABOLA), ("gear", _PARABOLA)):
-        own = {key: value for (home, key, _), value in given.items() if home == table and value is not None}
-        values = _checked(known, table, own, faults) or {}
-        changes[table] = {key: value for key, value in values.items() if key in own}
+        own = {key: values[name] for (home, key), name in names.items() if home == table}
+        checked = _checked(known, table, own, faults) or {}
+        changes[table] = {key: value for key, value in checked.items() if key in own}
     changed = design.with_errors(replace(design.errors, **in_radians("Errors", changes["errors"])))
     changed = changed.with_parabola(changes["pinion"].get("parabola"), changes["gear"].get("parabola"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
     faults += layout_faults(changed.pair, changed.errors)
-    names = {(table, key): name for (table, key, name), value in given.items() if value is not None}
     if faults:
         named = (Fault("", names[f[:2]], f.text) if f[:2] in names else f for f in faults)
         raise DesignError(dict.fromkeys(named))

@@ -218,6 +218,7 @@ def stacked(pinion: Member, gear: Member, shape: tuple[int, ...] = ()) -> Member
     in one, ready to broadcast with flank parameters (2, cases, positions)."""
 
     def both(first: Quantity, second: Quantity) -> FloatArray:
+        """Stack one quantity of both."""
         if not shape:
             return np.array([[[first]], [[second]]], dtype=float)
         joined = np.empty((2, *shape))

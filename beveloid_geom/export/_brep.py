@@ -169,6 +169,7 @@ def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
         return _plane_curve(line.knots, np.stack((turned(line.angle, up), along), axis=-1))
 
     def arc(end: int) -> tuple[Geom_Circle, Geom2d_Line, tuple[float, float]]:
+        """Give the arc at toe (0) or heel (-1), its line in the surface, and its range."""
         z = float(strip.first.points[end, 2])
         frame = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, spin), x)
         start = 0.0 if up * spin > 0.0 else 2.0 * np.pi

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 from ..export import CONVENTIONS, identifier
-from ..shapes.elements import Indices, VolumeMesh
+from ..shapes.elements import VolumeMesh
 from ..shapes.hexahedra import ELEMENTS
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG

@@ -18,11 +18,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices, Mask
 from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..shapes.elements import Indices, VolumeMesh, face_nodes, shape_functions
+from ..shapes.elements import VolumeMesh, face_nodes, shape_functions
 from .material import POISSON, YOUNG
 
 CANDIDATES = 16
@@ -180,7 +179,7 @@ def _located(sight: _Sight, places: FloatArray) -> tuple[Indices, FloatArray]:
     for column in near.T:
         rest = np.flatnonzero(face < 0)
         found = _parameters(sight.corners[column[rest], :, :2], places[rest])
-        holds: NDArray[np.bool_] = np.abs(found).max(axis=-1) <= 1.0 + INSIDE
+        holds: Mask = np.abs(found).max(axis=-1) <= 1.0 + INSIDE
         face[rest[holds]], parameter[rest[holds]] = column[rest[holds]], found[holds]
     return face, parameter
 

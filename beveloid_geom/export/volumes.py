@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Indices
 from ..export import VOLUME_FORMATS, identifier, writer_of
-from ..shapes.elements import Indices, VolumeMesh, face_nodes
+from ..shapes.elements import VolumeMesh, face_nodes
 from .abaqus import LoadCase
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _gmsh_mesh(mesh: VolumeMesh) -> meshio.Mesh:
     )
 
 
-def _owners(count: int, quads: Sequence[Indices]) -> NDArray[np.int64]:
+def _owners(count: int, quads: Sequence[Indices]) -> Indices:
     """Find the dimension and tag (count, 2) of the entity that owns each node, the volume's tag last. Raises
     ValueError where one finds all of its nodes taken, which takes a mesh of next to no elements."""
     owner = np.zeros(count, dtype=np.int64)

@@ -167,10 +167,12 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
     """Say where the tangency of the flanks is not the contact of the teeth."""
     verdict, all_positions = certificate.verdict, certificate.verdict.size
+    codes = certificate.first.limit[verdict == Verdict.EDGE_CONTACT]
+    edges = ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))
     cut = "the flanks cut into each other beside their tangency, or a tip into a fillet"
     said = {
         Verdict.INTERFERENCE: (WARNING, cut),
-        Verdict.EDGE_CONTACT: (WARNING, f"an edge touches earlier ({_edges_of(certificate)})"),
+        Verdict.EDGE_CONTACT: (WARNING, f"an edge touches earlier ({edges})"),
         Verdict.NEXT_PAIR: (NOTE, "the flanks of a neighbouring tooth pair touch earlier"),
     }
     for code, (level, words) in said.items():
@@ -188,9 +190,3 @@ def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
             NOTE,
             f"{count} it is not known whether something touches earlier: {UNKNOWN[FirstStatus(int(status))]}",
         )
-
-
-def _edges_of(certificate: Certificate) -> str:
-    """Name the edges that touch earlier."""
-    codes = certificate.first.limit[certificate.verdict == Verdict.EDGE_CONTACT]
-    return ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))

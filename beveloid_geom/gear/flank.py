@@ -24,9 +24,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Mask
 from ..design.model import Member
 from .rack import Rack, parameter_at_height, rack_normal, rack_of, rack_point, rack_tangent, reference_radius
 
@@ -196,7 +196,7 @@ def active_range(member: Member) -> tuple[FloatArray, FloatArray]:
     return np.where(cut, low, np.nan), np.where(cut, high, np.nan)
 
 
-def _leans_outwards(member: Member, l: FloatArray) -> NDArray[np.bool_]:
+def _leans_outwards(member: Member, l: FloatArray) -> Mask:
     """Tell whether the rack's normals on both flanks lean out of the tooth at `l`, before the fold:
     tan(alpha - tau) > sin|beta| tan|gamma| with tan(tau) = 2 a l."""
     tool, bend = member.tool, 2.0 * member.tool.parabola * l

@@ -21,13 +21,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..design.model import Member
 from ..status import Status
 from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
-from .rack import Rack, rack_normal, rack_of, rack_point
+from .rack import Rack, rack_normal, rack_of
 
 NEWTON_LIMIT = 30
 LAST_STEP = 2e-8
@@ -51,21 +51,19 @@ class Feet:
     distance: FloatArray
     normal: FloatArray
     margin: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
-def feet(
-    member: Member, flank: str, points: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
-) -> Feet:
+def feet(member: Member, flank: str, points: ArrayLike) -> Feet:
     """Find the feet on the flank of a single member of perpendiculars from `points` (..., 3), mm, in its own
-    frame, near its tooth 0. `start`: (l, u) near the feet, mm; without it the unmodified flank's foot.
+    frame, near its tooth 0.
 
     The foot is taken on the flank as its parameters extend it; `status` says whether it lies within
     root, tip, toe and heel."""
     rack, last = rack_of(member, flank), LAST_STEP * np.asarray(member.tool.normal_module)
     x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        l, phi = _unmodified_foot(rack, x, y, z) if start is None else _given_foot(rack, *start)
+        l, phi = _unmodified_foot(rack, x, y, z)
         done = np.zeros(np.shape(x), dtype=bool)
         for _ in range(NEWTON_LIMIT):
             step_l, step_phi, regular = _newton_step(rack, (x, y, z), l, phi)
@@ -74,15 +72,6 @@ def feet(
             if np.all(done | ~np.isfinite(l)):
                 break
         return _feet(member, rack, (x, y, z), np.where(done & regular, l, np.nan), phi)
-
-
-def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Find l and generating roll angle phi (Eq. 6) of the flank points (l, u)."""
-    l = np.asarray(l, dtype=float)
-    n, start = rack_normal(rack, l), rack_point(rack, l)
-    slope = n[1] / n[0]
-    across = start[1] + u * rack.trace[1] - slope * (start[0] + u * rack.trace[0])
-    return l, np.asarray(across / rack.pitch_radius)
 
 
 def _unmodified_foot(
@@ -116,7 +105,7 @@ def _slid(
 
 def _newton_step(
     rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], l: FloatArray, phi: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
     vd, vm, _, wd, wm, wd_phi, wm_phi = _slid(rack, point, phi)

@@ -14,12 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import FloatArray, Mask, flank_sign
 from ..design.limits import member_faults
 from ..design.model import Member
 from .fillet import fillet_point, tool_round
@@ -40,9 +38,6 @@ ROWS = 33
 """Points along the profile at which its regularity is taken."""
 FINE = 1500
 """Points of the curves whose crossing is sought; it is found to better than a thousandth of a mm."""
-
-
-Flags: TypeAlias = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +106,7 @@ def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
     The tool's round need not fit; with one, the fillet may cross the flank above (`undercut_of`)."""
     root, tip = root_parameter(member), tip_parameter(member, flank, z)
 
-    def regular(share: FloatArray) -> Flags:
+    def regular(share: FloatArray) -> Mask:
         return _regularity(member, flank, root + share * (tip - root), z) > 0.0
 
     samples = np.linspace(0.0, 0.8, 81)[:, None] + np.zeros(z.shape)
@@ -150,7 +145,7 @@ def pointed_part(member: Member) -> tuple[float, float]:
     tip cone; NaN where there is none."""
     z = np.linspace(-0.5, 0.5, STATIONS) * float(member.face_width)
 
-    def pointed(z: FloatArray) -> Flags:
+    def pointed(z: FloatArray) -> Mask:
         return np.asarray(tip_thickness(member, z) <= 0.0)
 
     return _ends(z, pointed(z), pointed)
@@ -167,13 +162,13 @@ def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Flo
     return flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).regularity
 
 
-def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Flags:
+def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Mask:
     """Tell in which of the planes (n,) the flank folds back."""
     l = _profile(member, flank, joint, z, ROWS)
     return np.asarray(_regularity(member, flank, l, z).min(axis=0) <= 0.0)
 
 
-def _ends(z: FloatArray, found: Flags, test: Callable[[FloatArray], Flags]) -> tuple[float, float]:
+def _ends(z: FloatArray, found: Mask, test: Callable[[FloatArray], Mask]) -> tuple[float, float]:
     """Find the least and greatest z at which `test` holds, from the samples `found` (n,), to 1e-6 of their
     step."""
     if not found.any():

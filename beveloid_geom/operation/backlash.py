@@ -20,17 +20,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..design.model import Design
-from ..gear.tooth_side import cut_at, surface_of
-from ..pair.frames import layout_of, member_frame, normals_to_fixed
+from ..pair.frames import layout_of
 from ..pair.mounting import half_pitch, mounting_of
 from ..status import FirstStatus
 from ..support.read_only import kept, restored
-from .first_contact import FirstContact, first_contact, middle_roll
-from .separation import pitch_shift, pose_of
+from .first_contact import (
+    FirstContact,
+    contact_normals,
+    first_contact,
+    middle_roll,
+    moved_by_gear,
+)
 
 SAMPLES, KEPT = 32, 2
 """Rolls of a mesh cycle at which the play is found, and how many of its minima are refined."""
@@ -58,8 +61,8 @@ class Backlash:
     pinion_roll: FloatArray
     right: FirstContact
     left: FirstContact
-    status: NDArray[np.int8]
-    jammed: NDArray[np.bool_]
+    status: Codes
+    jammed: Mask
 
     __setstate__ = restored
 
@@ -70,7 +73,7 @@ def lever_of(design: Design) -> FloatArray:
     return np.asarray(0.5 * tool.normal_module * np.cos(tool.normal_pressure_angle) * design.gear.teeth)
 
 
-def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]:
     """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes
     of `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
 
@@ -156,7 +159,7 @@ def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> t
     return np.take_along_axis(roll, best, axis=-1)[..., 0], around
 
 
-def _result(design: Design, roll: FloatArray, least: FloatArray, status: NDArray[np.int8]) -> Backlash:
+def _result(design: Design, roll: FloatArray, least: FloatArray, status: Codes) -> Backlash:
     """Give the backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
     first_fault = np.take_along_axis(
         status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
@@ -190,33 +193,15 @@ def backlash_by_errors(design: Design) -> FloatArray:
 
 
 def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArray:
-    """Turn of the gear (*batch, 4), rad, by which first contacts (*batch, 1) follow each error."""
-    layout, pose, point = layout_of(design), pose_of(design), first.point[..., 0, :]
-    normal = np.where(_on_pinion(first), *(_normal(design, flank, first, member) for member in (0, 1)))
-    x, y, z = np.moveaxis(point, -1, 0)
-    zero, one = np.zeros_like(x), np.ones_like(x)
-    sin, cos, sense = one * pose.sin, one * pose.cos, np.sign(layout.shaft_angle)
+    """Give the turn of the gear (*batch, 4), rad, by which first contacts (*batch, 1) follow each error; NaN
+    where edges of both members touch."""
+    edge, of_gear = first.limit >= 0, first.limit % 2 == 1
+    both = edge.all(axis=-1) & (of_gear[..., 0] != of_gear[..., 1])
+    normal = np.where(both[..., None], np.nan, contact_normals(design, flank, first))[..., 0, :]
+    turned = moved_by_gear(design, first.point)[..., 0, :]
+    _, y, z = np.moveaxis(first.point[..., 0, :], -1, 0)
+    layout, zero, one = layout_of(design), np.zeros_like(z), np.ones_like(z)
+    sin, cos, sense = one * layout.sin_angle, one * layout.cos_angle, np.sign(layout.shaft_angle)
     moved = ((one, zero, zero), (zero, sense * z, -sense * y), (zero, zero, -one), (zero, sin, cos))
-    turned = np.stack((cos * -y + sin * z, cos * (x - pose.offset), -sin * (x - pose.offset)), axis=-1)
     along = np.stack([(normal * np.stack(v, axis=-1)).sum(axis=-1) for v in moved], axis=-1)
     return np.asarray(-along / (normal * turned).sum(axis=-1, keepdims=True))
-
-
-def _on_pinion(first: FirstContact) -> NDArray[np.bool_]:
-    """Say whether (*batch, 1) it is edges of the gear that touch: the normal is that of the pinion's
-    surface."""
-    limit = first.limit[..., 0, :]
-    return np.asarray((limit[..., :1] >= 0) & ((limit < 0) | (limit % 2 == 1)).all(axis=-1, keepdims=True))
-
-
-def _normal(design: Design, flank: str, first: FirstContact, member: int) -> FloatArray:
-    """Give outward unit normals (*batch, 3) of a member's surface at first contacts (*batch, 1), in S_f; NaN
-    where edges of both members touch."""
-    rolls, place = (first.pinion_roll, first.gear_roll), ((first.l1, first.z1), (first.l2, first.z2))
-    cut = cut_at(surface_of(design.members[member], flank), *place[member])
-    own = np.stack((cut.nx, cut.ny, cut.nz), axis=-1)[..., 0, :]
-    roll = (cut.phi + rolls[member] + pitch_shift(design, first.pair)[member])[..., 0]
-    frame = member_frame(layout_of(design), member, roll, pose_of(design).position[member])
-    limit = first.limit[..., 0, :]
-    both = (limit >= 0).all(axis=-1) & (limit[..., 0] % 2 != limit[..., 1] % 2)
-    return np.where(both[..., None], np.nan, normals_to_fixed(frame, own))

@@ -16,12 +16,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import PathEnds, path_ends, path_of_contact
 from ..design.model import Design
 from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
@@ -37,7 +35,6 @@ EVEN = 1e-6
 """Share by which the steps of roll along a path may differ: more, and the roll turns back on it."""
 HOLLOW = 1e-8
 """Modules of a second difference along a path that do not make it hollow."""
-Mask: TypeAlias = NDArray[np.bool_]
 
 
 class Tangency(IntEnum):
@@ -59,7 +56,7 @@ class TangentBacklash:
     `status`, codes of `Tangency`."""
 
     normal: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,15 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath
-from ..design.model import Design
-from ..gear.tooth_side import cut_at
 from ..status import FirstStatus, Status, Verdict
 from ..support.few_lines import few_lines
-from .first_contact import FirstContact, first_contact, mesh_of
+from .first_contact import FirstContact, contact_normals, first_contact, mesh_of, moved_by_gear
 from .least_clearance import local_at
 from .mesh_cycle import mesh_cycle
 
@@ -53,7 +50,7 @@ class Certificate:
     separation: FloatArray
     first: FirstContact
     curvature: FloatArray
-    verdict: NDArray[np.int8]
+    verdict: Codes
 
     @property
     def holds(self) -> bool:
@@ -84,7 +81,8 @@ def certify(path: ContactPath) -> Certificate:
     first = first_contact(design, path.flank, roll) if few else mesh_cycle(design, path.flank, 1).at(roll)
     solved &= first.status == FirstStatus.SOLVED
     ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
-    separation = np.where(solved, ahead * _moment(design, path.flank, roll, first), np.nan)
+    moment = (contact_normals(design, path.flank, first) * moved_by_gear(design, first.point)).sum(axis=-1)
+    separation = np.where(solved, ahead * moment, np.nan)
     curvature = np.where(solved, _curvature(path, roll), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0
     module = float(design.gear.tool.normal_module)
@@ -99,29 +97,6 @@ def certify(path: ContactPath) -> Certificate:
     )
     verdict = np.select([case for case, _ in cases], [code for _, code in cases], Verdict.NEXT_PAIR)
     return Certificate(separation, first, curvature, verdict.astype(np.int8))
-
-
-def _moment(design: Design, flank: str, roll: FloatArray, first: FirstContact) -> FloatArray:
-    """Give the moment (mm, signed) about the gear's axis of the normal along which the first contacts part:
-    the gear's, but where only edges of the gear touch that of the pinion's surface under them."""
-    mesh, _ = mesh_of(design, flank, roll)
-    own, other, pose = mesh.own, mesh.other, mesh.pose
-    with np.errstate(invalid="ignore"):
-        gear = other.pitch_radius * cut_at(other, first.l2, first.z2).ny
-        cut = cut_at(own, first.l1, first.z1)
-        turn = cut.phi + roll + mesh.pitch[0] * first.pair
-        nx, ny = cut.nx * np.cos(turn) - cut.ny * np.sin(turn), cut.nx * np.sin(turn) + cut.ny * np.cos(turn)
-        x, y, z = np.moveaxis(first.point, -1, 0)
-        sin, cos, x = (
-            pose.sin.reshape(roll.shape),
-            pose.cos.reshape(roll.shape),
-            x - pose.offset.reshape(roll.shape),
-        )
-        # k2 x (R - O2) with k2 = (0, sin d, cos d), against the pinion's outward normal
-        pinion = -(nx * (sin * z - cos * y) + ny * cos * x - cut.nz * sin * x)
-    edges = first.limit
-    of_gear = (edges[..., 0] >= 0) & ((edges < 0) | (edges % 2 == 1)).all(axis=-1)
-    return np.asarray(np.where(of_gear, pinion, gear))
 
 
 def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:

@@ -23,17 +23,16 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
-from ..gear.tooth_side import cut_at
+from ..gear.tooth_side import cut_at, surface_of
 from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
 from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
 from .mesh import (
-    Integers as Integers,
     Mesh as Mesh,
     conjugate_phase as conjugate_phase,
     mesh_of as mesh_of,
@@ -41,6 +40,7 @@ from .mesh import (
     spread as spread,
 )
 from .search_starts import TIP_SPARE, Grid, Scan, beside_fillets, grid_of, scan_of, starts_of
+from .separation import pitch_shift, pose_of
 
 Grids: TypeAlias = tuple[Grid, Grid]
 
@@ -82,10 +82,10 @@ class FirstContact:
     l2: FloatArray
     z2: FloatArray
     point: FloatArray
-    limit: NDArray[np.int8]
-    on_fillet: NDArray[np.bool_]
+    limit: Codes
+    on_fillet: Mask
     transmission_error: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
     def shaped(self, *shape: int) -> FirstContact:
         """Give the same positions in another shape."""
@@ -100,9 +100,9 @@ class Found:
     f: FloatArray
     place: FloatArray
     meeting: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     pair: Integers
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def first_contact(
@@ -156,16 +156,14 @@ def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
     """Give first contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
-    return _found(mesh, grids, pairs, False)[0]
+    return found_with_pairs(mesh, grids, pairs, False)[0]
 
 
-def found_with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Integers, Found]:
-    """Give first contacts at all positions of a mesh; and of each tooth pair that is not much later, alone:
+def found_with_pairs(
+    mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None, each: bool = True
+) -> tuple[Found, Integers, Found]:
+    """Give first contacts at all positions of a mesh; and of `each` tooth pair that is not much later, alone:
     the numbers of their positions, ascending, and the contacts."""
-    return _found(mesh, grids, None, True)
-
-
-def _found(mesh: Mesh, grids: Grids, pairs: ArrayLike | None, each: bool) -> tuple[Found, Integers, Found]:
     block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
     every = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -181,7 +179,7 @@ def _put_together(parts: tuple[Found, ...]) -> Found:
     return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
-def in_step(mesh: Mesh, unknown: NDArray[np.bool_], grids: Grids) -> Mesh:
+def in_step(mesh: Mesh, unknown: Mask, grids: Grids) -> Mesh:
     """Give the mesh with a phase where the conjugate one is `unknown` (cases, positions): at the first
     position of a case whose nearest tooth can touch, that of the touch."""
     position = np.flatnonzero(unknown)
@@ -253,7 +251,7 @@ def _chosen(
     group: Integers,
     pair: Integers,
     scanned: FloatArray,
-    bottom: NDArray[np.bool_],
+    bottom: Mask,
 ) -> Found:
     """Give the least of the local results of each `group`, and what is to be thought of it, given their
     `positions` and the least scanned."""
@@ -293,6 +291,31 @@ def _chosen(
         pair=np.where(bad, 0, np.append(pair, 0)[index]),
         status=status.astype(np.int8),
     )
+
+
+def contact_normals(design: Design, flank: str, first: FirstContact) -> FloatArray:
+    """Give unit normals (*batch, positions, 3) in S_f, out of the gear's tooth, along which first contacts
+    part: those of the gear's surface, or of the pinion's where it is edges of the gear that touch."""
+    pose, turns, own = pose_of(design), pitch_shift(design, first.pair), []
+    places = (first.pinion_roll, first.l1, first.z1), (first.gear_roll, first.l2, first.z2)
+    for member, turn, (roll, l, z) in zip(design.members, turns, places, strict=True):
+        with np.errstate(invalid="ignore"):
+            cut = cut_at(surface_of(member, flank), l, z)
+        cos, sin = np.cos(cut.phi + roll + turn), np.sin(cut.phi + roll + turn)
+        own.append((cos * cut.nx - sin * cut.ny, sin * cut.nx + cos * cut.ny, cut.nz))
+    (px, py, pz), (gx, gy, gz) = own
+    sin, cos, limit = pose.sin[..., None], pose.cos[..., None], first.limit
+    of_gear = (limit[..., 0] >= 0) & ((limit < 0) | (limit % 2 == 1)).all(axis=-1)
+    both = zip((-px, -py, -pz), (-gx, sin * gz - cos * gy, sin * gy + cos * gz), strict=True)
+    return np.stack([np.where(of_gear, pinion, gear) for pinion, gear in both], axis=-1)
+
+
+def moved_by_gear(design: Design, point: FloatArray) -> FloatArray:
+    """Give the rates (*batch, positions, 3), mm/rad, at which points of the gear in S_f move as it turns."""
+    pose = pose_of(design)
+    offset, sin, cos = (value[..., None] for value in (pose.offset, pose.sin, pose.cos))
+    x, y, z = np.moveaxis(point, -1, 0)
+    return np.stack((sin * z - cos * y, cos * (x - offset), -sin * (x - offset)), axis=-1)
 
 
 def result_of(mesh: Mesh, phase: FloatArray, found: Found, shape: tuple[int, ...]) -> FirstContact:

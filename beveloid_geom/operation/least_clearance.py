@@ -21,9 +21,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.equation import COMPLEX_STEP
 from ..gear.rack import Numbers
 from ..gear.tooth_side import Cut, Surface, cut_at
@@ -63,7 +62,7 @@ class Task:
         """Give the depth of the pinion's teeth, mm: what small lengths are shares of."""
         return self.own.tip - self.own.root
 
-    def pick(self, index: NDArray[np.int_] | slice) -> Task:
+    def pick(self, index: Integers | slice) -> Task:
         """Give the tasks `index`."""
         return replace(self, pose=self.pose.at(index), roll=self.roll[index], start=self.start[index])
 
@@ -77,7 +76,7 @@ class Task:
         least = -np.pi - self.earliest
         return np.where(angle < least, angle + 2.0 * np.pi, angle)
 
-    def later(self, periods: NDArray[np.int_]) -> Task:
+    def later(self, periods: Integers) -> Task:
         """Give the tasks counted from a roll of the gear so many `periods` (n,) on."""
         return replace(self, start=self.start + self.period * periods)
 
@@ -102,7 +101,7 @@ class Local:
         merit = self.f + (PENALTY / depth * outside * outside - weight * self.margin).sum(axis=0)
         return np.where(np.isnan(merit), np.inf, merit)
 
-    def pick(self, index: NDArray[np.int_]) -> Local:
+    def pick(self, index: Integers) -> Local:
         """Give the places with the numbers `index`."""
         return Local(*(value[..., index] for value in vars(self).values()))
 
@@ -115,11 +114,11 @@ class Least:
     place: FloatArray
     f: FloatArray
     meeting: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     outside: FloatArray
-    converged: NDArray[np.bool_]
+    converged: Mask
 
-    def pick(self, index: NDArray[np.int_]) -> Least:
+    def pick(self, index: Integers) -> Least:
         """Give the results with the numbers `index`."""
         return Least(*(value[..., index] for value in vars(self).values()))
 
@@ -224,7 +223,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
 
 def _quadratic_step(
     slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
-) -> tuple[FloatArray, NDArray[np.int_], FloatArray]:
+) -> tuple[FloatArray, Integers, FloatArray]:
     """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
     d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
     (a, b), (_, c) = bend
@@ -245,7 +244,7 @@ def _quadratic_step(
 
 def _bounded_step(
     slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
-) -> tuple[FloatArray, NDArray[np.int_]]:
+) -> tuple[FloatArray, Integers]:
     """Give the same where the least lies on a limit, by trying all edges and corners."""
     (a, b), (_, c) = bend
     g, h = slope
@@ -271,7 +270,7 @@ def _bounded_step(
     return np.stack((x[best, each], y[best, each])), np.concatenate((single, CORNERS), axis=1)[:, best]
 
 
-def _multipliers(pull: FloatArray, rate: FloatArray, active: NDArray[np.int_]) -> FloatArray:
+def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:
     """Give multipliers (LINES, n) that balance the slope `pull` (2, n) at the end of a step."""
     each = np.arange(active.shape[1])
     first, second = (rate[code, :, each].T for code in active)

@@ -20,9 +20,8 @@ from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 
 ROUNDS = 12
 """How often the border is improved, at most."""
@@ -59,7 +58,7 @@ class _Border:
     below: FloatArray
     above: FloatArray
     doubt: FloatArray
-    following: NDArray[np.int_]
+    following: Integers
 
 
 def marked_area(
@@ -76,6 +75,7 @@ def marked_area(
     whole = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
 
     def placed(places: FloatArray) -> FloatArray:
+        """Give the function at places (n, 2), mm, of the chart; infinite beyond its edges."""
         share = places / size
         inside = ((share >= 0.0) & (share <= 1.0)).all(axis=1)
         values = np.full(len(places), np.inf)
@@ -114,7 +114,7 @@ def _amount(points: FloatArray) -> FloatArray:
     return np.concatenate((np.zeros((1, points.shape[1])), np.cumsum(strips, axis=0)))
 
 
-def _area_inside(share: FloatArray, following: NDArray[np.int_], amount: FloatArray) -> float:
+def _area_inside(share: FloatArray, following: Integers, amount: FloatArray) -> float:
     last = np.array(amount.shape) - 1
     place = share * last
     corner = np.minimum(place.astype(int), last - 1)
@@ -260,13 +260,13 @@ def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArra
     return np.where(along, 0.0, triangle)
 
 
-def _worst(errors: FloatArray, allowed: float) -> NDArray[np.int_]:
+def _worst(errors: FloatArray, allowed: float) -> Integers:
     """Give the greatest errors, without which the sum of the others is allowed."""
     order = np.argsort(errors)
     return order[np.cumsum(errors[order]) > allowed]
 
 
-def _settled(border: _Border, places: FloatArray) -> NDArray[np.bool_]:
+def _settled(border: _Border, places: FloatArray) -> Mask:
     """Say whether the ends of the chord after each vertex are in doubt over less than a quarter of it."""
     doubt = border.doubt * np.hypot(*border.way.T)
     return np.asarray(
@@ -278,8 +278,8 @@ def _improved(
     function: Function,
     border: _Border,
     places: FloatArray,
-    moved: NDArray[np.int_],
-    split: NDArray[np.int_],
+    moved: Integers,
+    split: Integers,
 ) -> _Border:
     """Give the border with vertices `moved` looked for again, and one more in the middle of chords
     `split`."""

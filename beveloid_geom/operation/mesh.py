@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 from ..contact.equation import pairing_of
 from ..contact.path_polynomial import PHASE, exact_rows
 from ..design.model import Design, Errors
@@ -16,8 +14,6 @@ from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import mounting_of
 from .least_clearance import Task
 from .separation import Pose, pose_of
-
-Integers: TypeAlias = NDArray[np.int_]
 
 FAR = 0.5
 """Tip radii by which a pitch point may miss the tip cylinder and still tell where the teeth mesh."""
@@ -46,7 +42,7 @@ class Mesh:
     reach: int
     period: float
     again: int
-    defined: NDArray[np.bool_]
+    defined: Mask
     span: float = 1.0
 
     @property

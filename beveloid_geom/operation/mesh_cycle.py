@@ -11,14 +11,14 @@ search is asked again: a piece that is late there, or does not meet the next, is
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -28,7 +28,6 @@ from .first_contact import (
     FirstContact,
     Found,
     Grids,
-    Integers,
     Mesh,
     first_contact,
     found_at,
@@ -54,6 +53,7 @@ from .pieces import (
     tails_of,
 )
 
+Waves: TypeAlias = NDArray[np.complex128]
 BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
 MOST = 1000
@@ -99,13 +99,13 @@ class MeshCycle:
     start: FloatArray
     pitch: float
     changes: FloatArray
-    hand_over: NDArray[np.bool_]
+    hand_over: Mask
     mean: FloatArray
     peak_to_peak: FloatArray
-    harmonics: NDArray[np.complex128]
+    harmonics: Waves
     edge_share: FloatArray
-    lost: NDArray[np.bool_]
-    status: NDArray[np.int_]
+    lost: Mask
+    status: Integers
     pieces: Pieces = field(repr=False)
     mesh: Mesh = field(repr=False)
     phase: FloatArray = field(repr=False)
@@ -182,58 +182,38 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     ValueError
         For members of arrays and fewer than one harmonic.
     """
-    return _found(design, flank, harmonics, pieces_of)
+    return cycle_and_pairs(design, flank, harmonics, False)[0]
 
 
-def cycle_and_pair(design: Design, flank: str, harmonics: int) -> tuple[MeshCycle, Grids, Samples]:
-    """Give the mesh cycle with the points scanned, and contacts of tooth pair 0 alone at rolls, in order of
-    case and roll, where it is not much later than the first to touch."""
-    also = []
-
-    def pieces(mesh: Mesh, grids: Grids) -> tuple[Pieces, Integers]:
-        first, alone = _with_pairs(mesh, grids)
-        also.append((grids, alone))
-        return pieces_of(mesh, grids, first)
-
-    return _found(design, flank, harmonics, pieces), *also[0]
-
-
-def _found(
-    design: Design, flank: str, harmonics: int, find: Callable[[Mesh, Grids], tuple[Pieces, Integers]]
-) -> MeshCycle:
+def cycle_and_pairs(
+    design: Design, flank: str, harmonics: int, each: bool = True
+) -> tuple[MeshCycle, Grids, Samples, tuple[Integers, Found]]:
+    """Give the mesh cycle with the points scanned and its samples; and the contacts of `each` tooth pair that
+    is not much later than the first, alone, with the numbers of their samples."""
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
     mesh, phase = mesh_of(design, flank, start[..., None])
-    grids = grids_of(mesh, design, flank)
+    grids, shape = grids_of(mesh, design, flank), start.shape
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
-    pieces, status = find(mesh, grids)
+    case, roll = _samples_of(mesh)
+    first, position, alone = found_with_pairs(mesh.at(case, roll), grids, each=each)
+    samples = Samples(case, roll, np.zeros(case.size, dtype=bool), first)
+    pieces, status = _pieces_of(mesh, grids, samples)
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
-    shape, cases, pitch = start.shape, start.size, mesh.pitch[0]
-    errors = mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
-    points, weights = leggauss(BETWEEN)
-    length = (pieces.high - pieces.low) / pitch
-    share = (pieces.rolls(points) - mesh.roll[pieces.case, None]) / pitch
-    turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)
-    parts = 0.5 * length * ((turns * evaluate(errors, points)[0]) @ weights)
-    waves = np.zeros((cases, harmonics + 1), dtype=complex)
-    np.add.at(waves, pieces.case, parts.T)
-    high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
-    for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), extremes(errors), strict=True):
-        extreme.at(best, pieces.case, ends)
-    np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
-    waves[lost], edges[lost], high[lost], low[lost] = np.nan, np.nan, np.nan, np.nan
-    changes, hand_over = changes_of(pieces, cases)
-    return MeshCycle(
+    waves, swing, edges = _sums(mesh, pieces, harmonics)
+    waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
+    changes, hand_over = changes_of(pieces, start.size)
+    cycle = MeshCycle(
         design=design,
         flank=flank,
         start=start,
-        pitch=pitch,
+        pitch=mesh.pitch[0],
         changes=changes.reshape(*shape, -1),
         hand_over=hand_over.reshape(*shape, -1),
         mean=waves[:, 0].real.reshape(shape),
-        peak_to_peak=(high - low).reshape(shape),
+        peak_to_peak=swing.reshape(shape),
         harmonics=(2.0 * waves[:, 1:]).astype(np.complex128).reshape(*shape, harmonics),
         edge_share=edges.reshape(shape),
         lost=lost.reshape(shape),
@@ -242,27 +222,31 @@ def _found(
         mesh=mesh,
         phase=phase,
     )
+    return cycle, grids, samples, (position, alone)
 
 
-def _with_pairs(mesh: Mesh, grids: Grids) -> tuple[Found, Samples]:
-    """Give first contacts at `samples_of` the mesh, and those of tooth pair 0 alone: pair k at a roll is pair
-    0 k pitches on; each is known once."""
-    case, roll = samples_of(mesh)
-    first, position, found = found_with_pairs(mesh.at(case, roll), grids)
-    turned = roll[position] + found.pair * mesh.pitch[0]
-    # The last roll of a cycle is the first one of the next tooth pair.
-    once = np.flatnonzero((position % (SAMPLES + 1) < SAMPLES) & (found.status == FirstStatus.SOLVED))
-    order = once[np.lexsort((turned[once], case[position[once]]))]
-    rows = {name: value[..., order] for name, value in vars(found).items()}
-    alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
-    return first, Samples(case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
+def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray, FloatArray]:
+    """Give, of each case, Fourier coefficients (cases, harmonics + 1) of the transmission error, its peak to
+    peak, rad, and the share that edges carry."""
+    cases, errors = mesh.roll.size, mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
+    points, weights = leggauss(BETWEEN)
+    length = (pieces.high - pieces.low) / mesh.pitch[0]
+    share = (pieces.rolls(points) - mesh.roll[pieces.case, None]) / mesh.pitch[0]
+    turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)
+    waves = np.zeros((cases, harmonics + 1), dtype=np.complex128)
+    np.add.at(waves, pieces.case, (0.5 * length * ((turns * evaluate(errors, points)[0]) @ weights)).T)
+    high, low, edges = np.full(cases, -np.inf), np.full(cases, np.inf), np.zeros(cases)
+    for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), extremes(errors), strict=True):
+        extreme.at(best, pieces.case, ends)
+    np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
+    return waves, high - low, edges
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
     return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
 
 
-def samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
+def _samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
     """Give cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls
     of a mesh on, of which each is a case: `number` a pitch, and its end."""
     share, cases = np.linspace(0.0, 1.0, number + 1), mesh.roll.size
@@ -270,15 +254,13 @@ def samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]
     return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
 
 
-def pieces_of(mesh: Mesh, grids: Grids, found: Found | None = None) -> tuple[Pieces, Integers]:
+def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
     """Give pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the
     status of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no
-    pieces. `found`: the first contacts at `samples_of` the mesh, if they are known."""
-    case, roll = samples_of(mesh)
-    found = found_at(mesh.at(case, roll), grids) if found is None else found
-    pieces, status = _divided(mesh, grids, Samples(case, roll, np.zeros(case.size, dtype=bool), found))
+    pieces. `samples`: the first contacts at `_samples_of` the mesh."""
+    pieces, status = _divided(mesh, grids, samples)
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
-        case, roll = samples_of(mesh, CLOSE_SAMPLES)
+        case, roll = _samples_of(mesh, CLOSE_SAMPLES)
         closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
         pieces, status = _joined([pieces, closer]), np.where(lost, again, status)
     return pieces, status
@@ -319,7 +301,7 @@ def _between(
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
 
 
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, NDArray[np.bool_]]:
+def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, Mask]:
     """Give first contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if
     `strict`, their places known. A piece may be earlier, within all limits: a search missed its contact, and
     what it found is left out."""
@@ -343,7 +325,7 @@ def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Sa
 
 def _moved(
     mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Give contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
     whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):

@@ -14,15 +14,14 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
-from .first_contact import TOGETHER, Grids, Integers, Mesh, found_at
+from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pair
+from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pairs
 from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
@@ -49,7 +48,7 @@ class OperatingRatios:
     __repr__ = few_lines
 
     ratio: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
@@ -70,21 +69,22 @@ def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...])
     for thickness in thicknesses:
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
-    (cycle, grids, samples), shape = cycle_and_pair(design, flank, 1), design.batch_shape
+    cycle, grids, samples, each = cycle_and_pairs(design, flank, 1)
+    shape, alone = design.batch_shape, _of_one_pair(cycle.mesh, samples, *each)
     lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-    pieces, followed = _pieces_alone(cycle, samples, max(useful, default=0.0))
+    pieces, followed = _pieces_alone(cycle, alone, max(useful, default=0.0))
     share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
     by_pieces, by_search = partial(_alone, cycle, pieces), partial(_searched, cycle, grids)
-    for cases, alone in ((followed & ~lost, by_pieces), (~followed & ~lost, by_search)):
+    for cases, contacts in ((followed & ~lost, by_pieces), (~followed & ~lost, by_search)):
         known = np.flatnonzero(cases)
         if known.size:
             roll = mesh.roll[known, None] + mesh.pitch[0] * share
-            curves = _first(cycle, known, roll), alone(known, roll)
+            curves = _first(cycle, known, roll), contacts(known, roll)
             for k, thickness in enumerate(thicknesses):
-                ratio[k, known], status[k, known] = _ratio(cycle, alone, known, roll, curves, thickness)
+                ratio[k, known], status[k, known] = _ratio(cycle, contacts, known, roll, curves, thickness)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape))
@@ -96,8 +96,8 @@ class _Curve:
     doubt what touches, if anything."""
 
     f: FloatArray
-    edge: NDArray[np.bool_]
-    doubt: NDArray[np.bool_]
+    edge: Mask
+    doubt: Mask
 
 
 Contacts: TypeAlias = Callable[[Integers, FloatArray], _Curve]
@@ -111,7 +111,19 @@ def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
-def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, NDArray[np.bool_]]:
+def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found) -> Samples:
+    """Give contacts of tooth pair 0 alone, in order of case and roll, from those of each pair near at samples
+    of a cycle: pair k at a roll is pair 0 k pitches on; each is known once."""
+    turned = samples.roll[position] + found.pair * mesh.pitch[0]
+    # The last roll of a cycle is the first one of the next tooth pair.
+    once = np.flatnonzero((position % (STEPS + 1) < STEPS) & (found.status == FirstStatus.SOLVED))
+    order = once[np.lexsort((turned[once], samples.case[position[once]]))]
+    rows = {name: value[..., order] for name, value in vars(found).items()}
+    alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
+    return Samples(samples.case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
+
+
+def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, Mask]:
     """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
     it is within a thickness of the first: they agree with the samples, meet, and end further off than
     that."""

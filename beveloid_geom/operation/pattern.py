@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.ellipse import MARKING_SEPARATION
 from ..contact.placing import frames_at
 from ..design.model import Design, Member
@@ -76,8 +76,8 @@ class MemberPattern:
     points: FloatArray
     least: FloatArray
     pinion_roll: FloatArray
-    marked: NDArray[np.bool_]
-    status: NDArray[np.int8]
+    marked: Mask
+    status: Codes
     area: float
     area_share: float
     area_error: float
@@ -180,6 +180,7 @@ def separation_of(design: Design, flank: str, member: int, operation: Operation)
     other = 1 - member
 
     def apart(points: FloatArray, roll: FloatArray) -> FloatArray:
+        """Give distances (...), mm, infinite while the foot is not on the mating flank."""
         frames = frames_at(design, roll, operation.gear_roll(np.asarray(roll)))
         frame, (rotation, origin) = frames[member], frames[other]
         seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
@@ -230,7 +231,7 @@ class _Grid:
     points: FloatArray
     least: FloatArray
     pinion_roll: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
@@ -297,7 +298,7 @@ def _member_pattern(
 
 def least_separation(
     apart: Apart, points: FloatArray, rolls: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
+) -> tuple[FloatArray, FloatArray, Codes]:
     """Give the least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
     points (n, 3) over the range of rising `rolls`, between which it is smooth."""
     block = max(1, BLOCK // len(points))
@@ -323,7 +324,7 @@ def least_separation(
 
 
 def _brackets(
-    apart: Apart, points: FloatArray, table: FloatArray, best: NDArray[np.int_], rolls: FloatArray
+    apart: Apart, points: FloatArray, table: FloatArray, best: Integers, rolls: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Give rolls (3, n): the best sample and, on either side, the next or where the foot leaves the mating
     flank before; and the separations there (3, n)."""
@@ -375,9 +376,3 @@ def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> 
         if not going.size:
             break
     return y[1], x[1]
-
-
-def _least_of(values: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the least of the values (k, n) along the first axis, and its place."""
-    pick = values.argmin(axis=0)[None]
-    return np.take_along_axis(values, pick, axis=0)[0], np.take_along_axis(places, pick, axis=0)[0]

@@ -18,12 +18,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Limit
 from ..support.chebyshev import basis_of, evaluate, polynomials, with_derivative
-from .first_contact import TOGETHER, Found, Integers, Mesh
+from .first_contact import TOGETHER, Found, Mesh
 from .least_clearance import Local, Task, local_at
 
 SAMPLES = 16
@@ -60,10 +59,10 @@ class Pieces:
     high: FloatArray
     coefficients: FloatArray
     pair: Integers
-    limit: NDArray[np.int8]
-    on_fillet: NDArray[np.bool_]
+    limit: Codes
+    on_fillet: Mask
 
-    def pick(self, index: Integers | NDArray[np.bool_]) -> Pieces:
+    def pick(self, index: Integers | Mask) -> Pieces:
         """Give the pieces `index`."""
         rows = (x[:, index] if x.ndim > 1 else x[index] for x in vars(self).values())
         return Pieces(*rows)
@@ -99,10 +98,10 @@ class Samples:
 
     case: Integers
     roll: FloatArray
-    cut: NDArray[np.bool_]
+    cut: Mask
     found: Found
 
-    def pick(self, index: Integers | NDArray[np.bool_]) -> Samples:
+    def pick(self, index: Integers | Mask) -> Samples:
         """Give the samples `index`."""
         found = Found(*(value[..., index] for value in vars(self.found).values()))
         return Samples(self.case[index], self.roll[index], self.cut[index], found)
@@ -124,7 +123,7 @@ class Samples:
         return both.pick(np.lexsort((both.roll, both.case)))
 
 
-def holding(limit: NDArray[np.int8]) -> NDArray[np.bool_]:
+def holding(limit: Codes) -> Mask:
     """Say which of the limits (8, n) hold contacts of limits (2, n)."""
     return np.asarray((np.arange(len(Limit))[:, None, None] == limit).any(axis=1))
 
@@ -237,7 +236,7 @@ def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
     return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[FloatArray, Local]:
+def held_to(task: Task, place: FloatArray, limit: Codes) -> tuple[FloatArray, Local]:
     """Give the contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
     Newton's method does not settle."""
     for _ in range(PASSES):
@@ -251,7 +250,7 @@ def held_to(task: Task, place: FloatArray, limit: NDArray[np.int8]) -> tuple[Flo
     return place, local_at(task, *place)
 
 
-def _newton_step(here: Local, limit: NDArray[np.int8]) -> FloatArray:
+def _newton_step(here: Local, limit: Codes) -> FloatArray:
     """Give steps (2, n) towards the contact that is held to the limits (2, n)."""
     each = np.arange(limit.shape[1])
     rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
@@ -291,7 +290,7 @@ def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray
     return high
 
 
-def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) -> NDArray[np.bool_]:
+def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) -> Mask:
     """Say whether at rolls (k, m) the pieces after those `before` (k,) carry: within the limits and first, of
     such as touch together a tangency before an edge, then the pair that came into mesh last."""
     f, outside, edge, pair = [], [], [], []
@@ -335,7 +334,7 @@ def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, NDArray[np.bool_]]:
+def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, Mask]:
     """Give changes (cases, most) and whether the tooth pair changes there."""
     label = np.stack((pieces.pair, *pieces.limit, *pieces.on_fillet))
     changed = (label[:, 1:] != label[:, :-1]).any(axis=0)

@@ -12,9 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 from ..design.model import Member
 from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at
@@ -63,10 +62,10 @@ class Scan:
     `periods` (n, points): how many periods of the task after its start f is counted from."""
 
     f: FloatArray
-    periods: NDArray[np.int_]
+    periods: Integers
     at_tips: FloatArray
     within: FloatArray
-    bottom: NDArray[np.bool_]
+    bottom: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +73,8 @@ class Starts:
     """Searches (n,): the number of the tooth pair, `periods` of its task to count from, the `place`
     (2, n): s1 and z1, and the `box` (2, n) for the first step, mm."""
 
-    row: NDArray[np.int_]
-    periods: NDArray[np.int_]
+    row: Integers
+    periods: Integers
     place: FloatArray
     box: FloatArray
 
@@ -151,9 +150,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
-def _line_starts(
-    f: FloatArray, shape: tuple[int, int], bound: FloatArray
-) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
     """Give tooth pairs and point numbers of the least local least values of the scan lines."""
     values, points = [], []
     f = f.reshape(-1, *shape)
@@ -176,7 +173,7 @@ def _line_starts(
 
 def _edge_starts(
     task: Task, scan: Scan, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
-) -> tuple[NDArray[np.int_], NDArray[np.int_], FloatArray]:
+) -> tuple[Integers, Integers, FloatArray]:
     """Give tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
     station along the face: the scanned points least `away` from it (tasks, points), if f is within the first
     bound (tasks,) there, moved on to the edge, where f is within the second."""

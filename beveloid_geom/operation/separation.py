@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..gear.rack import Numbers
@@ -51,7 +51,7 @@ class Pose:
     cos: FloatArray
     position: FloatArray
 
-    def at(self, index: NDArray[np.int_] | slice) -> Pose:
+    def at(self, index: Integers | slice) -> Pose:
         """Give the poses with the numbers `index` along the last axis."""
         return Pose(*(value[..., index] for value in vars(self).values()))
 
@@ -74,7 +74,7 @@ class Separation:
     other_l: FloatArray
     other_z: FloatArray
     other_r: FloatArray
-    inside: NDArray[np.bool_]
+    inside: Mask
 
 
 def pose_of(design: Design) -> Pose:

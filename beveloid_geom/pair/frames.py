@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray, Quantity
-from ..design.model import Design
+from ..design.model import Design, Errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +50,12 @@ class CommonNormal:
     y: FloatArray
 
 
-def signed_shaft_angle(design: Design, with_errors: bool = True) -> FloatArray:
-    """Find the shaft angle (rad) with the sign of the sum of the helix angles, errors included."""
-    hand = design.pinion.helix_angle + np.asarray(design.gear.helix_angle)
-    magnitude = design.pair.shaft_angle + (design.errors.shaft_angle if with_errors else 0.0)
-    return np.asarray(np.where(hand < 0.0, -1.0, 1.0) * magnitude)
-
-
 def layout_of(design: Design, with_errors: bool = True) -> Layout:
     """Find the axes of the pair, with or without its assembly errors."""
-    angle = signed_shaft_angle(design, with_errors)
-    offset = design.pair.offset + (design.errors.offset if with_errors else 0.0)
+    errors = design.errors if with_errors else Errors()
+    hand = design.pinion.helix_angle + np.asarray(design.gear.helix_angle)
+    angle = np.asarray(np.where(hand < 0.0, -1.0, 1.0) * (design.pair.shaft_angle + errors.shaft_angle))
+    offset = design.pair.offset + errors.offset
     return Layout(np.asarray(offset), angle, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
 
 

@@ -7,19 +7,13 @@ method but the flanks, the frames and the very first starting value, which is mo
 where that method gives none, the start is the rough pitch point of the unmodified pair (`pitch_region`),
 from where the coefficients and errors are brought in step by step.
 
-`refine` takes positions found by any method and moves them on to the curve: how far they had to be moved
-is an independent check of them.
-
 Takes about a thousand times longer; single designs only. A curve of contacts that is not connected with
 the starting value is not seen.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
@@ -52,7 +46,8 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     length along the curve where l1 turns back as well. Empty if both methods find no contact on the
     flanks, and if the inputs leave nothing to solve (UNDEFINED). Raises ValueError for a batch or fewer
     than two points, and ArithmeticError where the solver finds no contact, or loses it on the flanks."""
-    _only_single(design)
+    if design.batch_shape:
+        raise ValueError("the five equations are solved for single designs, not for batches")
     require_points(points)
     guide = path_of_contact(design, flank, 3)
     if guide.ends.status == Status.UNDEFINED:
@@ -61,7 +56,7 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     with np.errstate(all="ignore"):
         if guide.ends.status == Status.SOLVED:
             start = np.array([getattr(guide, name)[1] for name in UNKNOWNS]) + FIRST_GUESS
-            found = _nearest(system, start / system.scale)
+            found = nearest_contact(system, start / system.scale)
         else:
             found = _from_pitch_point(design, flank)
         curve = None if found is None else follow_five_equations(system, found)
@@ -72,83 +67,6 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
         return guide
     where = "to start from" if curve is None else "on the flanks along the curve they follow"
     raise ArithmeticError(f"the five equations find no contact {where}")
-
-
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """Positions moved on to the curve of the five equations; arrays of the positions' shape.
-
-    `l1, u1, l2, u2` (mm), `gear_roll, pinion_roll` (rad), `point` (mm) and `normal` (..., 3) in S_f as
-    solved. `moved` (mm) and `turned` (rad): the largest change of a flank parameter and of a roll.
-    `gap` (mm) and `normal_gap`: largest component of R1 - R2 and of n1 + n2 at the position as given,
-    NaN only where it was. `status`: SOLVED, or NOT_CONVERGED with NaN in the rest where no contact is
-    found from there."""
-
-    l1: FloatArray
-    u1: FloatArray
-    l2: FloatArray
-    u2: FloatArray
-    gear_roll: FloatArray
-    pinion_roll: FloatArray
-    point: FloatArray
-    normal: FloatArray
-    moved: FloatArray
-    turned: FloatArray
-    gap: FloatArray
-    normal_gap: FloatArray
-    status: NDArray[np.int8]
-
-
-def refine(
-    design: Design,
-    flank: str,
-    l1: ArrayLike,
-    u1: ArrayLike,
-    l2: ArrayLike,
-    u2: ArrayLike,
-    gear_roll: ArrayLike,
-    pinion_roll: ArrayLike,
-) -> Refined:
-    """Give the contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
-    for in the plane through the position that is square to the curve of contacts.
-
-    So a position is not moved along the path, and no quantity is held that might turn back along it.
-    Raises ValueError for a batch."""
-    _only_single(design)
-    with np.errstate(all="ignore"):
-        return _refined(five_equations_of(design, flank), (l1, u1, l2, u2, gear_roll, pinion_roll))
-
-
-def _refined(system: FiveEquations, unknowns: tuple[ArrayLike, ...]) -> Refined:
-    try:
-        given = np.stack(np.broadcast_arrays(*unknowns), axis=-1).astype(float)
-    except ValueError:
-        shapes = ", ".join(f"{name} {np.shape(x)}" for name, x in zip(UNKNOWNS, unknowns, strict=True))
-        raise ValueError(f"the positions must have shapes that fit each other, got {shapes}") from None
-    start = given.reshape(-1, 6)
-    found, gaps = np.full_like(start, np.nan), np.full((len(start), 2), np.nan)
-    for k in np.flatnonzero(np.isfinite(start).all(axis=-1)):
-        gaps[k] = system.misfit(start[k])
-        nearest = _nearest(system, start[k] / system.scale)
-        if nearest is not None:
-            found[k] = nearest * system.scale
-    shape, here, change = given.shape[:-1], system.at(found), np.abs(found - start)
-    status = np.where(np.isnan(found[:, 0]), Status.NOT_CONVERGED, Status.SOLVED)
-    return Refined(
-        **{name: found[:, k].reshape(shape) for k, name in enumerate(UNKNOWNS)},
-        point=here.point[0].reshape(*shape, 3),
-        normal=here.normal[0].reshape(*shape, 3),
-        moved=change[:, :4].max(axis=-1).reshape(shape),
-        turned=change[:, 4:].max(axis=-1).reshape(shape),
-        gap=gaps[:, 0].reshape(shape),
-        normal_gap=gaps[:, 1].reshape(shape),
-        status=status.astype(np.int8).reshape(shape),
-    )
-
-
-def _only_single(design: Design) -> None:
-    if design.batch_shape:
-        raise ValueError("the five equations are solved for single designs, not for batches")
 
 
 def _span(curve: FiveCurve, piece: FloatArray) -> float:
@@ -177,7 +95,7 @@ def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: Flo
     return positions
 
 
-def _nearest(system: FiveEquations, start: FloatArray) -> FloatArray | None:
+def nearest_contact(system: FiveEquations, start: FloatArray) -> FloatArray | None:
     """Give the contact in the plane through `start` that is square to the curve there; scaled."""
     tangent = system.tangent(start)
     return None if tangent is None else system.correct(start, tangent)
@@ -196,12 +114,12 @@ def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
         *parameters, pinion_roll, gear_roll = pitch_guess(design, flank)
     except ArithmeticError:  # the cones have no common plane
         return None
-    known = _nearest(system, np.array((*parameters, gear_roll, pinion_roll)) / system.scale)
+    known = nearest_contact(system, np.array((*parameters, gear_roll, pinion_roll)) / system.scale)
     done, step = 0.0, 0.25
     while known is not None and done < 1.0:
         ahead = min(done + step, 1.0)
         system = part(ahead)
-        found = _nearest(system, known)
+        found = nearest_contact(system, known)
         if found is not None and np.linalg.norm(found - known) <= LARGEST_MOVE:
             done, known, step = ahead, found, 2.0 * step
         elif step < LEAST_SHARE:

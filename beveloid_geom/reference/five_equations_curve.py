@@ -18,11 +18,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, fsolve
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Integers
 from ..design.model import Design
 from ..gear.flank import generated, highest_parameter, root_parameter
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, reference_radius
@@ -94,17 +93,17 @@ class FiveEquations:
         turned = np.stack((cos * x - sin * y, sin * x + cos * y, z), axis=-1)
         return np.asarray(turned[:, 0] @ self.rotation.transpose(0, 2, 1))
 
-    def residual(self, scaled: Numbers, kept: NDArray[np.int_]) -> Numbers:
+    def residual(self, scaled: Numbers, kept: Integers) -> Numbers:
         """Find R1 - R2 and two components of n1 + n2 (Eq. 15), (..., 5)."""
         here = self.at(scaled * self.scale)
         both = (here.point[0] - here.point[1], (here.normal[0] + here.normal[1])[..., kept])
         return np.concatenate(both, axis=-1)
 
-    def jacobian(self, scaled: FloatArray, kept: NDArray[np.int_]) -> FloatArray:
+    def jacobian(self, scaled: FloatArray, kept: Integers) -> FloatArray:
         """Find derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
         return _slopes(lambda steps: self.residual(steps, kept), scaled)
 
-    def kept(self, scaled: FloatArray) -> NDArray[np.int_]:
+    def kept(self, scaled: FloatArray) -> Integers:
         """Give the two components of the normals to compare: the largest is the least sensitive."""
         return np.sort(np.argsort(np.abs(self.at(scaled * self.scale).normal[0]))[:2])
 

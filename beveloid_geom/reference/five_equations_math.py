@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..arrays import FLANK_SIGN
+from ..arrays import FLANK_SIGN, Mask
 from ..design.model import Design, Member
 from .pitch_region import hand_of_pair
 
@@ -40,7 +40,7 @@ class Contacts:
     point: FloatArray
     normal: FloatArray
     residual: FloatArray  # largest of the five, mm for points and 1 for normals
-    converged: NDArray[np.bool_]  # by fsolve's own word, or with a residual under RESIDUAL_LIMIT
+    converged: Mask  # by fsolve's own word, or with a residual under RESIDUAL_LIMIT
     evaluations: int  # of the five residuals, over all positions
 
 
@@ -69,6 +69,7 @@ def flank_surface(member: Member, flank: str) -> Surface:
     four_a2 = 4.0 * a * a
 
     def surface(el: float, u: float, roll: float) -> tuple[float, float, float, float, float, float]:
+        """Give the components of point and unit normal."""
         x_c = px + el * (qx + el * ex) + u * tx
         y_c = py + el * (qy + el * ey) + u * ty
         scale = 1.0 / sqrt(1.0 + four_a2 * el * el)
@@ -102,6 +103,7 @@ def five_residuals(
     s, c = sin(shaft), cos(shaft)
 
     def residuals(unknowns: FloatArray, phi1: float) -> list[float]:
+        """Give R1 - R2, mm, and two components of n1 + n2."""
         l1, u1, l2, u2, phi2 = unknowns.tolist()
         x1, y1, z1, nx1, _, nz1 = surface1(l1, u1, phi1)
         x2, y2, z2, nx2, ny2, nz2 = surface2(l2, u2, phi2)

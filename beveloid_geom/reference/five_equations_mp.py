@@ -101,6 +101,7 @@ def flank_surface(member: Member, flank: str) -> Surface:
     to_rack_frame = np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]])
 
     def surface(el: Mpf, u: Mpf, roll: Mpf) -> tuple[Vector, Vector]:
+        """Give point and outward unit normal."""
         section = a * el**2 * sa + el * ca, sigma * (a * el**2 * ca - el * sa + half_space), u
         x_c, y_c, z_c = to_rack_frame @ section + (radial, 0, 0)
         along_l = to_rack_frame @ (2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), 0)
@@ -182,6 +183,7 @@ def _six_equations(
     gear_to_fixed = np.array([[-1, 0, 0], [0, -cos, sin], [0, sin, cos]])
 
     def gaps(six: Sequence[Mpf]) -> tuple[Vector, Vector, Vector, Vector]:
+        """Give the gaps at six unknowns."""
         l1, u1, l2, u2, phi1, phi2 = six
         (point1, n1), (point2, n2) = surface1(l1, u1, phi1), surface2(l2, u2, phi2)
         point1 += 0, 0, height1

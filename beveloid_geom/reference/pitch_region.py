@@ -67,7 +67,8 @@ def pitch_guess(design: Design, flank: str) -> Guess:
     """
     region = pitch_region(design)
     roll1, roll2 = (
-        angle - FLANK_SIGN[flank] * _half_tooth(member)
+        # Less half the angular thickness of the tooth where the rack rolls, s0 / (2 cos(beta) r_P).
+        angle - FLANK_SIGN[flank] * pi / (2.0 * float(member.teeth))
         for angle, member in zip(region.rolls, design.members, strict=True)
     )
     return (0.0, 0.0, 0.0, 0.0, roll1, roll2)
@@ -78,8 +79,3 @@ def _mid_face_radius(member: Member) -> float:
     return module * (
         float(member.teeth) / (2.0 * cos(float(member.helix_angle))) + float(member.profile_shift)
     )
-
-
-def _half_tooth(member: Member) -> float:
-    """Find half the angular thickness of the tooth where the rack rolls: s0 / (2 cos(beta) r_P)."""
-    return pi / (2.0 * float(member.teeth))

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import FIGURES, UNITS, DesignMap, Mask, own_values
+from ..analysis.maps import FIGURES, UNITS, DesignMap, own_values
+from ..arrays import Mask
 from ..design.model import Design
 from ..status import Status
 from .columns import column, label, scaled

@@ -16,7 +16,7 @@ from ..findings.advice import Advice
 from ..findings.remarks import Remark
 from ..pair.mounting import mounting_of
 from ..status import Status
-from .backlash import BacklashReport, backlash_data, backlash_report
+from .backlash import backlash_data, backlash_report
 
 WIDTH, INDENT = 100, 21
 """Characters of a line, and of the label before its text."""
@@ -104,14 +104,12 @@ def error_words(errors: Errors) -> str:
     return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
 
 
-def backlash_lines(report: BacklashReport) -> str:
-    """Write the backlash as mounted and modified, and why the pair cannot be assembled, if it cannot."""
-    return line("as mounted", f"backlash {report.line}") + (line("jammed", report.jam) if report.jam else "")
-
-
 def mounted_lines(design: Design) -> str:
-    """Write what all results of a pair as mounted start with."""
-    return head_lines(design) + backlash_lines(backlash_report(design))
+    """Write what all results of a pair as mounted start with: the layout, the backlash with errors and
+    parabolas, and why the pair cannot be assembled, if it cannot."""
+    report = backlash_report(design)
+    text = head_lines(design) + line("as mounted", f"backlash {report.line}")
+    return text + line("jammed", report.jam) if report.jam else text
 
 
 def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> str:

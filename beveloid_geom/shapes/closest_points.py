@@ -16,14 +16,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 
 
 def closest_on_mesh(
     points: ArrayLike, faces: ArrayLike, queries: ArrayLike
-) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
+) -> tuple[FloatArray, Indices, FloatArray]:
     """Find the closest points of a mesh with vertices `points` (p, 3), mm, and triangles `faces` (m, 3).
 
     For `queries` (n, 3), mm: the closest points (n, 3), mm, the index of a triangle that holds
@@ -40,9 +40,7 @@ def closest_on_mesh(
     return found, index, _barycentric(corners[index], found)
 
 
-def _located(
-    vertices: FloatArray, triangles: NDArray[np.int64], asked: FloatArray
-) -> tuple[FloatArray, NDArray[np.int64]]:
+def _located(vertices: FloatArray, triangles: Indices, asked: FloatArray) -> tuple[FloatArray, Indices]:
     from vtkmodules.util import numpy_support
     from vtkmodules.vtkCommonCore import mutable, vtkPoints
     from vtkmodules.vtkCommonDataModel import (

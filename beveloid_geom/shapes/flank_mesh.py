@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Mask
 from ..design.model import Member
 from ..support.read_only import kept
 from .sampling import Faces, FlankGrid, grid_faces, sample_flank
@@ -25,8 +25,8 @@ class FlankMesh:
 
     grid: FlankGrid
     faces: Faces
-    rim: NDArray[np.bool_]
-    border: NDArray[np.bool_]
+    rim: Mask
+    border: Mask
     normals: FloatArray
 
 

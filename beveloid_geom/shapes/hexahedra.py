@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 from ..design.model import Member
-from .elements import Indices, VolumeMesh, element_shapes, face_nodes
+from .elements import VolumeMesh, element_shapes, face_nodes
 from .outline import counted, cut_sheets, require_tolerance
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .section import SIDES, Section, section_of, section_size
@@ -353,6 +353,7 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
     upright = _layers(quads, size, layers) + starts[2]
 
     def nodes_on(name: str) -> Indices:
+        """Give the nodes of a side: of its sections, of their edges, and half-way between them."""
         nodes = section.boundary[name][None]
         parts = (
             _layers(nodes, size, layers + 1),

@@ -7,9 +7,9 @@ is least, is worse: by the square root of tolerance over relative curvature, whi
 line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
 `convergence` charts both.
 
-Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`perpendicular.feet`),
-and the vertex of least separation starts Newton for the standstill of the exact separation D,
-as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
+Hence the polish: feet are taken on the flank itself (`perpendicular.feet`), and the vertex of least
+separation starts Newton for the standstill of the exact separation D, as a function of the pinion's
+flank parameters. With the outward unit normals n1 at the point and
 n2 at its foot on the gear,
 
     dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
@@ -25,13 +25,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Indices
 from ..contact.ellipse import normal_rates
 from ..contact.path import path_of_contact
 from ..contact.placing import Frame, frames_at
-from ..design.model import Design, Member
+from ..design.model import Design
 from ..gear.flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from ..gear.perpendicular import Feet, feet
 from ..pair.frames import normals_to_fixed, to_fixed
@@ -74,7 +74,7 @@ class MeshSeparation:
     separation: FloatArray
     foot_l: FloatArray
     foot_z: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class Convergence:
     tolerance: FloatArray
     point_error: FloatArray
     separation_error: FloatArray
-    faces: NDArray[np.int64]
+    faces: Indices
 
 
 def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
@@ -146,7 +146,8 @@ def mesh_separation(
     seen = _seen_from(frames, other, points).reshape(-1, 3)
     values, status = _facet_feet(meshes[other], seen, tolerance)
     if polish:
-        values, status = _polished_feet(design.members[other], flank, seen, values)
+        found = feet(design.members[other], flank, seen)
+        values, status = np.stack((found.distance, found.l, found.z)), found.status
     values[:, status != Status.SOLVED] = np.nan
     shape = own.l.shape
     z = np.broadcast_to(own.z, shape)
@@ -154,7 +155,7 @@ def mesh_separation(
     return MeshSeparation(own.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
 
 
-def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, NDArray[np.int8]]:
+def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
     """Find the signed distance, l and z (3, n) of the closest points on a mesh, and status.
 
     A foot on the rim is on the flank if it is beside the point by no more than the tolerance."""
@@ -176,15 +177,6 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
     off = (corner | edge).any(axis=1) & (aside > tolerance)
     distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
     return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
-
-
-def _polished_feet(
-    member: Member, flank: str, seen: FloatArray, start: FloatArray
-) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Give the same on the flank itself, by Newton from the feet on the mesh."""
-    u = trace_parameter(member, flank, start[1], start[2])
-    found = feet(member, flank, seen, (start[1], u))
-    return np.stack((found.distance, found.l, found.z)), found.status
 
 
 def mesh_contact(
@@ -261,7 +253,7 @@ def _polished_contact(
                 break
         else:  # or NaN
             reach *= 0.25
-    own = feet(pinion, flank, _seen_from(frames, 0, here.point), tuple(place))
+    own = feet(pinion, flank, _seen_from(frames, 0, here.point))
     doubt = float(here.doubt(longest))
     if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)

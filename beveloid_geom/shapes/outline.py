@@ -106,6 +106,7 @@ def bottom_sheet(member: Member, flank: str) -> Sheet:
     sigma, start = flank_sign(flank), abs(tool_round(member.tool, flank).centre[1])
 
     def place(p: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give points and normals of the land, and past its end those of the fillet."""
         flat = bottom_point(member, flank, sigma * (start + np.maximum(-p, 0.0)), z)
         if added == 0.0:
             return flat
@@ -141,6 +142,7 @@ def tip_sheet(member: Member) -> Sheet:
         raise ValueError(f"{text}: reduce the addendum, the profile shift or the face width")
 
     def place(p: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give points and normals of the cone at angles p, rad."""
         radius, cos, sin = tip_radius(member, z), np.cos(p), np.sin(p)
         normals = np.stack(
             (np.cos(gamma) * cos, np.cos(gamma) * sin, np.full_like(p, -np.sin(gamma))), axis=-1

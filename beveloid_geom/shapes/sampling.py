@@ -28,9 +28,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices, Mask
 from ..design.model import Member
 from ..gear.flank import generated, root_parameter, tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
@@ -38,7 +37,7 @@ from ..gear.undercut import require_cut
 from ..support.chebyshev import basis_of, polynomials
 from ..support.few_lines import few_lines
 
-Faces: TypeAlias = NDArray[np.int64]
+Faces: TypeAlias = Indices
 Place: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Points (mm) and unit normals (..., 3) of a surface at its profile parameter and z."""
 
@@ -324,7 +323,7 @@ def columns_for(shapes: FloatArray, rows: FloatArray, tolerance: float) -> Float
     return np.asarray(np.maximum(np.ceil(across - 1e-9), 1.0))
 
 
-def falling_diagonals(points: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
+def falling_diagonals(points: FloatArray, normals: FloatArray) -> Mask:
     """For each cell of a grid (ns, nz, 3): whether its diagonal runs from (i + 1, j) to
     (i, j + 1), the one that departs least from the surface; else from (i, j) to (i + 1, j + 1)."""
     corner, along, across = points[:-1, :-1], points[1:, :-1], points[:-1, 1:]

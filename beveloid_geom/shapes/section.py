@@ -29,9 +29,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 
-Indices = NDArray[np.int64]
 Plane: TypeAlias = NDArray[np.complex128]
 """Points of transverse planes as x + i y, mm."""
 

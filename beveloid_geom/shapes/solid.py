@@ -14,9 +14,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices
 from ..design.model import Member
 from ..gear.fillet import root_radius
 from ..support.argument import ArgumentError
@@ -52,7 +51,7 @@ class Solid:
 
     points: FloatArray
     faces: Faces
-    part: NDArray[np.int64]
+    part: Indices
     names: tuple[str, ...]
 
 
@@ -62,7 +61,7 @@ class Piece:
     the number (p,) each has in the tooth's `nodes`, and `faces` (f, 3) of its own points."""
 
     name: str
-    nodes: NDArray[np.int64]
+    nodes: Indices
     points: FloatArray
     normals: FloatArray
     faces: Faces
@@ -75,8 +74,8 @@ class ToothSurface:
 
     points: FloatArray
     pieces: tuple[Piece, ...]
-    first_side: NDArray[np.int64]
-    last_side: NDArray[np.int64]
+    first_side: Indices
+    last_side: Indices
 
 
 def bore_of(member: Member, bore_radius: float | None) -> float:
@@ -204,7 +203,7 @@ def _turns(section: Section, station: int) -> FloatArray:
     return np.asarray(np.unwrap(np.angle(ring / ring[0])))
 
 
-def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: FloatArray) -> Piece:
+def _piece(curve: str, numbers: Indices, points: FloatArray, normals: FloatArray) -> Piece:
     """Make what a curve of the section's boundary draws along the face: numbers (k, nz), points and
     normals (k, nz, 3). Raises ValueError where its triangles are turned over."""
     faces = grid_faces(points, normals)
@@ -217,7 +216,7 @@ def _piece(curve: str, numbers: NDArray[np.int64], points: FloatArray, normals: 
     return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 
 
-def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
+def _end_face(section: Section, end: int, numbers: Indices) -> Piece:
     """Make toe (0) or heel (1) of the section's quadrilaterals, each cut so that its least angle is
     greatest."""
     points, sign = section.points[:, -end], 2 * end - 1
@@ -227,7 +226,7 @@ def _end_face(section: Section, end: int, numbers: NDArray[np.int64]) -> Piece:
     )
 
 
-def _halved(points: FloatArray, quads: NDArray[np.int64]) -> Faces:
+def _halved(points: FloatArray, quads: Indices) -> Faces:
     """Make triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
     a, b, c, d = (quads[:, i] for i in range(4))
     cuts = np.stack(((a, b, c, a, c, d), (a, b, d, b, c, d)), axis=-1).reshape(2, 3, -1, 2)
@@ -291,9 +290,7 @@ def gear_solid(
     return Solid(points[used], (np.cumsum(used) - 1)[every], np.concatenate(part), NAMES)
 
 
-def joined_numbers(
-    size: int, first: NDArray[np.int64], last: NDArray[np.int64], teeth: int, closed: bool
-) -> NDArray[np.int64]:
+def joined_numbers(size: int, first: Indices, last: Indices, teeth: int, closed: bool) -> Indices:
     """Number the `size` points of each of some neighbouring teeth, (teeth, size), those of the side `last` of
     a tooth as those of the side `first` of the next one; `closed` where the next of the last is the first."""
     numbers = np.arange(teeth * size).reshape(teeth, size)

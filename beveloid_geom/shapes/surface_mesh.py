@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Indices, Mask
 from ..design.model import Member
 from ..support.few_lines import few_lines
 from .outline import cut_sheets
@@ -31,18 +30,18 @@ class Mesh:
     points: FloatArray
     normals: FloatArray
     faces: Faces
-    part: NDArray[np.int64]
+    part: Indices
     names: tuple[str, ...]
 
     def of(self, *names: str) -> Mesh:
         """Keep only the faces of the named parts."""
         return self.where(self.is_of(*names))
 
-    def is_of(self, *names: str) -> NDArray[np.bool_]:
+    def is_of(self, *names: str) -> Mask:
         """Find which faces (m,) belong to the named parts."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
-    def where(self, wanted: NDArray[np.bool_]) -> Mesh:
+    def where(self, wanted: Mask) -> Mesh:
         """Keep only the faces `wanted` (m,), with the points they use."""
         used, faces = np.unique(self.faces[wanted], return_inverse=True)
         return Mesh(

@@ -30,11 +30,11 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
     case = Case(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank, sign)
     said = tomllib.loads((files(__package__) / "statements.toml").read_text(encoding="utf-8"))
+    found: list[Statement] = []
     with np.errstate(invalid="ignore", divide="ignore"):
-        return tuple(_judged(case, id_, words) for id_, words in said.items())
-
-
-def _judged(case: Case, id_: str, words: dict[str, str]) -> Statement:
-    found, detail = MEASURES[id_](case)
-    claims = tuple(claim_of(text, found[quantity], asked) for text, quantity, asked in CLAIMS[id_])
-    return Statement(id_, case.flank, words["source"], words["says"], words["measured"], claims, detail)
+        for id_, words in said.items():
+            ways, detail = MEASURES[id_](case)
+            claims = tuple(claim_of(text, ways[quantity], asked) for text, quantity, asked in CLAIMS[id_])
+            source, says, measured = (words[key] for key in ("source", "says", "measured"))
+            found.append(Statement(id_, flank, source, says, measured, claims, detail))
+    return tuple(found)

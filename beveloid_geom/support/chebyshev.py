@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Mask
 from .read_only import kept
 
 NOISE, CUT = 2e-14, 3e-15
@@ -138,7 +137,7 @@ def evaluate(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
     return (coefficients.transpose(1, 0, 2) @ values.transpose(1, 0, 2)).transpose(1, 0, 2)
 
 
-def resolved(coefficients: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+def resolved(coefficients: FloatArray, scale: FloatArray) -> Mask:
     """For which cases the polynomials give the curves to rounding.
 
     `scale` (quantities), or (quantities, cases), is the size to which the rounding of each relates."""

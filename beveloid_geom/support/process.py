@@ -69,6 +69,7 @@ def _answer_signals() -> None:
     own = os.getpid()
 
     def answer(number: int, _: FrameType | None) -> None:
+        """End the process on a signal, what is unfinished undone."""
         if os.getpid() != own:  # a copy of us, whose parent says and undoes it all
             os._exit(128 + number)
         signal.signal(number, signal.SIG_IGN)

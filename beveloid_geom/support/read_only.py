@@ -57,6 +57,8 @@ def kept(most: int) -> Callable[[Callable[P, T]], _lru_cache_wrapper[T]]:
     arrays are read-only."""
 
     def decorate(function: Callable[P, T]) -> _lru_cache_wrapper[T]:
+        """Make the function that keeps results."""
+
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
             return read_only(function(*args, **kwargs))
 

@@ -22,6 +22,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     name = str(path.parent / f".{path.name}.{secrets.token_hex(4)}.part")
 
     def give_up() -> str:
+        """Remove the file beside, and say so if it was not in its place yet."""
         try:
             os.unlink(name)
         except FileNotFoundError:  # it is in its place

@@ -23,6 +23,7 @@ def workers(number: int) -> Iterator[Executor]:
     untyped: Any = util
 
     def ended() -> str:
+        """Kill the processes, without a word."""
         for child in multiprocessing.active_children():
             child.kill()
         untyped._run_finalizers(0)  # or the tracker of resources complains of semaphores that are left

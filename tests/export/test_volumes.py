@@ -14,7 +14,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings, strategies as st
 
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Indices
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.export import VOLUME_FORMATS, identifier
 from beveloid_geom.export.abaqus import LoadCase, fixed_nodes, nearest_node, write_deck
@@ -23,7 +23,6 @@ from beveloid_geom.export.volumes import plain_surfaces, write_volume
 from beveloid_geom.shapes.elements import (
     EDGES,
     ELEMENT_FACES,
-    Indices,
     VolumeMesh,
     face_nodes,
     shape_functions,

@@ -24,7 +24,7 @@ from beveloid_geom import (
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference import five_equations
-from beveloid_geom.reference.five_equations import Refined, path_of_contact_five_equations, refine
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.reference.five_equations_curve import (
     FiveEquations,
     five_equations_of,
@@ -33,6 +33,7 @@ from beveloid_geom.reference.five_equations_curve import (
 from beveloid_geom.reference.five_equations_mp import solve_mp
 from tests.contact.test_path import NUMBERS, five_equation_residual
 from tests.contact.test_path_found_by_search import FROM_AFAR
+from tests.oracle.refined import Refined, refine
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
 from tests.stability.named_designs import SPLIT, Named
@@ -230,8 +231,6 @@ def test_positions_without_a_contact_are_named() -> None:
     assert (there.status[bad] == Status.NOT_CONVERGED).all()
     assert np.isnan(there.moved[bad]).all()
     assert np.isnan(there.point[bad]).all()
-    with pytest.raises(ValueError, match="single designs"):
-        refine(table1(errors=Errors(offset=np.zeros(3))), "right", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Ring:

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Member
-from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.elements import Indices
+from beveloid_geom.arrays import FloatArray, Indices
 from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.section import OUTLINE, Section, section_of, section_size

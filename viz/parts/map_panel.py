@@ -14,8 +14,8 @@ from matplotlib.contour import ContourSet
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import MaxNLocator
 
-from beveloid_geom.analysis.maps import DesignMap, Mask
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.analysis.maps import DesignMap
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.words import status_name
 
