@@ -11,7 +11,7 @@ flanks with one seed are the same gearboxes.
 
 The transmission error is that of one tooth pair on its path (as in `path`). Where it is lowest at
 the ends of the path the next pair's edge touches first, and in operation it is another
-(`operation`).
+(`operation`), which `tolerance_study` also finds, of as many of the first mountings as asked for.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -30,6 +31,7 @@ from ..design.model import Design, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..status import Limit, Status
 from ..support.few_lines import few_lines
+from .running import TOGETHER, Running, all_of, running
 from .sliding import least_along
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
@@ -41,6 +43,8 @@ UNIT = 1024
 """Mountings drawn from one random stream and solved in one call."""
 POINTS = 17
 """Positions of a path, from which its extreme transmission errors are interpolated."""
+RUNNING_COST = 256
+"""Mountings whose paths take as long as one in operation."""
 SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 """Quantiles of a report."""
 
@@ -113,7 +117,8 @@ class Mountings:
 
 @dataclass(frozen=True, eq=False)
 class ToleranceStudy:
-    """Paths of contact of a design as it is (`nominal`, one mounting) and under drawn errors."""
+    """Paths of contact of a design as it is (`nominal`, one mounting) and under drawn errors; and the first
+    mountings in operation, as many as were asked for, with the design as it is (`nominal_running`)."""
 
     __repr__ = few_lines
 
@@ -122,6 +127,8 @@ class ToleranceStudy:
     seed: int
     nominal: Mountings
     mountings: Mountings
+    nominal_running: Running | None = None
+    running: Running | None = None
 
     @property
     def cases(self) -> int:
@@ -145,13 +152,13 @@ class ToleranceStudy:
         return int(np.count_nonzero(changed & self.mountings.solved))
 
     def quantiles(self, shares: Sequence[float] = SHARES) -> dict[str, FloatArray]:
-        """Find quantiles (shares) of the quantities over the mountings with a path; NaN without any.
+        """Find quantiles (shares) of the quantities over the mountings with a path, and of those in operation
+        over the mountings for which they are known; NaN without any.
 
         Mountings without a path are in `status_counts`, not here."""
         solved = self.mountings.solved
-        if not solved.any():
-            return {name: np.full(len(shares), np.nan) for name in self.mountings.quantities()}
         found = {name: value[solved] for name, value in self.mountings.quantities().items()}
+        found |= self.running.quantities() if self.running else {}
         known = {name: value[~np.isnan(value)] for name, value in found.items()}
         nothing = np.full(len(shares), np.nan)
         return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
@@ -176,6 +183,7 @@ def tolerance_study(
     cases: int = 100_000,
     *,
     seed: int = 0,
+    operation: int = 0,
     executor: Executor | None = None,
     units_per_task: int = 4,
     progress: Callable[[int], object] | None = None,
@@ -191,11 +199,13 @@ def tolerance_study(
     cases : int
         Mountings. A study with more begins with the same ones.
     seed : int
+    operation : int
+        Mountings, the first ones drawn, that are studied in operation, too.
     executor : concurrent.futures.Executor, optional
         Spreads the work, `units_per_task` units of UNIT mountings at a time; neither changes the result by
         a bit.
     progress : callable, optional
-        Called with the number of mountings done since.
+        Called with the work done since: 1 a mounting, RUNNING_COST more for one in operation.
 
     Returns
     -------
@@ -210,23 +220,35 @@ def tolerance_study(
     Notes
     -----
     About 50 to 300 microseconds a mounting, of which the backlash takes a half; the few whose paths are
-    followed by their length take some 10 ms.
+    followed by their length take some 10 ms. In operation some 15 ms a mounting.
     """
     _check(design, tolerances, flank, seed)
     if min(cases, units_per_task) < 1:
         raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
+    if not 0 <= operation <= cases:
+        raise ValueError(f"operation must be 0 to {cases}, the number of mountings, got {operation}")
     step = UNIT * (1 if executor is None else units_per_task)
     tasks = [
         _Task(design, flank, tolerances, seed, start // UNIT, min(step, cases - start))
         for start in range(0, cases, step)
     ]
+    spread = map if executor is None else executor.map
     parts: list[Mountings] = []
-    for part in map(_solved_task, tasks) if executor is None else executor.map(_solved_task, tasks):
+    for part in spread(_solved_task, tasks):
         parts.append(part)
         if progress is not None:
             progress(part.status.size)
-    nominal = _solved(design, flank, np.zeros((1, len(ERROR_NAMES))))
-    return ToleranceStudy(flank, tolerances, seed, nominal, _joined(parts))
+    own, found = np.zeros((1, len(ERROR_NAMES))), _joined(parts)
+    study = ToleranceStudy(flank, tolerances, seed, _solved(design, flank, own), found)
+    if not operation:
+        return study
+    runs, first = [], found.errors[:operation]
+    together = [mounted(design, first[start : start + TOGETHER]) for start in range(0, operation, TOGETHER)]
+    for run in spread(partial(running, flank=flank), together):
+        runs.append(run)
+        if progress is not None:
+            progress(RUNNING_COST * run.status.size)
+    return replace(study, running=all_of(runs), nominal_running=running(mounted(design, own), flank))
 
 
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:

@@ -36,6 +36,9 @@ ASIDE = 1e-3
 """Modules beyond the thickness up to which a tooth pair alone is followed."""
 GAP = 1.5
 """Steps between the samples of a tooth pair alone beyond which there are none between."""
+ASTRAY = 0.1
+"""Share of the room between a tooth pair alone and a thickness that its pieces may miss each other by: where
+a carrier between them was not seen, it is not much earlier."""
 AT_LEAST = 1.0 - 1e-6
 """Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
 
@@ -43,12 +46,13 @@ AT_LEAST = 1.0 - 1e-6
 @dataclass(frozen=True, eq=False)
 class OperatingRatios:
     """Operating contact ratios (thicknesses, *batch), NaN where not known, and their `status`, codes of
-    `RatioStatus`."""
+    `RatioStatus`; the `cycle` that they are of."""
 
     __repr__ = few_lines
 
     ratio: FloatArray
     status: Codes
+    cycle: MeshCycle
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
@@ -61,33 +65,36 @@ def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0
     return np.asarray(operating_ratios(design, flank, (thickness,)).ratio[0])
 
 
-def operating_ratios(design: Design, flank: str, thicknesses: tuple[float, ...]) -> OperatingRatios:
+def operating_ratios(
+    design: Design, flank: str, thicknesses: tuple[float, ...], harmonics: int = 1
+) -> OperatingRatios:
     """Give `operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its
-    status.
+    status, and the mesh cycle with so many harmonics.
 
-    Raises ValueError as that does."""
+    Raises ValueError as `operating_ratio` and `mesh_cycle` do."""
     for thickness in thicknesses:
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
-    cycle, grids, samples, each = cycle_and_pairs(design, flank, 1)
+    cycle, grids, samples, each = cycle_and_pairs(design, flank, harmonics)
     shape, alone = design.batch_shape, _of_one_pair(cycle.mesh, samples, *each)
     lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-    pieces, followed = _pieces_alone(cycle, alone, max(useful, default=0.0))
+    pieces, followed = _pieces_alone(cycle, alone, np.array(useful or [0.0]))
     share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
-    by_pieces, by_search = partial(_alone, cycle, pieces), partial(_searched, cycle, grids)
-    for cases, contacts in ((followed & ~lost, by_pieces), (~followed & ~lost, by_search)):
-        known = np.flatnonzero(cases)
+    for contacts in (partial(_alone, cycle, pieces), partial(_searched, cycle, grids)):
+        known = np.flatnonzero(followed & ~lost)
         if known.size:
             roll = mesh.roll[known, None] + mesh.pitch[0] * share
             curves = _first(cycle, known, roll), contacts(known, roll)
             for k, thickness in enumerate(thicknesses):
                 ratio[k, known], status[k, known] = _ratio(cycle, contacts, known, roll, curves, thickness)
+        # By search those that the pieces do not tell.
+        followed = ~followed | (status == RatioStatus.UNSTEADY).any(axis=0)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
-    return OperatingRatios(ratio.reshape(shape), status.reshape(shape))
+    return OperatingRatios(ratio.reshape(shape), status.reshape(shape), cycle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +118,13 @@ def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
+def _first_and_whose(cycle: MeshCycle, case: Integers, roll: FloatArray) -> tuple[FloatArray, Mask]:
+    """Give f (mm) of the first contacts of the cases at rolls, (n,), and where they are those of tooth pair
+    0."""
+    piece, turns, values = cycle.located(case, roll, 1)
+    return values[0], np.asarray(cycle.pieces.pair[piece] == turns)
+
+
 def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found) -> Samples:
     """Give contacts of tooth pair 0 alone, in order of case and roll, from those of each pair near at samples
     of a cycle: pair k at a roll is pair 0 k pitches on; each is known once."""
@@ -123,11 +137,12 @@ def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found)
     return Samples(samples.case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
 
 
-def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple[Pieces, Mask]:
+def _pieces_alone(cycle: MeshCycle, samples: Samples, thicknesses: FloatArray) -> tuple[Pieces, Mask]:
     """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
-    it is within a thickness of the first: they agree with the samples, meet, and end further off than
-    that."""
+    it is within each of the `thicknesses` (mm) of the first: they agree with the samples, meet wherever that
+    matters, and end further off than the greatest."""
     mesh, lost, bound = cycle.mesh, cycle.lost.reshape(-1), CHECKED * cycle.mesh.lever
+    thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))
     off = samples.found.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
     # As far as it may touch and one sample on.
@@ -149,8 +164,12 @@ def _pieces_alone(cycle: MeshCycle, samples: Samples, thickness: float) -> tuple
     behind = np.abs(pieces.values_at(own, samples.roll, 1)[0] - samples.found.f)
     followed[case[samples.case[~(behind <= bound)]]] = False
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    before, after = (pieces.values_at(inner + k, pieces.high[inner], 1)[0] for k in (0, 1))
-    followed[case[pieces.case[inner[~(np.abs(before - after) <= bound)]]]] = False
+    ends = np.array([pieces.values_at(inner + k, pieces.high[inner], 1)[0] for k in (0, 1)])
+    owner, jump = case[pieces.case[inner]], np.abs(ends[1] - ends[0])
+    # Where it is the first itself the cycle has it; elsewhere a jump matters near a thickness.
+    first, ours = _first_and_whose(cycle, owner, pieces.high[inner])
+    room = np.abs(ends.min(axis=0) - first - thicknesses[:, None]).min(axis=0)
+    followed[owner[~((jump <= bound) | ours | (jump < ASTRAY * room))]] = False
     return replace(pieces, case=case[pieces.case]), followed
 
 
@@ -173,6 +192,8 @@ def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -
     on = (pieces.case[piece] == case) & (pieces.low[piece] <= turned) & (turned <= pieces.high[piece])
     f = np.full(turned.size, np.inf)
     f[on] = pieces.values_at(piece[on], turned[on], 1)[0]
+    first, ours = _first_and_whose(cycle, case, turned)
+    f[on & ours] = first[on & ours]
     edge, doubt = on & (pieces.limit[0, piece] >= 0), np.zeros(turned.size, dtype=bool)
     return _Curve(*(row.reshape(roll.shape) for row in (f, edge, doubt)))
 

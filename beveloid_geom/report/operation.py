@@ -12,7 +12,7 @@ from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact
-from ..operation.mesh_cycle import MeshCycle, mesh_cycle
+from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
 from .backlash import backlash_report
@@ -145,14 +145,10 @@ def operation_report(
     name: str, design: Design, flank: str, points: int, harmonics: int, film: float
 ) -> OperationReport:
     """Find the mesh cycle of a single design at `points` positions; `film` in mm."""
-    cycle = mesh_cycle(design, flank, harmonics)
+    found = operating_ratios(design, flank, (0.0, film), harmonics)
+    cycle, ratios = found.cycle, found.ratio.tolist()
     first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
-    ratios = [math.nan, math.nan]
-    doubts: list[str | None] = [None, None]
-    if not cycle.lost:
-        found = operating_ratios(design, flank, (0.0, film))
-        ratios = found.ratio.tolist()
-        doubts = [DOUBTS.get(RatioStatus(int(code))) for code in found.status]
+    doubts = [None if cycle.lost else DOUBTS.get(RatioStatus(int(code))) for code in found.status]
     why = UNKNOWN[FirstStatus(int(cycle.status))] if cycle.lost else ""
     return OperationReport(
         name=name,
