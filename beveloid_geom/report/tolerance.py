@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.running import Running
 from ..analysis.tolerance import ERROR_NAMES, PLACES, SHARES, ToleranceStudy
 from ..design.model import Design
 from ..findings.remarks import NOTE, WARNING, Remark, remarks_data
 from ..operation.backlash_by_tangency import Tangency
-from ..status import Limit
+from ..status import FirstStatus, Limit
 from .columns import label, number
 from .result import Rows
 from .words import head_data, line, mounted_lines, name_in_files, remark_lines, status_name, status_words
@@ -22,6 +23,8 @@ SHOWN = (
     *(f"{member}_z_{place}" for member in ("pinion", "gear") for place in PLACES),
 )
 """Quantities of the text."""
+RUNNING = ("cycle_peak_to_peak", "edge_share", "film_ratio")
+"""What is known of mountings in operation."""
 SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SHOWN_LIMITS = 8
 """Pairs of limits that a text names."""
@@ -67,6 +70,7 @@ class ToleranceReport:
             ],
             "contact_ratio_below_1": below_one(study),
             **jam_counts(study),
+            **_running_data(study),
             "quantiles": {"share": SHARES, **study.quantiles()},
             **remarks_data(tolerance_remarks(study)),
         }
@@ -81,6 +85,8 @@ class ToleranceReport:
             for name in ("pinion_z", "pinion_r", "gear_z", "gear_r")
             for k, place in enumerate(PLACES)
         }
+        running = self.study.running
+        in_operation = {} if running is None else _to_all(running, found.status.size)
         return {
             **dict(zip((f"{name}_error" for name in ERROR_NAMES), found.errors.T, strict=True)),
             "status": [status_name(code) for code in found.status],
@@ -90,6 +96,7 @@ class ToleranceReport:
             "normal_backlash": found.normal_backlash,
             "tangency": [name_in_files(Tangency(int(code))) for code in found.tangency],
             "jammed": found.jammed.astype(int),
+            **in_operation,
         }
 
     def summary(self) -> str:
@@ -104,6 +111,7 @@ class ToleranceReport:
             if count
         )
         text += line("mountings", ", ".join(counts)) + line("jammed", _jam_words(study))
+        text += line("in operation", _running_words(study.running)) if study.running else ""
         if self.reason:
             return text
         text += line("limits changed", f"{_percent(study.limits_changed(), study.cases)} of the mountings")
@@ -112,6 +120,42 @@ class ToleranceReport:
             "contact ratio", f"below 1 in {_percent(below_one(study), study.cases)} of the mountings"
         )
         return f"{text}\n{_quantile_lines(study)}"
+
+
+def _to_all(running: Running, count: int) -> dict[str, Any]:
+    """Give columns of `count` mountings, empty for those that were not studied in operation."""
+    rest = count - running.status.size
+    status = [name_in_files(FirstStatus(int(code))) for code in running.status]
+    numbers = {name: np.append(x, np.full(rest, np.nan)) for name, x in running.quantities().items()}
+    return {"operation_status": status + [""] * rest, **numbers}
+
+
+def edges_carry(running: Running) -> int:
+    """Count the mountings of which edges carry some of the mesh cycle."""
+    return int(np.count_nonzero(running.edge_share[running.solved] > 0.0))
+
+
+def _running_data(study: ToleranceStudy) -> dict[str, Any]:
+    running, nominal = study.running, study.nominal_running
+    if running is None or nominal is None:
+        return {}
+    count = np.bincount(running.status, minlength=len(FirstStatus))
+    return {
+        "operation": {
+            "cases": running.status.size,
+            "status": {name_in_files(status): int(count[status]) for status in FirstStatus},
+            "edges_carry": edges_carry(running),
+            "nominal": {name: float(value[0]) for name, value in nominal.quantities().items()},
+        }
+    }
+
+
+def _running_words(running: Running) -> str:
+    count = running.status.size
+    text = f"edges carry some of the mesh cycle in {_percent(edges_carry(running), count)}"
+    text += f" of the first {count} mountings"
+    lost = count - int(np.count_nonzero(running.solved))
+    return f"{text}; not known in {_percent(lost, count)}" if lost else text
 
 
 def limit_name(limit: int) -> str:
@@ -194,7 +238,8 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     heads = ["as designed", *(f"{100.0 * share:g} %" for share in SHOWN_SHARES)]
     text = f"{'quantiles':<28}" + "".join(f"{head:>12}" for head in heads) + "\n"
     nominal, spread = study.nominal.quantities(), study.quantiles(SHOWN_SHARES)
-    for name in SHOWN:
+    nominal |= study.nominal_running.quantities() if study.nominal_running else {}
+    for name in (*SHOWN, *RUNNING) if study.running else SHOWN:
         values = np.append(nominal[name], spread[name])
         text += f"{label(name):<28}" + "".join(number(name, value, 12) for value in values) + "\n"
     return text

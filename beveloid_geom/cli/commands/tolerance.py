@@ -22,6 +22,7 @@ from ..options import (
 MOST_CASES, MOST_JOBS = 1_000_000, 1024
 
 
+OPERATION = "Of so many of the mountings also the transmission error of all teeth and who carries; slower."
 SPREADS = click.Choice(["normal", "uniform"])
 
 
@@ -36,6 +37,7 @@ SPREADS = click.Choice(["normal", "uniform"])
         "Standard deviations in a tolerance, if normal.",
     ),
     option("--cases", click.IntRange(1, MOST_CASES), 100_000, "Mountings drawn."),
+    option("--operation", click.IntRange(0, MOST_CASES), 0, OPERATION),
     option("--seed", click.IntRange(0), 0, "Of the random numbers."),
     option("--jobs", click.IntRange(1, MOST_JOBS), 1, "Processes; their number does not change the result."),
     parabola_options,
@@ -49,26 +51,35 @@ def tolerance(
     distribution: Literal["normal", "uniform"],
     sigmas: float,
     cases: int,
+    operation: int,
     seed: int,
     jobs: int,
     **tolerances: float,
 ) -> results.Result:
     """Find paths of contact under drawn assembly errors: how often they leave the flank, how they spread.
 
+    With --operation also what they do in operation: edges, hand-overs, all teeth, some 15 ms each.
     Errors add to those of the design. Quantiles are those of the mountings with a path on the
     flanks. Exit status 1 if no mounting has one.
     """
     sizes = sizes_of(tolerances, "tolerances")
-    from ...analysis.tolerance import Tolerances, tolerance_study
+    from ...analysis.tolerance import RUNNING_COST, Tolerances, tolerance_study
     from ...report.tolerance import ToleranceReport
 
     given = Tolerances(*sizes, distribution, sigmas)
     with (
         results.refused_values(),
         nullcontext() if jobs == 1 else workers(jobs) as executor,
-        progress_bar(cases, "mounting") as bar,
+        progress_bar(cases + RUNNING_COST * operation, "mounting") as bar,
     ):
         study = tolerance_study(
-            design, given, flank, cases, seed=seed, executor=executor, progress=bar.update
+            design,
+            given,
+            flank,
+            cases,
+            seed=seed,
+            operation=operation,
+            executor=executor,
+            progress=bar.update,
         )
     return ToleranceReport(name, design, study)
