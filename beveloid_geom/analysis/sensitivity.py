@@ -43,15 +43,13 @@ from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
 from ..pair.frames import Layout
 from ..status import Status
-from ..support.chebyshev import evaluate, with_derivative
+from ..support.chebyshev import evaluate, greatest
 from ..support.few_lines import few_lines
 
 ERRORS = ("offset", "shaft_angle", "pinion_axial", "gear_axial")
 """The errors on the last axis of all derivatives, in this order, mm, rad, mm, mm."""
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256
-SAMPLES, PASSES = np.linspace(0.0, 1.0, 65), 12
-"""Shares of the way at which extremes are looked for, and passes of Newton that refine them."""
 AT_END = 1e-12
 """Distance, in the series's parameter, within which an extreme is at the end of the path."""
 # Rows of `_quantities`.
@@ -149,7 +147,9 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     series, ends = group.series, group.ends
     enter, leave = ends.x[:, :1], ends.x[:, 1:]
     middle = np.where(ends.turning[:, None], np.nan, at_shares(series, ends, np.zeros(1)))
-    spans = [_extreme(series, ends.x, row, sign) for row in (ROLL, PHASE) for sign in (1.0, -1.0)]
+    between = np.sort(ends.x, axis=-1)
+    signed = [sign * series.coefficients[row] for row in (ROLL, PHASE) for sign in (1.0, -1.0)]
+    spans = [greatest(one, between[:, :1], between[:, 1:]) for one in signed]
     x = np.concatenate((enter, middle, leave, *spans), axis=-1)
     y, units = _curve_points(series, x), units_of(group.pairing)
     rates = _rates(group.pairing, y, units)
@@ -181,22 +181,6 @@ def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:
     normal, point = rows[NORMAL], rows[POINT]
     along, v = (normal * point).sum(axis=0), normal[2]
     return np.stack((rows[0], rows[1], normal[0], (point[2] - v * along) / np.sqrt(1.0 - v * v)))
-
-
-def _extreme(series: PathSeries, x: FloatArray, row: int, sign: float) -> FloatArray:
-    """Find the parameter (cases, 1) at which sign times a row is greatest between the ends x (cases, 2)."""
-    low, high = np.sort(x, axis=-1)[:, :1], np.sort(x, axis=-1)[:, 1:]
-    first = with_derivative(sign * series.coefficients[row : row + 1])
-    both = np.concatenate((first, with_derivative(first[1:])[1:]))
-    samples = low + (high - low) * SAMPLES
-    best = np.take_along_axis(samples, evaluate(both[:1], samples)[0].argmax(axis=-1)[:, None], axis=-1)
-    step = (high - low) * (SAMPLES[1] - SAMPLES[0])
-    low, high = np.maximum(low, best - step), np.minimum(high, best + step)
-    for _ in range(PASSES):
-        _, rate, bend = evaluate(both, best)
-        outward = np.where(rate > 0.0, high, low)
-        best = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
-    return best
 
 
 def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:

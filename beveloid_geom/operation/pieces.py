@@ -21,7 +21,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Limit
-from ..support.chebyshev import basis_of, evaluate, polynomials, with_derivative
+from ..support.chebyshev import basis_of, evaluate, greatest, polynomials
 from .first_contact import TOGETHER, Found, Mesh
 from .least_clearance import Local, Task, local_at
 
@@ -42,8 +42,6 @@ SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
 """Half lengths from its middle up to which a piece's polynomials are asked."""
-EXTREMUM_PASSES = 4
-"""Newton steps from the greatest and the least of 4 DEGREE points of a piece to its extremes."""
 QUANTITIES = 5
 """Rows of a piece's polynomials: f, s1, z1, s2, z2, mm."""
 
@@ -319,19 +317,9 @@ def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) ->
 
 def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Give the greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
-    even = np.linspace(-1.0, 1.0, 4 * DEGREE + 1)
-    dense, series = evaluate(series, even)[0], with_derivative(with_derivative(series))
-    found = []
-    for best, pick in ((dense.argmax(axis=1), np.maximum), (dense.argmin(axis=1), np.minimum)):
-        place = even[best]
-        low, high = np.maximum(place - 0.5 / DEGREE, -1.0), np.minimum(place + 0.5 / DEGREE, 1.0)
-        for _ in range(EXTREMUM_PASSES):
-            _, first, _, second = evaluate(series, place[:, None])[..., 0]
-            move = np.divide(first, second, out=np.zeros_like(first), where=second != 0.0)
-            place = np.clip(place - move, low, high)
-        refined = evaluate(series[:1], place[:, None])[0, :, 0]
-        found.append(pick(refined, dense[np.arange(best.size), best]))
-    return found[0], found[1]
+    end = np.ones((series.shape[1], 1))
+    most, least = (evaluate(series, greatest(sign * series[0], -end, end))[0, :, 0] for sign in (1.0, -1.0))
+    return most, least
 
 
 def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, Mask]:

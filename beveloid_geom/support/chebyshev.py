@@ -24,6 +24,8 @@ SMALL = 4000
 """Operations below which polynomials come from a cosine."""
 HALVINGS, LEAST_STEP = 60, 1e-15
 """Passes of an inversion at most, and the step that ends it."""
+SHARES, PASSES = np.linspace(0.0, 1.0, 65), 12
+"""Shares of the way at which the greatest value is looked for, and passes of Newton that refine its place."""
 HIGHEST = 100
 """Degree of a fine fit."""
 
@@ -135,6 +137,23 @@ def evaluate(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
         flat = coefficients.reshape(-1, coefficients.shape[-1]) @ values
         return flat.reshape(*coefficients.shape[:2], parameter.size)
     return (coefficients.transpose(1, 0, 2) @ values.transpose(1, 0, 2)).transpose(1, 0, 2)
+
+
+def greatest(coefficients: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Find the parameters (cases, 1), between `low` and `high` (cases, 1), at which polynomials (cases,
+    degree + 1) are greatest."""
+    first = with_derivative(coefficients[None])
+    both = np.concatenate((first, with_derivative(first[1:])[1:]))
+    samples = low + (high - low) * SHARES
+    best = np.take_along_axis(samples, evaluate(both[:1], samples)[0].argmax(axis=-1)[:, None], axis=-1)
+    step = (high - low) * SHARES[1]
+    low, high = np.maximum(low, best - step), np.minimum(high, best + step)
+    for _ in range(PASSES):
+        _, rate, bend = evaluate(both, best)
+        outward = np.where(rate > 0.0, high, low)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            best = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
+    return best
 
 
 def resolved(coefficients: FloatArray, scale: FloatArray) -> Mask:
