@@ -51,6 +51,7 @@ from .comparison_methods import (
     given_answer,
     mesh_answer,
     newton_answer,
+    numbers_in,
     path_answer,
     true_positions,
 )
@@ -70,7 +71,8 @@ class Settings:
 
     `passes`: iterations of Newton runs over the batch sizes; `batch`: batch of those over the
     iterations; `run`: positions of a warm run of the five equations; `repeat`: measurements of a time,
-    of which the least counts. Batches of a path are rounded to 10 k + 1, as is `run`."""
+    of which the least counts. Batches of a path are rounded to 10 k + 1, as is `run`. Raises TypeError
+    for what are no numbers, ValueError for numbers out of range."""
 
     tolerances: tuple[float, ...] = (0.1, 0.01, 0.001, 0.0003)
     xtols: tuple[float, ...] = (1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-14)
@@ -80,6 +82,14 @@ class Settings:
     batch: int = 1_000
     run: int = 21
     repeat: int = 4
+
+    def __post_init__(self) -> None:
+        numbers_in("tolerances", self.tolerances)
+        numbers_in("xtols", self.xtols)
+        numbers_in("iterations", self.iterations, 0)
+        numbers_in("batches", self.batches, 1)
+        for name, least in (("passes", 0), ("batch", 1), ("run", 1), ("repeat", 0)):
+            numbers_in(name, (getattr(self, name),), least)
 
 
 USUAL = Settings()
@@ -119,7 +129,10 @@ class _Trial:
 def compare(design: Design, flank: str = "right", settings: Settings = USUAL) -> tuple[Row, ...]:
     """Rows of all methods at all settings; a method that fails has its row, with the reason.
 
-    Raises ValueError and ImportError as `true_positions` does."""
+    Raises TypeError, ValueError and ImportError as `true_positions` does, and TypeError for other settings
+    than `Settings`."""
+    if not isinstance(settings, Settings):
+        raise TypeError(f"settings must be Settings, got {type(settings).__name__}")
     positions = true_positions(design, flank)
     rows, methods, collecting = [], set[str](), gc.isenabled()
     gc.disable()  # as timeit does

@@ -10,8 +10,10 @@ said at `mesh_answer`.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
+from numbers import Integral, Real
 from typing import TypeAlias
 
 import numpy as np
@@ -59,12 +61,30 @@ class Positions:
     point: FloatArray
 
 
+def numbers_in(name: str, values: object, least: int | None = None) -> None:
+    """Raise TypeError for what is no row of numbers, or of whole ones where `least` is given, ValueError
+    for one under `least`, or, without it, for one that is not finite and positive."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"{name} must be a tuple of numbers, got {values!r}")
+    kind, what = (Real, "numbers") if least is None else (Integral, "whole numbers")
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, kind):
+            raise TypeError(f"{name} must be {what}, got {value!r}")
+        if least is None and not 0.0 < float(value) < np.inf:
+            raise ValueError(f"{name} must be finite and greater than 0, got {value}")
+        if least is not None and float(value) < least:
+            raise ValueError(f"{name} must be at least {least}, got {value}")
+
+
 def true_positions(design: Design, flank: str) -> Positions:
     """Give the positions compared, by the five equations at 60 digits: kept ones of the built-in design, else
     solved for.
 
-    The path of contact says at which rolls, and where to start. Raises ValueError for a batch of designs,
-    where the flanks have no contact, and where the equations are singular, ImportError without mpmath."""
+    The path of contact says at which rolls, and where to start. Raises TypeError for what is no
+    design, ValueError for a batch of designs, where the flanks have no contact, and where the equations
+    are singular, ImportError without mpmath."""
+    if not isinstance(design, Design):
+        raise TypeError(f"design must be a Design, got {type(design).__name__}: read one with read_design")
     if design.batch_shape:
         raise ValueError(f"methods are compared on one design, got a batch of the shape {design.batch_shape}")
     path = path_of_contact(design, flank, 2 * COUNT + 1)
