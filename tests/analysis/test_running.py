@@ -1,0 +1,104 @@
+"""Mountings in operation: a tolerance study of mesh cycles against single ones."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
+from beveloid_geom.analysis.running import Running, running
+from beveloid_geom.analysis.tolerance import RUNNING_COST, USUAL, ToleranceStudy, mounted
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.report.tolerance import ToleranceReport, edges_carry
+from beveloid_geom.status import FirstStatus
+from tests.oracle.table1 import table1
+
+MODIFIED = table1((0.001, -0.001))
+CASES, OPERATION, SEED = 90, 70, 3
+
+
+@pytest.fixture(scope="module")
+def study() -> ToleranceStudy:
+    return tolerance_study(MODIFIED, USUAL, "right", CASES, seed=SEED, operation=OPERATION)
+
+
+def in_operation(study: ToleranceStudy) -> Running:
+    assert study.running is not None
+    return study.running
+
+
+@pytest.mark.parametrize("number", [0, 64, OPERATION - 1])
+def test_each_mounting_is_as_by_itself(study: ToleranceStudy, number: int) -> None:
+    errors = study.mountings.errors[number]
+    alone = MODIFIED.with_errors(Errors(*errors))
+    cycle, found = mesh_cycle(alone), in_operation(study)
+    assert found.cycle_peak_to_peak[number] == pytest.approx(float(cycle.peak_to_peak), abs=1e-10)
+    assert found.edge_share[number] == pytest.approx(float(cycle.edge_share), abs=1e-9)
+    alone_ratio = float(operating_ratio(alone, "right", MARKING_SEPARATION))
+    assert found.film_ratio[number] == pytest.approx(alone_ratio, abs=1e-8)
+
+
+def test_the_spread_over_threads_is_the_same(study: ToleranceStudy) -> None:
+    done: list[int] = []
+    with ThreadPoolExecutor(2) as executor:
+        again = tolerance_study(
+            MODIFIED,
+            USUAL,
+            "right",
+            CASES,
+            seed=SEED,
+            operation=OPERATION,
+            executor=executor,
+            progress=done.append,
+        )
+    for name, values in in_operation(study).quantities().items():
+        np.testing.assert_array_equal(values, getattr(in_operation(again), name))
+    assert sum(done) == CASES + RUNNING_COST * OPERATION
+
+
+def test_what_is_not_asked_for_is_not_there() -> None:
+    few = tolerance_study(MODIFIED, USUAL, "right", 3)
+    assert few.running is None
+    assert few.nominal_running is None
+    report = ToleranceReport("Table 1", MODIFIED, few)
+    assert "operation" not in report.data()
+    assert "operation_status" not in report.rows()
+    assert "in operation" not in report.summary()
+
+
+def test_more_than_there_are_is_refused() -> None:
+    with pytest.raises(ValueError, match="operation must be 0 to 5, the number of mountings, got 6"):
+        tolerance_study(MODIFIED, USUAL, "right", 5, operation=6)
+
+
+def test_reports_have_what_the_study_has(study: ToleranceStudy) -> None:
+    report, found = ToleranceReport("Table 1", MODIFIED, study), in_operation(study)
+    data, rows = report.data(), report.rows()
+    assert data["operation"]["cases"] == OPERATION
+    assert data["operation"]["edges_carry"] == edges_carry(found) == OPERATION
+    assert data["operation"]["status"]["solved"] == OPERATION
+    nominal = float(mesh_cycle(MODIFIED).edge_share)
+    assert data["operation"]["nominal"]["edge_share"] == pytest.approx(nominal, abs=1e-9)
+    np.testing.assert_array_equal(rows["edge_share"][:OPERATION], found.edge_share)
+    assert np.isnan(rows["edge_share"][OPERATION:]).all()
+    assert rows["operation_status"][OPERATION:] == [""] * (CASES - OPERATION)
+    assert f"in 100 % of the first {OPERATION} mountings" in " ".join(report.summary().split())
+    assert study.quantiles((0.5,))["film_ratio"] == pytest.approx(np.median(found.film_ratio))
+
+
+def test_a_mounting_without_first_contact_is_named() -> None:
+    """Gears a face width apart along the pinion's axis."""
+    errors = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 400.0, 0.0]])
+    found = running(mounted(MODIFIED, errors), "right")
+    assert found.status.tolist()[0] == FirstStatus.SOLVED
+    assert found.status.tolist()[1] != FirstStatus.SOLVED
+    assert np.isnan([found.cycle_peak_to_peak[1], found.edge_share[1], found.film_ratio[1]]).all()
+
+
+def test_one_error_of_a_closed_pair_leaves_no_transmission_error() -> None:
+    """Unmodified flanks have none, whatever the mounting."""
+    few = tolerance_study(table1(), Tolerances(offset=0.02), "left", 4, operation=4)
+    assert np.abs(in_operation(few).cycle_peak_to_peak).max() < 1e-12
