@@ -11,7 +11,7 @@
 
 Coefficients whose sum is positive make the flanks hollow against each other (`hollow`), and a negative
 backlash makes the other flanks interfere (`interferes`): such cells have a path, but no pair runs so.
-Whether flanks or edges touch first is counted where asked for (`flank_share`).
+What the teeth do over a mesh cycle, edges and hand-overs included, is found where asked for (`mesh_cycle`).
 
 The angle is that of `analysis.path_measures`, of the chord in the pinion's side view; the shift that of
 `optimise`. Source: the paper's Figs. 7 to 11 are lines of the first map, its case C3 is a quadrant.
@@ -30,9 +30,9 @@ from ..contact.path import path_ends
 from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
-from ..operation.first_contact import first_contact, middle_roll
+from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import half_pitch, mounting_of
-from ..status import FirstStatus, Status
+from ..status import Status
 from ..support.few_lines import few_lines
 from .optimise import Aim, paths_of
 from .path_measures import paths_of as measures_of
@@ -58,15 +58,15 @@ NEAR = 1e-3
 """Change of the values, mm or a coefficient, by which the rate of the backlash is taken."""
 ROUNDING = 1e-9
 """mm of negative backlash that are none: members may be made to close without."""
-ROLLS = 12
-"""Rolls of a mesh cycle at which first contacts are looked for."""
 QUADRANTS: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
 """Signs of both coefficients in the paper's cases."""
 FIGURES = (
     *("contact_ratio", "angle", "shift", "peak_to_peak", "centre"),
-    *("normal_backlash", "mounted_backlash", "flank_share"),
+    *("normal_backlash", "mounted_backlash"),
 )
 """What is mapped, by the names of the fields."""
+IN_OPERATION = ("cycle_peak_to_peak", "edge_share")
+"""What is mapped besides if asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,8 @@ class DesignMap:
     where an error carries the path off the flanks. `peak_to_peak` (rad): transmission error over the path
     of one tooth pair. `centre` (mm): z at mid-roll on the pinion. `normal_backlash` (mm): without
     parabolas and errors, that of the design followed past half a pitch. `mounted_backlash` (mm): least over
-    a mesh cycle with those of the design, by tangency (`backlash_by_tangency`). `flank_share`: of a mesh
-    cycle, the share at which flanks touch first, not an edge or a fillet; NaN where not asked for or not
-    known."""
+    a mesh cycle with those of the design, by tangency (`backlash_by_tangency`). `cycle_peak_to_peak` (rad),
+    `edge_share`: of a mesh cycle of all teeth, as in `Running`; NaN where not asked for or not known."""
 
     __repr__ = few_lines
 
@@ -101,7 +100,8 @@ class DesignMap:
     centre: FloatArray
     normal_backlash: FloatArray
     mounted_backlash: FloatArray
-    flank_share: FloatArray
+    cycle_peak_to_peak: FloatArray
+    edge_share: FloatArray
 
     @property
     def solved(self) -> Mask:
@@ -188,13 +188,13 @@ def map_of(
     gear: Bounds | None = None,
     steps: int = STEPS,
     errors: Errors | None = None,
-    first_contacts: bool = False,
+    operation: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> DesignMap:
     """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
 
     Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL`) unless given. About 0.4 to
-    20 ms a cell, most of it for the errors; `first_contacts` takes about 50 ms a cell more. `progress` is
+    20 ms a cell, most of it for the errors; `operation` takes about 30 ms a cell more. `progress` is
     called with the number of cells done since.
 
     Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors
@@ -205,20 +205,22 @@ def map_of(
     _check(design, over, flank, bounds, steps, errors)
     first, second = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
     x, y = (side.ravel() for side in np.meshgrid(first, second, indexing="ij"))
-    rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *FIGURES)}
+    rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *FIGURES, *IN_OPERATION)}
     for start in range(0, x.size, CELLS):
         block = slice(start, start + CELLS)
         for name, values in _cells(design, over, flank, errors, x[block], y[block]).items():
             rows[name].append(values)
-        shares = np.full(x[block].shape, np.nan)
-        for k in range(shares.size) if first_contacts else ():
-            cell = design_at(design, over, float(x[start + k]), float(y[start + k]))
-            shares[k] = _flank_share(cell, flank)
+        cells = np.full((len(IN_OPERATION), *x[block].shape), np.nan)
+        for k in range(x[block].size) if operation else ():
+            cells[:, k] = _in_operation(
+                design_at(design, over, float(x[start + k]), float(y[start + k])), flank
+            )
             if progress is not None:
                 progress(1)
-        rows["flank_share"].append(shares)
-        if progress is not None and not first_contacts:
-            progress(shares.size)
+        for name, values in zip(IN_OPERATION, cells, strict=True):
+            rows[name].append(values)
+        if progress is not None and not operation:
+            progress(x[block].size)
     found = {name: np.concatenate(parts).reshape(steps, steps) for name, parts in rows.items()}
     status = found.pop("status").astype(np.int8)
     return DesignMap(design, flank, over, errors, first, second, status, **found)
@@ -261,18 +263,13 @@ def _backlash(design: Design, over: Over, pinion: FloatArray, gear: FloatArray) 
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))
 
 
-def _flank_share(design: Design, flank: str) -> float:
-    """Find the share of ROLLS rolls of a mesh cycle at which flanks touch first; NaN where that is not
-    known."""
-    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+def _in_operation(design: Design, flank: str) -> list[float]:
+    """Find the figures IN_OPERATION of a cell; NaN where they are not known."""
     try:
-        roll = middle_roll(design, flank) + pitch * (np.arange(ROLLS) + 0.5) / ROLLS
-        first = first_contact(design, flank, roll)
+        cycle = mesh_cycle(design, flank, 1)
     except ValueError:  # a tool whose rounds overlap has no fillets to offer
-        return float("nan")
-    if (first.status != FirstStatus.SOLVED).any():
-        return float("nan")
-    return float(((first.limit[..., 0] < 0) & ~first.on_fillet.any(axis=-1)).mean())
+        return [np.nan] * len(IN_OPERATION)
+    return [float(cycle.peak_to_peak), float(cycle.edge_share)]
 
 
 def _check(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import FIGURES, UNITS, DesignMap, own_values
+from ..analysis.maps import FIGURES, IN_OPERATION, UNITS, DesignMap, own_values
 from ..arrays import Mask
 from ..design.model import Design
 from ..status import Status
@@ -64,7 +64,7 @@ class MapReport:
             "map": {
                 "status": [[status_name(code) for code in row] for row in found.status.tolist()],
                 **{mask: getattr(found, mask) for mask in ("hollow", "interferes", "jammed")},
-                **{figure: getattr(found, figure) for figure in FIGURES},
+                **{figure: getattr(found, figure) for figure in figures_of(found)},
             },
         }
         return data | ({"reason": self.reason} if self.reason else {})
@@ -102,8 +102,13 @@ def map_rows(found: DesignMap) -> Rows:
         **{name: side.ravel() for name, side in zip(SIDES[found.over], sides, strict=True)},
         "status": [status_name(code) for code in found.status.ravel().tolist()],
         **{name: getattr(found, name).astype(int).ravel() for name in masks},
-        **{figure: getattr(found, figure).ravel() for figure in FIGURES},
+        **{figure: getattr(found, figure).ravel() for figure in figures_of(found)},
     }
+
+
+def figures_of(found: DesignMap) -> tuple[str, ...]:
+    """Give the names of what a map holds: what it has of the operation only if some cell does."""
+    return (*FIGURES, *(name for name in IN_OPERATION if np.isfinite(getattr(found, name)).any()))
 
 
 def cell_words(found: DesignMap) -> str:
@@ -124,7 +129,7 @@ def cell_words(found: DesignMap) -> str:
 def _extreme_lines(found: DesignMap, cells: Mask) -> str:
     """Write least and greatest of each figure over some cells, and where; of the angle its magnitude."""
     lines = [f"{'':<27}{'least':>10}{'pinion':>11}{'gear':>11}{'greatest':>12}{'pinion':>11}{'gear':>11}"]
-    for figure in FIGURES:
+    for figure in figures_of(found):
         values = np.where(cells, scaled(figure, getattr(found, figure)), np.nan)
         values = np.abs(values) if figure == "angle" else values
         if np.isnan(values).all():

@@ -51,7 +51,7 @@ LOOKS = {
     "peak_to_peak": Look("transmission error (arcsec)", ARCSEC, "linear", "magma"),
     "centre": Look("middle of the path, pinion z (mm)", 1.0, "signed", "PuOr"),
     "normal_backlash": Look("normal backlash (mm)", 1.0, "signed", "PuOr"),
-    "flank_share": Look("cycle carried by flanks (%)", 100.0, "share", "viridis"),
+    "edge_share": Look("cycle carried by edges (%)", 100.0, "share", "viridis"),
 }
 
 
@@ -78,7 +78,7 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
     scale.ax.minorticks_off()
     scale.ax.set_yticklabels([_plain(level) for level in levels], fontsize=theme.SMALL)
     _contours(axes, x, y, values, levels, look)
-    _hatch(axes, found, np.isnan(values) & found.solved, UNKNOWN if name == "flank_share" else ASTRAY)
+    _hatch(axes, found, np.isnan(values) & found.solved, UNKNOWN if name == "edge_share" else ASTRAY)
     _hatch(axes, found, ~found.solved, LOST)
     if found.over == "parabola":
         _hatch(axes, found, np.add.outer(x, y) / np.abs(x).max(), HOLLOW, 1e-9)

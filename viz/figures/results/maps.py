@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from beveloid_geom import Design, map_of
-from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, ROLLS, DesignMap, Over, own_values
+from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, DesignMap, Over, own_values
 from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words
@@ -25,8 +25,8 @@ from ...stage import theme
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"
-STEPS, FIRST_STEPS = 33, 13
-"""Values of a member; in the panel of first contacts, which take longest."""
+STEPS, STEPS_IN_OPERATION = 33, 21
+"""Values of a member; of a map with what all teeth do in operation, which takes longest."""
 COLUMNS_OF_TEXT = 172
 ROW_OF_TEXT = 125
 """Characters that the entries of a legend may have in one row."""
@@ -55,8 +55,7 @@ WORDS = {
         "$a_1$ of the pinion (10$^{\u22123}$ mm$^{\u22121}$)",
         "$a_2$ of the gear (10$^{\u22123}$ mm$^{\u22121}$)",
         "Where $a_1$ + $a_2$ > 0 the flanks are hollow against each other: edges take over, and the path"
-        f" mapped there is not where a pair runs; (f) is the share of {ROLLS} rolls of a mesh cycle at which"
-        " flanks touch first. ",
+        " mapped there is not where a pair runs; (f) is the share of a mesh cycle that edges carry. ",
     ),
     "mounting": Words(
         "Map over the mounting distances",
@@ -76,30 +75,28 @@ WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class MapFigure:
-    """A map, for parabola coefficients also a coarser one with first contacts, and what design it is of."""
+    """A map, and whether the design was modified for it."""
 
     found: DesignMap
-    first: DesignMap | None
     modified: bool
 
-    def panels(self) -> list[tuple[str, DesignMap]]:
-        """Say what is mapped in each panel."""
-        names = [name for name in FIGURES if "backlash" not in name and name != "flank_share"]
-        last = ("normal_backlash", self.found) if self.first is None else ("flank_share", self.first)
-        return [*((name, self.found) for name in names), last]
+    @property
+    def panels(self) -> list[str]:
+        """What is mapped in each panel."""
+        last = "edge_share" if self.found.over == "parabola" else "normal_backlash"
+        return [*(name for name in FIGURES if "backlash" not in name), last]
 
 
 def compute(over: Over, design: Design) -> MapFigure:
     """Find the map; of mounting and shift with the paper's modification where the design has no parabolas, as
     without them neither transmission error nor shift would depend on anything."""
     if over == "parabola":
-        first = map_of(design, over, FLANK, steps=FIRST_STEPS, first_contacts=True)
-        return MapFigure(map_of(design, over, FLANK, steps=STEPS), first, False)
+        return MapFigure(map_of(design, over, FLANK, steps=STEPS_IN_OPERATION, operation=True), False)
     modified = not any(float(member.tool.parabola) for member in design.members)
     if modified:
         size = PARABOLA / float(design.pinion.tool.normal_module)
         design = design.with_parabola(size, -size)
-    return MapFigure(map_of(design, over, FLANK, steps=STEPS), None, modified)
+    return MapFigure(map_of(design, over, FLANK, steps=STEPS), modified)
 
 
 def draw(data: MapFigure, size: theme.Size) -> Drawing:
@@ -109,18 +106,18 @@ def draw(data: MapFigure, size: theme.Size) -> Drawing:
     note += words.note + finding(found)
     page, low, high = theme.new_page(size, words.title, _subtitle(data), note, 1.25, 0.4, COLUMNS_OF_TEXT)
     bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.05))
-    for index, (name, shown) in enumerate(data.panels()):
+    for index, name in enumerate(data.panels):
         row, column = divmod(index, 3)
         left, bottom = 0.062 + 0.328 * column, bottoms[row]
         axes = page.add_axes((left, bottom, 0.222, height))
         bar = page.add_axes((left + 0.228, bottom, 0.009, height))
         heading = f"({'abcdef'[index]})  {LOOKS[name].heading}"
         axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.LABEL)
-        panel(axes, bar, name, shown)
+        panel(axes, bar, name, found)
         axes.set(xlabel=words.pinion, ylabel=words.gear)
         if found.over == "parabola":
-            _cases(axes, shown, named=index == 0)
-        axes.plot(*own_values(shown.design, shown.over), **DOT, zorder=6.0)
+            _cases(axes, found, named=index == 0)
+        axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
     _legend(page, data, low - theme.inches(page, 0.95))
     return Drawing(page, {})
 
@@ -174,8 +171,8 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
 
 def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
     """Name marks and hatches, those that are there, at a height of the page."""
-    found, first = data.found, data.first
-    unknown = first.solved & np.isnan(first.flank_share) if first else np.zeros(0, dtype=bool)
+    found = data.found
+    unknown = found.solved & np.isnan(found.edge_share) & (found.over == "parabola")
     entries: list[Artist] = [Line2D([], [], **DOT, label="the design")]
     if found.over == "parabola":
         frame: dict[str, Any] = {"facecolor": "none", "edgecolor": theme.RED, "linewidth": 2.5}
@@ -201,9 +198,9 @@ def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
 
 
 def rows(data: MapFigure) -> Table:
-    """List every cell of the maps; those with first contacts after the others."""
-    maps = [table_of(map_rows(found)) for found in (data.found, data.first) if found is not None]
-    return maps[0][0], [row for _, columns in maps for row in zip(*columns, strict=True)]
+    """List every cell of the map."""
+    header, columns = table_of(map_rows(data.found))
+    return header, list(zip(*columns, strict=True))
 
 
 RECIPES = {
