@@ -166,7 +166,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
     for end in (foot, pitch):
         over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
-    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], 0.45, **style)
+    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
     shift = _drawn_shift(data, number)
     zero = middle - shift * way
     if shift:
