@@ -270,6 +270,7 @@ def rows(data: tuple[Side, ...]) -> Table:
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
 
     def cases() -> Rows:
+        """Give the columns of every study."""
         for flank, case in ((side.flank, case) for side in data for case in side.cases):
             who = flank, case.name.replace("$", "")
             if case.study is None:
