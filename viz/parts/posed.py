@@ -11,9 +11,9 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame, meshing_pair
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank import tip_radius, turned
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
-from beveloid_geom.pair.mounting import Mounting, mounting_of
+from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ..stage.scene import Surface, grid_surface
@@ -33,7 +33,6 @@ class PosedPair:
     the axes (mm), and the `contact` point (3,) in S_f, NaN where no flanks touch."""
 
     design: Design
-    mounting: Mounting
     roll: FloatArray
     position: FloatArray
     contact: FloatArray
@@ -61,8 +60,8 @@ def pose(design: Design, flank: str = "right") -> PosedPair:
     try:
         pair = meshing_pair(design, flank)
     except ValueError:
-        return placed(design, mounting_of(design), _nominal_rolls(design, flank))
-    return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
+        return placed(design, _nominal_rolls(design, flank))
+    return PosedPair(design, pair.roll, pair.position, pair.contact, pair.frames)
 
 
 def _nominal_rolls(design: Design, flank: str) -> FloatArray:
@@ -74,15 +73,15 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
     """Pose the pair under other assembly errors at the same rolls; its flanks need not touch."""
-    return placed(pair.design.with_errors(errors), pair.mounting, pair.roll)
+    return placed(pair.design.with_errors(errors), pair.roll)
 
 
-def placed(design: Design, mounting: Mounting, roll: FloatArray) -> PosedPair:
+def placed(design: Design, roll: FloatArray) -> PosedPair:
     """Place the pair as mounted, its errors included, at `roll` (2,), rad, wherever its flanks are."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
-    layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
+    layout, position = layout_of(design), np.nan_to_num(mounting_of(design).distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
-    return PosedPair(design, mounting, roll, position, np.full(3, np.nan), (first, second))
+    return PosedPair(design, roll, position, np.full(3, np.nan), (first, second))
 
 
 def rings(member: Member) -> FloatArray:
@@ -169,7 +168,7 @@ def shaft(frame: Frame, radius: float, low: float, high: float) -> list[Surface]
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
     """Give points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
-    return np.asarray(points @ turn_about_axis(2.0 * np.pi * tooth / float(member.teeth)).T)
+    return turned(2.0 * np.pi * tooth / float(member.teeth), *np.moveaxis(points, -1, 0))
 
 
 def turn_about_axis(angle: float) -> FloatArray:

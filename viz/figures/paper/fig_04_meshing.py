@@ -39,7 +39,7 @@ class MeshingFigure:
     @property
     def mounting(self) -> Mounting:
         """Pitch point, working radii and mounting distances."""
-        return self.pair.mounting
+        return mounting_of(self.pair.design)
 
     @property
     def found(self) -> bool:
@@ -50,7 +50,7 @@ class MeshingFigure:
 def compute(design: Design) -> MeshingFigure:
     """Find the layout of the pair, from its mounting."""
     nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
-    pair = posed.placed(nominal, mounting_of(nominal), np.zeros(2))
+    pair = posed.placed(nominal, np.zeros(2))
     shift = []
     for member in design.members:
         height, slope = member.profile_shift * member.tool.normal_module, np.tan(float(member.cone_angle))
