@@ -84,7 +84,6 @@ def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
         "tolerance-cloud",
         "map-parabola",
         "map-mounting",
-        "map-shift",
         "mesh-convergence",
         "speed-accuracy",
         "posed-pair",

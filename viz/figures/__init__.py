@@ -58,7 +58,6 @@ FIGURES = (
     Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "results.tolerance_cloud"),
     Figure("map-parabola", "Map of a design over its parabola coefficients", "results.maps"),
     Figure("map-mounting", "Map of a design over its mounting distances", "results.maps"),
-    Figure("map-shift", "Map of a design over its profile shift coefficients", "results.maps"),
     Figure(
         "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"
     ),

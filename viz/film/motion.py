@@ -18,6 +18,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.contact.placing import frames_at
 from beveloid_geom.findings.path import first_contact_fault, reason_of
+from beveloid_geom.gear.flank import turned
 from beveloid_geom.gear.tooth_side import cut_at, surface_of
 from beveloid_geom.operation.first_contact import FirstContact, mesh_of
 from beveloid_geom.report.operation import OperationReport, operation_report
@@ -124,6 +125,5 @@ def _own_points(design: Design, flank: str, first: FirstContact) -> FloatArray:
     for member, (s, z) in zip(design.members, places, strict=True):
         with np.errstate(invalid="ignore"):
             cut = cut_at(surface_of(member, flank), s, z)
-            cos, sin = np.cos(cut.phi), np.sin(cut.phi)
-        points.append(np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z), axis=-1))
+            points.append(turned(cut.phi, cut.x, cut.y, z))
     return np.stack(points)

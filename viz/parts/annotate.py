@@ -42,6 +42,15 @@ def arrow(
     axes.annotate("", end, start, annotation_clip=False, zorder=4, arrowprops=look)
 
 
+def dimension(
+    axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, at: float = 0.5, **style: Any
+) -> None:
+    """Draw a dimension line between two pixels with its words beside it, `at` a share of it."""
+    arrow(axes, start, end, style.get("color", theme.INK), 1.2, "<|-|>")
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    text(axes, a + at * (b - a), words, offset, **style)
+
+
 def arc(centre: ArrayLike, first: ArrayLike, second: ArrayLike, radius: float, count: int = 33) -> FloatArray:
     """Give points (count, 3) of the circle about `centre` from the unit vector `first` to `second`, mm."""
     u, v = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
@@ -85,25 +94,13 @@ class Overlay:
         """Draw a centre line, dash-dotted."""
         self.line(start, end, color=colour, linewidth=1.3, dashes=(12, 3, 2, 3))
 
-    def arrow(
-        self, tail: ArrayLike, head: ArrayLike, colour: str, width: float = 1.8, ends: str = "-|>"
-    ) -> None:
+    def arrow(self, tail: ArrayLike, head: ArrayLike, colour: str, width: float = 1.8) -> None:
         """Draw an arrow between two points."""
-        arrow(self.axes, self.picture.project(tail), self.picture.project(head), colour, width, ends)
+        arrow(self.axes, self.picture.project(tail), self.picture.project(head), colour, width)
 
-    def dimension(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        words: str,
-        offset: Offset = (0.0, 10.0),
-        at: float = 0.5,
-        **style: Any,
-    ) -> None:
-        """Draw a dimension line between two points with its words beside it, `at` a share of it."""
-        self.arrow(start, end, style.get("color", theme.INK), 1.2, "<|-|>")
-        a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-        self.label(a + at * (b - a), words, offset, **style)
+    def dimension(self, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
+        """Draw a dimension line between two points, with words and style as `dimension` takes them."""
+        dimension(self.axes, self.picture.project(start), self.picture.project(end), words, offset, **style)
 
     def angle(
         self,

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from beveloid_geom.analysis.maps import DesignMap
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.words import status_name
+from beveloid_geom.report.words import status_words
 
 from ..stage import theme
 
@@ -181,4 +181,4 @@ def _plain(value: float, _: object = None) -> str:
 def statuses(found: DesignMap) -> str:
     """Say why cells have no path."""
     codes = np.unique(found.status[~found.solved]).tolist()
-    return ", ".join(status_name(code).replace("_", " ") for code in codes)
+    return ", ".join(status_words(code) for code in codes)

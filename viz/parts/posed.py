@@ -11,18 +11,20 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame, meshing_pair
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank import tip_radius, turned
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
-from beveloid_geom.pair.mounting import Mounting, mounting_of
+from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
-from ..stage.scene import Surface
+from ..stage.scene import Surface, grid_surface
 
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 """Where one looks at a whole pair, in S_f, and what is upwards there."""
 SHAFT = "#9aa1a8"
 SHAFT_SHARE = 0.22
 """Radius of a shaft as a share of the least tip radius."""
+RING, LATHE = 49, 121
+"""Points around a tip circle, and around a surface of revolution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,6 @@ class PosedPair:
     the axes (mm), and the `contact` point (3,) in S_f, NaN where no flanks touch."""
 
     design: Design
-    mounting: Mounting
     roll: FloatArray
     position: FloatArray
     contact: FloatArray
@@ -59,8 +60,8 @@ def pose(design: Design, flank: str = "right") -> PosedPair:
     try:
         pair = meshing_pair(design, flank)
     except ValueError:
-        return placed(design, mounting_of(design), _nominal_rolls(design, flank))
-    return PosedPair(design, mounting_of(design), pair.roll, pair.position, pair.contact, pair.frames)
+        return placed(design, _nominal_rolls(design, flank))
+    return PosedPair(design, pair.roll, pair.position, pair.contact, pair.frames)
 
 
 def _nominal_rolls(design: Design, flank: str) -> FloatArray:
@@ -72,21 +73,21 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
 
 def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
     """Pose the pair under other assembly errors at the same rolls; its flanks need not touch."""
-    return placed(pair.design.with_errors(errors), pair.mounting, pair.roll)
+    return placed(pair.design.with_errors(errors), pair.roll)
 
 
-def placed(design: Design, mounting: Mounting, roll: FloatArray) -> PosedPair:
+def placed(design: Design, roll: FloatArray) -> PosedPair:
     """Place the pair as mounted, its errors included, at `roll` (2,), rad, wherever its flanks are."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)
-    layout, position = layout_of(design), np.nan_to_num(mounting.distance) + axial
+    layout, position = layout_of(design), np.nan_to_num(mounting_of(design).distance) + axial
     first, second = (member_frame(layout, member, roll[member], position[member]) for member in (0, 1))
-    return PosedPair(design, mounting, roll, position, np.full(3, np.nan), (first, second))
+    return PosedPair(design, roll, position, np.full(3, np.nan), (first, second))
 
 
-def rings(member: Member, count: int = 49) -> FloatArray:
-    """Give points (2, count, 3) of the tip circles at toe and heel, own frame, mm."""
+def rings(member: Member) -> FloatArray:
+    """Give points (2, RING, 3) of the tip circles at toe and heel, own frame, mm."""
     half = 0.5 * float(member.face_width)
-    return np.stack([circle(float(tip_radius(member, z)), z, count) for z in (-half, half)])
+    return np.stack([circle(float(tip_radius(member, z)), z, RING) for z in (-half, half)])
 
 
 def circle(radius: float, z: float, count: int = 97) -> FloatArray:
@@ -135,23 +136,18 @@ def gear_items(
     return [surface(part, frame, colour) for part, colour in parts], ""
 
 
-def lathe(
-    profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0, count: int = 121
-) -> list[Surface]:
+def lathe(profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0) -> list[Surface]:
     """Make surfaces of revolution about the own z axis, one for each piece of a profile (n, 2) of radius and
     z, mm; the metal is on the left of it."""
-    turn = np.linspace(0.0, 2.0 * np.pi, count)
-    index = np.arange(2 * count).reshape(2, count)
-    faces = np.stack((index[0, :-1], index[0, 1:], index[1, 1:], index[1, :-1]), axis=-1)
+    turn = np.linspace(0.0, 2.0 * np.pi, LATHE)
     pieces = []
     for (r0, z0), (r1, z1) in pairwise(profile):
-        points = np.stack((circle(r0, z0, count), circle(r1, z1, count)))
+        points = np.stack((circle(r0, z0, LATHE), circle(r1, z1, LATHE)))
         size = np.hypot(r1 - r0, z1 - z0)
         radial, axial = (z1 - z0) / size, (r0 - r1) / size
-        normals = np.stack((radial * np.cos(turn), radial * np.sin(turn), np.full(count, axial)), axis=-1)
-        placed = to_fixed(frame, points).reshape(-1, 3)
-        placed_normals = normals_to_fixed(frame, np.stack((normals, normals))).reshape(-1, 3)
-        pieces.append(Surface(placed, faces, placed_normals, colour, opacity))
+        normals = np.stack((radial * np.cos(turn), radial * np.sin(turn), np.full(LATHE, axial)), axis=-1)
+        placed = to_fixed(frame, points), normals_to_fixed(frame, np.stack((normals, normals)))
+        pieces.append(grid_surface(*placed, colour, opacity))
     return pieces
 
 
@@ -172,7 +168,7 @@ def shaft(frame: Frame, radius: float, low: float, high: float) -> list[Surface]
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:
     """Give points (..., 3) on tooth 0 of a member, on another of its teeth, own frame, mm."""
-    return np.asarray(points @ turn_about_axis(2.0 * np.pi * tooth / float(member.teeth)).T)
+    return turned(2.0 * np.pi * tooth / float(member.teeth), *np.moveaxis(points, -1, 0))
 
 
 def turn_about_axis(angle: float) -> FloatArray:

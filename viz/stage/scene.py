@@ -233,9 +233,8 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     """Add a surface with its edges; the number of its triangles."""
     import pyvista as pv
 
-    faces = np.asarray(surface.faces)
-    corners = faces.shape[1]
-    mesh = pv.PolyData(surface.points, faces=np.insert(faces, 0, corners, axis=1).ravel())
+    faces: Any = surface.faces
+    mesh = pv.PolyData.from_regular_faces(surface.points, faces)
     smooth = surface.normals is not None
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
@@ -250,7 +249,7 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # the lines stand before the faces
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
             plotter.add_mesh(lines, color=EDGE_COLOUR, line_width=1.5, lighting=False)
-    return int(len(faces) * (corners - 2))
+    return int(len(faces) * (faces.shape[1] - 2))
 
 
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:

@@ -123,6 +123,7 @@ def rows(data: ConvergenceFigure) -> Table:
     header = (*setting, "contact_point_error_mm", "separation_error_mm")
 
     def cases() -> Rows:
+        """Give the columns of every pose."""
         for (flank, polish), results in data.found.items():
             for share, found in zip(SHARES, results, strict=True):
                 errors = found.point_error, found.separation_error

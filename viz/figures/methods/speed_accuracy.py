@@ -287,6 +287,7 @@ def rows(data: tuple[SpeedCase, ...]) -> Table:
     header = (*where, *setting, "seconds_per_position", "setup_seconds")
 
     def body() -> Rows:
+        """Give the rows of every case."""
         for case in data:
             if case.reason:
                 yield case.flank, *case.parabola, case.reason, "", "", *4 * [float("nan")]

@@ -112,7 +112,7 @@ def _annotate(over: Overlay, pair: PosedPair) -> None:
         over.axis(foot + first * axis, foot + last * axis, theme.INK)
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), 0.6, **style)
+    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), at=0.6, **style)
     degrees = np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
     words, reach = f"$\\delta$ = {degrees:.4g}\u00b0", 0.65 * abs(float(ends[1, 0]))
     over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
-from numpy.typing import ArrayLike
 
 from beveloid_geom import Design, Tool
 from beveloid_geom.arrays import FloatArray
@@ -103,14 +102,6 @@ def _draw_tool(axes: Axes, data: RackFigure) -> None:
     annotate.text(axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY)
 
 
-def _span(
-    axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: tuple[float, float], **style: Any
-) -> None:
-    """Draw a dimension line between two points of the section."""
-    annotate.arrow(axes, start, end, style.get("color", theme.INK), 1.2, "<|-|>")
-    annotate.text(axes, 0.5 * (np.asarray(start) + np.asarray(end)), words, offset, **style)
-
-
 def _draw_lines(axes: Axes, data: RackFigure) -> None:
     """Draw pitch line, addendum and dedendum lines, space width, tip round."""
     module, tool, tip = data.module, data.tools[0], data.tip_round
@@ -122,14 +113,16 @@ def _draw_lines(axes: Axes, data: RackFigure) -> None:
     at = 2.3 * module
     names = (f"{float(tool.addendum):g} $m_n$", f"{float(tool.dedendum):g} $m_n$")
     for height, name in zip((heights[0], heights[2]), names, strict=True):
-        _span(axes, (at, 0.0), (at, height), name, (42.0, 0.0), fontsize=theme.HEADING)
+        annotate.dimension(axes, (at, 0.0), (at, height), name, (42.0, 0.0), fontsize=theme.HEADING)
     annotate.text(axes, (-2.28 * module, heights[0]), "addendum", (0.0, 9.0), color=theme.GREY)
     annotate.text(axes, (-2.28 * module, heights[2]), "dedendum", (0.0, -10.0), color=theme.GREY)
     half, below = 0.25 * np.pi * module, -0.5 * module
     for side in (-half, half):
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
     words = f"$s_0$ = $\\pi m_n/2$ = {2.0 * half:.5g} mm"
-    _span(axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING)
+    annotate.dimension(
+        axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING
+    )
     if tip.radius > 0.0:
         centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-118.0)
@@ -176,8 +169,8 @@ def _draw_parameters(axes: Axes, data: RackFigure) -> None:
     shift = -0.16 * module * out
     for end in (apex, foot):
         axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=DEEP_PURPLE, linewidth=1.0)
-    style = {"color": DEEP_PURPLE, "fontsize": theme.HEADING}
-    _span(axes, apex + shift, foot + shift, "$l_j$", (-12.0, -4.0), **style)
+    style: dict[str, Any] = {"color": DEEP_PURPLE, "fontsize": theme.HEADING}
+    annotate.dimension(axes, apex + shift, foot + shift, "$l_j$", (-12.0, -4.0), **style)
     axes.plot(*np.stack((foot, point)).T, color=DEEP_PURPLE, linewidth=2.5, zorder=4)
     axes.plot(*point, "o", ms=6, color=DEEP_PURPLE, zorder=5)
     beside = point + 0.55 * module * out

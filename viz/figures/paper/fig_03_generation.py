@@ -209,7 +209,7 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.line(rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
     line = np.stack((slid + 2.4 * np.pi * data.module * y, slid - 2.4 * np.pi * data.module * y))
     over.line(line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
-    over.dimension(place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), 0.62, ha="right")
+    over.dimension(place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), at=0.62, ha="right")
     over.line(place, place + radius * turned[0], color=theme.RED)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
     over.arrow_along(curve, theme.RED)

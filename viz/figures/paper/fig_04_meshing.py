@@ -39,7 +39,7 @@ class MeshingFigure:
     @property
     def mounting(self) -> Mounting:
         """Pitch point, working radii and mounting distances."""
-        return self.pair.mounting
+        return mounting_of(self.pair.design)
 
     @property
     def found(self) -> bool:
@@ -50,7 +50,7 @@ class MeshingFigure:
 def compute(design: Design) -> MeshingFigure:
     """Find the layout of the pair, from its mounting."""
     nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
-    pair = posed.placed(nominal, mounting_of(nominal), np.zeros(2))
+    pair = posed.placed(nominal, np.zeros(2))
     shift = []
     for member in design.members:
         height, slope = member.profile_shift * member.tool.normal_module, np.tan(float(member.cone_angle))
@@ -166,7 +166,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
     for end in (foot, pitch):
         over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
-    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], 0.45, **style)
+    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
     shift = _drawn_shift(data, number)
     zero = middle - shift * way
     if shift:

@@ -90,6 +90,7 @@ def draw(data: PathFigure, size: Size) -> Drawing:
     )
 
     def panel(cell: Cell) -> Picture | None:
+        """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
         traces = [Trace(path.points[row])]
         drawn = panels.draw_flank(page, cell.box, path.design, row, FLANK, cell.view, traces, cell.px_per_mm)

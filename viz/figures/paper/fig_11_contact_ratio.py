@@ -122,6 +122,7 @@ def rows(data: RatioFigure) -> Table:
     header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
 
     def cases() -> Rows:
+        """Give the columns of every flank and sign case."""
         for (index, case), flank in product(enumerate(CASES), FLANKS):
             ends, a = data.ends[flank][index], data.size[index]
             names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]

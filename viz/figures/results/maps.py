@@ -1,4 +1,4 @@
-"""Maps of a design over its parabola coefficients, its mounting distances and its profile shift."""
+"""Maps of a design over its parabola coefficients and its mounting distances."""
 
 from __future__ import annotations
 
@@ -63,13 +63,6 @@ WORDS = {
         "gear moved to its heel (mm)",
         "Both members are moved along their axes: lines of action stay, flanks move under them. ",
     ),
-    "shift": Words(
-        "Map over the profile shift",
-        "$x_1$ of the pinion",
-        "$x_2$ of the gear",
-        "Offset and shaft angle stay as given, and so do the mounting distances: shifted flanks are the same"
-        " surfaces, turned, so that the pitch point stays. Backlash depends on $x_1$ + $x_2$ alone, nearly. ",
-    ),
 }
 
 
@@ -88,7 +81,7 @@ class MapFigure:
 
 
 def compute(over: Over, design: Design) -> MapFigure:
-    """Find the map; of mounting and shift with the paper's modification where the design has no parabolas, as
+    """Find the map; of mounting distances with the paper's modification where the design has no parabolas, as
     without them neither transmission error nor shift would depend on anything."""
     if over == "parabola":
         return MapFigure(map_of(design, over, FLANK, steps=STEPS_IN_OPERATION, operation=True), False)
@@ -203,6 +196,4 @@ def rows(data: MapFigure) -> Table:
     return header, list(zip(*columns, strict=True))
 
 
-RECIPES = {
-    f"map-{over}": Recipe(partial(compute, over), draw, rows) for over in ("parabola", "mounting", "shift")
-}
+RECIPES = {f"map-{over}": Recipe(partial(compute, over), draw, rows) for over in ("parabola", "mounting")}

@@ -194,6 +194,7 @@ def draw(data: BandFigure, size: Size) -> Drawing:
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
+        """Draw one flank, with words under it."""
         column = data.columns[cell.column]
         if cell.view is None or column.layers is None:
             theme.say(theme.overlay(page, cell.box), column.reason or "no flank", 30)
@@ -251,6 +252,7 @@ def rows(data: BandFigure) -> Table:
     quantity = data.quantity.split(" (")[0].replace(" ", "_")
 
     def cases() -> Rows:
+        """Give the columns of every layer."""
         for column in data.columns:
             for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
                 values = (part.ravel() for part in (layer.l, layer.z, layer.values))

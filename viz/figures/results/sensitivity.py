@@ -87,6 +87,7 @@ def rows(data: tuple[Case, ...]) -> Table:
     steps = [list(column) for column in zip(*STEPS, strict=True)]
 
     def cases() -> Rows:
+        """Give the columns of every change."""
         for case, quantity in product(data, QUANTITIES):
             for (flank, member), row in changes_of(case.found, quantity).items():
                 who = case.name.replace("$", ""), flank, quantity.name, member

@@ -116,6 +116,7 @@ def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
     header = ("case", "flank", *(header_of(name) for name in names), "reason")
 
     def cases() -> Rows:
+        """Give the columns of every curve."""
         for curve in chain(*data.values()):
             case = curve.name.replace("$", ""), curve.report.path.flank
             if not curve.found:

@@ -176,8 +176,7 @@ def _note() -> str:
         f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
         f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
     )
-    normal = f"normal, the tolerances at {USUAL.sigmas:g} standard deviations"
-    spread = normal if USUAL.distribution == "normal" else "uniform within plus and minus the tolerances"
+    spread = f"{USUAL.distribution}, the tolerances at {USUAL.sigmas:g} standard deviations"
     note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
     how = panels.how_drawn("right and left", panels.STRETCH)
     return how.partition(" A path enters")[0] + " " + note
@@ -270,6 +269,7 @@ def rows(data: tuple[Side, ...]) -> Table:
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
 
     def cases() -> Rows:
+        """Give the columns of every study."""
         for flank, case in ((side.flank, case) for side in data for case in side.cases):
             who = flank, case.name.replace("$", "")
             if case.study is None:

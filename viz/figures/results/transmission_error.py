@@ -111,6 +111,7 @@ def rows(data: tuple[Case, ...]) -> Table:
     header = ("case", "kind", "pitches_or_multiple", "error_or_amplitude_rad", "carried_by", "tooth_pair")
 
     def cases() -> Rows:
+        """Give the columns of every case."""
         for case in data:
             name, report = case.name.replace("$", ""), case.report
             if report is None:
