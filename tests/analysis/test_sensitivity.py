@@ -21,6 +21,7 @@ from beveloid_geom.status import Limit
 from beveloid_geom.support.chebyshev import basis_of
 
 from ..contact.test_path_search import LOST
+from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
 from ..symmetry import mirrored
 
@@ -44,12 +45,12 @@ class Exact:
         self.design, self.flank = design, flank
         self.mounting = tuple(MP.mpf(float(value)) for value in mounting_of(design).distance)
 
-    def at(self, l1: Any, guess: FloatArray, errors: tuple[Any, ...]) -> Any:
+    def at(self, l1: Any, guess: tuple[float, ...], errors: tuple[Any, ...]) -> Any:
         """(l1, l2, z1, z2, r1, r2, roll, phase) of the contact at l1 under further errors."""
         given = [MP.mpf(getattr(self.design.errors, name)) for name in ERRORS]
         total = dict(zip(ERRORS, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
         design = self.design.with_errors(unchecked(Errors(), **total))
-        found = solve_mp(design, self.flank, guess.tolist(), ("l1", l1), self.mounting)
+        found = solve_mp(design, self.flank, guess, ("l1", l1), self.mounting)
         x, y, z = found.point
         offset = MP.mpf(design.pair.offset) + total["offset"]
         angle = MP.mpf(design.pair.shaft_angle) + total["shaft_angle"]
@@ -68,7 +69,7 @@ class Exact:
             )
         )
 
-    def rates(self, l1: float, guess: FloatArray) -> tuple[Any, Any]:
+    def rates(self, l1: float, guess: tuple[float, ...]) -> tuple[Any, Any]:
         """The contact at l1, and its derivatives (5, 8) by l1 and the errors."""
         zero, here = (MP.zero,) * 4, MP.mpf(l1)
         steps = [(here + STEP, zero, here - STEP, zero)]
@@ -95,8 +96,7 @@ def exact_ends(flank: str, parabola: tuple[float, float], errors: Errors) -> tup
     exact, found = Exact(design, flank), path_sensitivity(design, flank)
     held, curve = [], []
     for k, limit in enumerate(path.ends.limit):
-        fields = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-        _, rates = exact.rates(path.l1[k], np.array([field[k] for field in fields]))
+        _, rates = exact.rates(path.l1[k], numbers_of(path, k))
         margin = margin_rates(design, int(limit), rates)
         held.append(rates[1:] - rates[0] * (margin[1:] / margin[0])[:, None])
         curve.append(rates)
@@ -154,8 +154,7 @@ def test_transmission_error_up_to_a_smooth_extreme_against_60_digits() -> None:
     assert 0 < lowest < 400
     assert greatest == 0
     exact = Exact(design, case[0])
-    fields = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-    guess, none = np.array([field[lowest] for field in fields]), (MP.zero,) * 4
+    guess, none = numbers_of(path, lowest), (MP.zero,) * 4
 
     def slope(l1: Any) -> Any:
         return (exact.at(l1 + STEP, guess, none)[7] - exact.at(l1 - STEP, guess, none)[7]) / (2 * STEP)

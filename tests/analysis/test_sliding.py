@@ -19,6 +19,7 @@ from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.report.sliding import columns_of, sliding_report
 
 from ..contact.test_path_search import CROSSING, TURNING
+from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
 from ..symmetry import exchanged, mirrored, scaled
 
@@ -88,8 +89,7 @@ def test_against_differences_at_60_digits(design: Design) -> None:
     path, found = along(design, points=5)
     dw1, dw2 = (MP.mpf(float(value)) for value in mounting_of(design).distance)
     for k in (0, 2, 4):
-        numbers = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-        guess = [float(x[k]) for x in numbers]
+        guess = numbers_of(path, k)
         near = [
             solve_mp(design, "right", guess, ("phi1", MP.mpf(guess[4]) + step), (dw1, dw2))
             for step in (-STEP, STEP)

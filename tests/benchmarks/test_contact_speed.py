@@ -22,6 +22,7 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import solve_math
 from tests.benchmarks.timing import best
 from tests.contact.test_cells import MOUNTINGS, OFF_THE_FLANKS
+from tests.oracle.sixty_digits import numbers_of
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
@@ -48,7 +49,7 @@ def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) ->
         )
     )
     path = path_of_contact(design, flank, 1_001)
-    guess = tuple(float(x[0]) for x in (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll))
+    guess = numbers_of(path, 0)
     mounting = (float(mounting_of(design).distance[0]), float(mounting_of(design).distance[1]))
     roll = path.pinion_roll
     rows.append(

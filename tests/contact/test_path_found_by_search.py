@@ -9,9 +9,8 @@ import pytest
 
 from beveloid_geom import Errors, Status, contact_ratio, path_of_contact
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from tests.contact.test_path import five_equation_residual
+from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged
@@ -20,15 +19,9 @@ from tests.symmetry import exchanged
 @pytest.mark.parametrize("a", [0.00045, 0.0005])
 def test_contact_ratio_where_the_roll_turns_back_at_60_digits(a: float) -> None:
     """Eq. 16 is greatest less least roll of the path, by the five equations; its ends are nearer together."""
-    design = table1((a, a))
-    path = path_of_contact(design, points=401)
+    path = path_of_contact(table1((a, a)), points=401)
     turn = int(path.pinion_roll.argmin() if path.pinion_roll.argmin() % 400 else path.pinion_roll.argmax())
-    distance = tuple(MP.mpf(x) for x in mounting_of(design).distance.tolist())
-    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
-    rolls = []
-    for k in (0, turn - 1, turn, turn + 1, 400):
-        guess = tuple(float(getattr(path, name)[k]) for name in names)
-        rolls.append(float(solve_mp(design, "right", guess, ("l1", guess[0]), distance).phi1))
+    rolls = [float(exact_at(path, k, "l1").phi1) for k in (0, turn - 1, turn, turn + 1, 400)]
     before, middle, after = rolls[1:4]  # the extreme of the parabola through three positions
     extreme = middle - 0.125 * (after - before) ** 2 / (before - 2.0 * middle + after)
     pitch, ends = 2.0 * np.pi / 29, (rolls[0], rolls[-1])
@@ -65,10 +58,6 @@ def test_contact_on_the_flanks_is_never_called_none(
     assert margins(design, at).min() > 0.0
     assert path_ends(design).status not in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL)
     assert contact_ratio(design) != 0.0
-
-
-def test_what_is_kept_cannot_be_spoilt() -> None:
-    assert not mounting_of(table1()).distance.flags.writeable
 
 
 def test_two_roots_between_two_samples_are_not_a_missing_normal() -> None:

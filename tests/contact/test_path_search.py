@@ -28,9 +28,8 @@ from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_
 from beveloid_geom.contact.path import path_blocks, path_ends
 from beveloid_geom.contact.path_polynomial import HEIGHT, PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
-from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from tests.contact.test_path import five_equation_residual
+from tests.oracle.sixty_digits import off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged
@@ -78,17 +77,6 @@ def series_found(design: Design) -> PathSeries:
     return group.series
 
 
-def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float:
-    """Distance (mm, and rad times 1 mm) of position `k` from the solution with one of its numbers."""
-    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
-    numbers = [float(getattr(path, name)[k]) for name in names]
-    mounting = mounting_of(design).distance.tolist()
-    value = numbers[0] if fixed == "l1" else numbers[4]
-    found = solve_mp(design, path.flank, numbers, (fixed, value), tuple(MP.mpf(x) for x in mounting))
-    exact = (found.l1, found.u1, found.l2, found.u2, found.phi1, found.phi2)
-    return max(abs(float(x) - y) for x, y in zip(exact, numbers, strict=True))
-
-
 @both
 def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     path = path_of_contact(design, points=9)
@@ -98,7 +86,7 @@ def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     for k in range(9):
         rate = np.abs(np.gradient(path.pinion_roll))[k], np.abs(np.gradient(path.l1))[k]
         fixed = "phi1" if rate[0] > 1e-3 * rate[1] else "l1"
-        assert at_60_digits(design, path, k, fixed) < 1e-9
+        assert off_by(path, k, fixed)[0] < 1e-9
     inside = margins(design, path)
     assert inside.min() > -1e-9
     assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9  # both ends lie on a limit

@@ -11,7 +11,6 @@ from hypothesis import given, strategies as st
 
 from beveloid_geom import Member, Tool
 from beveloid_geom.gear.flank import (
-    base_cylinder,
     flank_patch,
     flank_point,
     half_thickness_angle,
@@ -40,35 +39,6 @@ def members() -> st.SearchStrategy[Member]:
     return st.builds(
         Member, tool, st.integers(20, 90), angle, st.floats(-0.1, 0.1), st.floats(-0.3, 0.5), st.just(20.0)
     )
-
-
-@pytest.mark.parametrize(
-    ("member", "flank", "radius", "helix_deg"),
-    [
-        (PAIR.pinion, "right", 89.833291, -24.487012),
-        (PAIR.pinion, "left", 88.331788, 22.252380),
-        (PAIR.gear, "right", 128.678252, 9.647257),
-        (PAIR.gear, "left", 128.896749, -10.202787),
-    ],
-)
-def test_base_cylinders_of_table_1(member: Member, flank: str, radius: float, helix_deg: float) -> None:
-    base = base_cylinder(member, flank)
-    assert base.radius == pytest.approx(radius, abs=1e-6)
-    assert np.degrees(base.helix_angle) == pytest.approx(helix_deg, abs=1e-6)
-    constant = 0.5 * member.tool.normal_module * member.teeth * np.cos(radians(20.0))
-    assert base.radius * np.cos(base.helix_angle) == pytest.approx(constant, rel=1e-14)
-
-
-@pytest.mark.parametrize("flank", FLANKS)
-@pytest.mark.parametrize("member", PAIR.members)
-def test_unmodified_flank_is_an_involute_helicoid(member: Member, flank: str) -> None:
-    """All its normals touch the base cylinder at the base helix angle."""
-    l, u = np.meshgrid(np.linspace(-6, 6, 7), np.linspace(-20, 20, 5))
-    patch = flank_patch(member, flank, l, u)
-    base = base_cylinder(member, flank)
-    moment = np.cross(patch.point, patch.normal)[..., 2]
-    np.testing.assert_allclose(np.abs(moment), base.radius * np.cos(base.helix_angle), rtol=1e-14)
-    np.testing.assert_allclose(patch.normal[..., 2], np.sin(base.helix_angle), rtol=1e-13)
 
 
 @given(members(), st.sampled_from(FLANKS), st.floats(-1.0, 1.0), st.floats(-10.0, 10.0))

@@ -124,11 +124,6 @@ def test_what_is_not_known_has_a_name_and_no_number() -> None:
     assert deep.jammed
 
 
-def test_a_kept_answer_cannot_be_written_to() -> None:
-    with pytest.raises(ValueError, match="read-only"):
-        mounted_backlash(table1()).normal[...] = 1.0
-
-
 def test_a_layout_without_backlash_is_not_jammed() -> None:
     """Not even one of the digits that `check` prints."""
     layout = zero_backlash_layout(table1())

@@ -123,13 +123,3 @@ def test_batches_and_positions_without_a_path() -> None:
     given = path_of_contact(table1(), "right", l1=[-8.0, 0.0, 8.0])
     verdict = certify(given).verdict
     assert list(verdict) == [Verdict.NOT_SOLVED, Verdict.FIRST_CONTACT, Verdict.NOT_SOLVED]
-
-
-def test_no_path_is_no_certificate() -> None:
-    """A path that leaves the flanks has no positions."""
-    design = table1(errors=Errors(offset=9.0))
-    path = path_of_contact(design, "right")
-    assert path.l1.size == 0
-    proof = certify(path)
-    assert proof.verdict.shape == proof.separation.shape == (0,)
-    assert not proof.holds

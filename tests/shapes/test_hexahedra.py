@@ -30,6 +30,7 @@ from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.solid import NAMES
 from tests.members import GEAR, MEMBERS, PINION
+from tests.oracle.tooth_volume import exact_volume, section_area
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 SOME = {name: MEMBERS[name] for name in ("pinion", "gear", "cone 20", "concave")}
@@ -114,27 +115,11 @@ def test_every_node_is_used_and_stands_alone(element: str) -> None:
 # Volumes and areas
 
 
-def sections_area(member: Member, bore: float) -> float:
-    """Volume by the areas of exact sections: Gauss along the face, series along the outline."""
-    z, weights = np.polynomial.legendre.leggauss(9)
-    half, areas = 0.5 * float(member.face_width), np.zeros(9)
-    nodes = np.cos(pi * (np.arange(60) + 0.5) / 60)
-    at, across = np.polynomial.legendre.leggauss(60)
-    for name, sheet in cut_sheets(member).items():
-        points = grid_of(sheet, 0.5 * (nodes + 1.0), half * z).points[..., :2] @ (1.0, 1.0j)
-        series = np.polynomial.chebyshev.chebfit(nodes, points, 50)
-        value = np.polynomial.chebyshev.chebval(at, series)
-        slope = np.polynomial.chebyshev.chebval(at, np.polynomial.chebyshev.chebder(series))
-        sign = -1.0 if name.startswith("right") else 1.0
-        areas += sign * 0.5 * (value.conj() * slope).imag @ across
-    return float(half * weights @ (areas - pi / float(member.teeth) * bore**2))
-
-
 @some_members
 @pytest.mark.parametrize(("element", "order", "error"), [("C3D8", 2, 5e-4), ("C3D20", 4, 2e-6)])
 def test_volume_converges_to_the_exact_one(member: Member, element: str, order: int, error: float) -> None:
     bore = bore_of(member)
-    exact = sections_area(member, bore)
+    exact = exact_volume(member, 1, bore)
     off = [
         abs(volume(tooth_hexahedra(member, 1, element, bore_radius=bore, cells=cells)) / exact - 1.0)
         for cells in (Cells(1, 4, 5, 4, 4), Cells(2, 8, 10, 8, 8))
@@ -172,21 +157,9 @@ def test_areas_are_those_of_the_surfaces(member: Member) -> None:
         exact[key] = exact.get(key, 0.0) + own
     for name, value in exact.items():
         assert area(mesh, name) == pytest.approx(value, rel=1e-4)
-    total = 0.0
-    for name in ("toe", "heel"):
-        total += area(mesh, name)
-    ends = sections_area(
-        replace(member, face_width=1e-9, profile_shift=shifted(member, -half)), bore_of(member)
-    )
-    ends += sections_area(
-        replace(member, face_width=1e-9, profile_shift=shifted(member, half)), bore_of(member)
-    )
-    assert total == pytest.approx(1e9 * ends, rel=1e-4)
-
-
-def shifted(member: Member, z: float) -> float:
-    """Profile shift of the same member in the plane `z`, turned."""
-    return float(member.profile_shift) + z * float(np.tan(member.cone_angle) / member.tool.normal_module)
+    for name, z in (("toe", -half), ("heel", half)):
+        bored = pi / float(member.teeth) * bore_of(member) ** 2
+        assert area(mesh, name) == pytest.approx(section_area(member, z) - bored, rel=1e-4)
 
 
 # Shapes

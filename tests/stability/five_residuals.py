@@ -7,6 +7,7 @@ enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `ra
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -325,30 +326,26 @@ def _refined(
     return Found(case, l1, l2, np.full(case.shape, sign), margin)
 
 
+def mapped(change: Callable[..., Any], *parts: Any) -> Any:
+    """A design, a path or any other dataclass whose numbers are made of those of `parts` by `change`."""
+    values = {}
+    for item in fields(parts[0]):
+        column = [getattr(part, item.name) for part in parts]
+        if hasattr(column[0], "__dataclass_fields__"):
+            values[item.name] = mapped(change, *column)
+        else:
+            values[item.name] = None if column[0] is None else change(*column)
+    return type(parts[0])(**values)
+
+
 def cases_of(part: Any, index: Any) -> Any:
     """The cases `index` of an array design of one batch axis, or of any of its parts."""
-    values = {}
-    for item in fields(part):
-        value = getattr(part, item.name)
-        if hasattr(value, "__dataclass_fields__"):
-            value = cases_of(value, index)
-        elif value is not None and np.ndim(value):
-            value = value[index]
-        values[item.name] = value
-    return type(part)(**values)
+    return mapped(lambda value: value[index] if np.ndim(value) else value, part)
 
 
 def batch_of_one(part: Any) -> Any:
     """A single design, or any of its parts, as a batch of one."""
-    values = {}
-    for item in fields(part):
-        value = getattr(part, item.name)
-        if hasattr(value, "__dataclass_fields__"):
-            value = batch_of_one(value)
-        elif value is not None:
-            value = np.array([value], dtype=float)
-        values[item.name] = value
-    return type(part)(**values)
+    return mapped(lambda value: np.array([value], dtype=float), part)
 
 
 def off_path(path: ContactPath, found: Found) -> FloatArray:

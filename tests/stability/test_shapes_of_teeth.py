@@ -32,8 +32,8 @@ from .answers import (
     FLANKS,
     assert_every_method_agrees,
     assert_five_equations_agree,
+    assert_no_path,
     changed,
-    checked_path,
     closed,
     solved_path,
 )
@@ -156,10 +156,8 @@ APART = {
 @pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("design", APART.values(), ids=APART)
 def test_flanks_that_never_meet(design: Design, flank: str) -> None:
-    path = checked_path(design, flank)
-    assert path.l1.size == 0
-    assert path.ends.status == Status.OFF_FLANK
-    assert path.ends.contact_ratio == 0.0
+    assert_no_path(design, flank, Status.OFF_FLANK)
+    path = path_of_contact(design, flank)
     assert path.ends.pieces == 0
     assert path.ends.enter is None
     assert path_of_contact_five_equations(design, flank, 5).l1.size == 0
