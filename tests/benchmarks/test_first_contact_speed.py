@@ -22,6 +22,7 @@ import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll
@@ -101,6 +102,7 @@ def test_operation_in_paths_of_contact() -> None:
         "operating ratio": (operating_ratio, 60.0),
         "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 45.0),
         "pattern of both members": (contact_pattern, 130.0),
+        "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
     seconds(path, 3)
     for name, (work, most) in works.items():

@@ -1,25 +1,26 @@
-"""Speed of separations, contact patterns and ellipses, as ratios in one run.
+"""Speed of feet of points and of the route by meshes, as ratios in one run.
 
 python -m pytest tests/benchmarks/test_proximity_speed.py -m benchmark -s
 """
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from beveloid_geom import contact_pattern, path_of_contact
+from beveloid_geom import path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
 from beveloid_geom.gear.perpendicular import feet
-from beveloid_geom.operation.operating_rolls import first_contact_operation
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
-from tests.benchmarks.timing import best
+from tests.benchmarks.timing import best, told
 from tests.oracle.table1 import table1
+from tests.shapes.test_mesh_contact import pose_at
 
 pytestmark = pytest.mark.benchmark
 
@@ -52,52 +53,25 @@ def test_feet_against_a_general_minimiser(parabola: tuple[float, float]) -> None
 def test_meshes_against_flanks(tolerance: float) -> None:
     design = table1((0.001, -0.001))
     path = path_of_contact(design, "right", 3)
-    rolls = float(path.pinion_roll[1]), float(path.gear_roll[1])
+    pose = pose_at(path, 1)
 
     def sample() -> None:
         flank_mesh.cache_clear()
         flank_mesh(design.pinion, "right", tolerance)
 
-    def apart(polish: bool) -> None:
-        mesh_separation(
-            design, "right", 0, tolerance, pinion_roll=rolls[0], gear_roll=rolls[1], polish=polish
-        )
-
-    rows = [("sampling one flank", best(sample, 3))]
+    apart = partial(mesh_separation, design, "right", 0, tolerance, **pose)
     mesh = flank_mesh(design.pinion, "right", tolerance)
-    z = np.broadcast_to(mesh.grid.z, mesh.grid.l.shape)
-    apart(False)
-    rows.append(("separation by facets", best(lambda: apart(False), 5)))
-    rows.append(("separation, polished", best(lambda: apart(True), 5)))
-    exact = best(lambda: separation(design, "right", 0, mesh.grid.l, z, *rolls), 5)
-    rows.append(("separation by turning to touch", exact))
-    contact = best(
-        lambda: mesh_contact(design, "right", tolerance, pinion_roll=rolls[0], gear_roll=rolls[1]), 5
+    turned = partial(separation, design, "right", 0, mesh.grid.l, np.tile(mesh.grid.z, (len(mesh.grid.l), 1)))
+    apart(polish=False)
+    found = told(
+        f"{tolerance:g} mm, {mesh.grid.l.size} points of the pinion",
+        {
+            "sampling one flank": (sample, 3, 1),
+            "separation by facets": (partial(apart, polish=False), 5, 1),
+            "separation, polished": (apart, 5, 1),
+            "separation by turning to touch": (partial(turned, **pose), 5, 1),
+            "contact, polished": (partial(mesh_contact, design, "right", tolerance, **pose), 5, 1),
+            "path of contact, 101 points": (partial(path_of_contact, design, "right"), 20, 1),
+        },
     )
-    rows.append(("contact, polished", contact))
-    rows.append(("path of contact, 101 points", best(lambda: path_of_contact(design, "right"), 20)))
-    print(f"\n{tolerance:g} mm, {mesh.grid.l.size} points of the pinion")
-    for name, seconds in rows:
-        print(f"  {name:32s} {1e3 * seconds:8.2f} ms, {seconds / exact:7.1f} times turning to touch")
-    assert contact > rows[-1][1]
-
-
-@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.001, 0.001)])
-def test_pattern(parabola: tuple[float, float]) -> None:
-    """A whole cycle on both flanks, against the first contact that it rests on."""
-    design = table1(parabola)
-    both = best(lambda: [contact_pattern(design, flank) for flank in ("right", "left")], 3)
-    first = best(lambda: [first_contact_operation(design, flank) for flank in ("right", "left")], 3)
-    sizes = [contact_pattern(design, flank).pinion.l.size for flank in ("right", "left")]
-    print(f"\npattern, a = {parabola}: {both:.3f} s for both flanks ({sizes} points on the pinion), ", end="")
-    print(f"{both / first:.1f} times its first contacts")
-    assert both / first < 20.0
-
-
-def test_ellipses() -> None:
-    design = table1((0.001, -0.001))
-    path = path_of_contact(design, "left", 10_000)
-    ellipses = best(lambda: contact_ellipse(path), 5)
-    whole = best(lambda: path_of_contact(design, "left", 10_000), 5)
-    print(f"\n10,000 ellipses: {1e3 * ellipses:.1f} ms, {ellipses / whole:.1f} times their path of contact")
-    assert ellipses / whole < 100.0
+    assert found["contact, polished"] > found["path of contact, 101 points"]

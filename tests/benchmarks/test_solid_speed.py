@@ -15,7 +15,7 @@ import pytest
 from beveloid_geom import gear_solid
 from beveloid_geom.shapes.outline import cut_sheets, outline_grids
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from tests.benchmarks.timing import best
+from tests.benchmarks.timing import told
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
@@ -33,17 +33,13 @@ def test_whole_gear_against_its_exact_points(tolerance: float) -> None:
             for _ in range(int(member.teeth)):
                 sheets[name].place(grid.parameter, z)
 
-    rows = {
-        "exact formulas at the outlines' points": best(exact_points, 5),
-        "solid of one tooth": best(lambda: gear_solid(member, tolerance, 1), 5),
-        "solid of 29 teeth": best(lambda: gear_solid(member, tolerance), 5),
-        "29 teeth to look at": best(lambda: gear_mesh(member, tolerance), 5),
-    }
     points = len(gear_solid(member, tolerance).points)
-    print(f"\n{tolerance:g} mm, {points:,} points")
-    for name, seconds in rows.items():
-        print(f"  {name:40s} {1e3 * seconds:9.2f} ms {1e6 * seconds / points:8.3f} us a point of the solid")
-    exact, one, whole, _ = rows.values()
-    print(f"  solid to exact formulas {whole / exact:.2f}, 29 teeth to one {whole / one:.2f}")
+    works = {
+        "exact formulas at the outlines' points": (exact_points, 5, points),
+        "solid of one tooth": (lambda: gear_solid(member, tolerance, 1), 5, points),
+        "solid of 29 teeth": (lambda: gear_solid(member, tolerance), 5, points),
+        "29 teeth to look at": (lambda: gear_mesh(member, tolerance), 5, points),
+    }
+    exact, one, whole, _ = told(f"{tolerance:g} mm, times over the points of the solid", works).values()
     assert whole < 12.0 * exact
     assert whole < 4.0 * one

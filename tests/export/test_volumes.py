@@ -22,7 +22,6 @@ from beveloid_geom.export.load import ContactPlace, contact_load
 from beveloid_geom.export.volumes import plain_surfaces, write_volume
 from beveloid_geom.shapes.elements import (
     EDGES,
-    ELEMENT_FACES,
     Indices,
     VolumeMesh,
     face_nodes,
@@ -112,30 +111,6 @@ def test_faces_turn_with_the_clock_seen_from_outside(nodes: int) -> None:
         if nodes == 20:
             ahead = np.roll(corners[:, :4], -1, axis=1)
             np.testing.assert_allclose(corners[:, 4:], 0.5 * (corners[:, :4] + ahead), rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("size", [4, 8])
-def test_shape_functions_are_one_at_their_node(size: int) -> None:
-    places = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
-        :size
-    ]
-    np.testing.assert_allclose(shape_functions(size, places)[0], np.eye(size), rtol=0, atol=1e-15)
-
-
-@given(st.tuples(*[st.floats(-1.0, 1.0)] * 2), st.sampled_from([4, 8]))
-def test_shape_functions_and_their_slopes(place: tuple[float, float], size: int) -> None:
-    """They add up to one, reproduce what is linear, and their slopes are those of complex steps."""
-    at = np.array(place)
-    values, slopes = shape_functions(size, at)
-    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], dtype=float)[
-        :size
-    ]
-    assert values.sum() == pytest.approx(1.0, abs=1e-14)
-    np.testing.assert_allclose(values @ corners, at, rtol=0, atol=1e-14)
-    for axis in (0, 1):
-        step = np.array([1e-30j * (axis == 0), 1e-30j * (axis == 1)])
-        shifted: Any = shape_functions(size, at + step)[0]  # polynomials take complex numbers
-        np.testing.assert_allclose(slopes[:, axis], shifted.imag / 1e-30, rtol=0, atol=1e-14)
 
 
 @pytest.mark.slow
@@ -457,9 +432,3 @@ def test_elements_of_another_kind_are_refused(tmp_path: Path, nodes: int, elemen
 def test_unknown_suffix(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"no writer of '\.stl': give one of \.inp, \.msh, \.bdf, \.vtu"):
         write_volume(block(8), tmp_path / "a.stl", "C3D8")
-
-
-def test_faces_are_those_of_the_volume_mesh() -> None:
-    mesh = block(8)
-    every = np.stack((np.zeros(6, dtype=np.int64), np.arange(6)), axis=-1)
-    np.testing.assert_array_equal(face_nodes(mesh, every), mesh.hexahedra[0][np.array(ELEMENT_FACES)])

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -215,9 +216,7 @@ def test_scaled_jacobians_that_the_readme_states(member: Member, least: float) -
 def test_mid_side_nodes_count() -> None:
     """A box whose mid-side node stands off by d: there the edges along y and z lean, and at both corners
     of the edge the tangent along it turns by 2 d of half its length."""
-    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)
-    corners = np.concatenate((corners, corners * (1.0, 1.0, -1.0)))
-    points = np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))
+    points = element_nodes(20)
     box = VolumeMesh(points, np.arange(20)[None], {}, {}, {})
     assert np.array(element_shapes(box)).ravel() == pytest.approx((1.0, 1.0), abs=1e-14)
     points[8] += (0.0, 0.2, 0.0)
@@ -262,27 +261,39 @@ def squeezed() -> VolumeMesh:
     return replace(mesh, points=points)
 
 
-@pytest.mark.parametrize("size", [8, 20])
-def test_shape_functions_reproduce_polynomials(size: int) -> None:
-    corners = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1]], dtype=float)
-    corners = np.concatenate((corners, corners * (1.0, 1.0, -1.0)))
-    nodes = np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))[:size]
-    at = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 3))
-    _, derivatives = shape_functions(size, at)
-    powers = [(1, 0, 0), (1, 1, 0), (1, 1, 1)] + ([(2, 0, 0), (2, 1, 0), (2, 1, 1)] if size == 20 else [])
-    for i, j, k in powers:
-        value = nodes[:, 0] ** i * nodes[:, 1] ** j * nodes[:, 2] ** k
-        x, y, z = at.T
-        exact = np.stack(
-            (
-                i * x ** (i - 1) * y**j * z**k,
-                j * x**i * y ** max(j - 1, 0) * z**k,
-                k * x**i * y**j * z ** max(k - 1, 0),
-            ),
-            axis=-1,
-        )
-        np.testing.assert_allclose(np.einsum("gka,k->ga", derivatives, value), exact, atol=1e-13)
-    np.testing.assert_allclose(derivatives.sum(axis=1), 0.0, atol=1e-14)
+def reference_nodes(size: int) -> FloatArray:
+    """Nodes of faces (4, 8 of them) and of elements (8, 20) in their own coordinates."""
+    square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+    return np.concatenate((square, 0.5 * (square + np.roll(square, -1, axis=0))))[:size]
+
+
+def element_nodes(size: int) -> FloatArray:
+    corners = np.array([(*xy, z) for z in (-1.0, 1.0) for xy in reference_nodes(4)])
+    return np.concatenate((corners, [0.5 * (corners[a] + corners[b]) for a, b in EDGES]))[:size]
+
+
+NODES = {
+    "face, 4": reference_nodes(4),
+    "face, 8": reference_nodes(8),
+    "element, 8": element_nodes(8),
+    "element, 20": element_nodes(20),
+}
+
+
+@pytest.mark.parametrize("nodes", NODES.values(), ids=NODES)
+def test_shape_functions_are_one_at_their_node_and_reproduce_polynomials(nodes: FloatArray) -> None:
+    """Those up to x y z, and with mid-side nodes up to x^2 y z; slopes are those of complex steps."""
+    size, axes = nodes.shape
+    np.testing.assert_allclose(shape_functions(size, nodes)[0], np.eye(size), rtol=0, atol=1e-15)
+    at = np.random.default_rng(2).uniform(-1.0, 1.0, (60, axes))
+    values, slopes = shape_functions(size, at)
+    square = 2 if size > 2**axes else 1
+    for powers in ((1, 0, 0), (1, 1, 0), (1, 1, 1), (square, 0, 0), (square, 1, 0), (square, 1, 1)):
+        of_nodes, exact = (np.prod(x ** powers[:axes], axis=-1) for x in (nodes, at))
+        np.testing.assert_allclose(values @ of_nodes, exact, rtol=0, atol=2e-14)
+    for axis, step in enumerate(1e-30j * np.eye(axes)):
+        shifted: Any = shape_functions(size, at + step)[0]  # polynomials take complex numbers
+        np.testing.assert_allclose(slopes[..., axis], shifted.imag / 1e-30, rtol=0, atol=1e-14)
 
 
 # Sets
