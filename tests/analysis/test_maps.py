@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 from math import cos, nan, radians
 from typing import Any
 
@@ -38,7 +37,6 @@ from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests, ratio_as_given
 from beveloid_geom.status import FirstStatus
-from beveloid_viz.figures import FIGURES as PAGES
 from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import theme
 from tests.oracle.table1 import table1
@@ -84,7 +82,6 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("over", OVER)
 def test_cells_are_those_of_single_designs(over: Over, flank: str) -> None:
     design = table1() if over == "parabola" else table1(MODIFIED)
@@ -231,39 +228,6 @@ def test_usual_bounds_hold_the_design() -> None:
     steep = replace(table1().pinion, helix_angle=radians(35.0), cone_angle=radians(30.0))
     assert usual_bounds(replace(table1(), pinion=steep), "parabola")[0][1] == parabola_limit(steep) < 0.001
     np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
-
-
-PAGES_OF = {
-    "as given": table1(),
-    "hollow": table1((0.0005, 0.0005)),
-    "off the faces": table1(errors=Errors(offset=20.0)),
-    "no common normal": replace(table1(), pair=replace(table1().pair, shaft_angle=radians(10.0))),
-    "mounting given": replace(table1(), pair=replace(table1().pair, pinion_mounting=230.0)),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "over"),
-    [("as given", "parabola"), ("hollow", "parabola"), *product(list(PAGES_OF)[2:], OVER)],
-)
-def test_pages_of_maps_with_and_without_paths(name: str, over: Over, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fig_maps, "STEPS", 3)
-    monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
-    recipe = next(page for page in PAGES if page.name == f"map-{over}").recipe()
-    data = recipe.compute(PAGES_OF[name])
-    with theme.style():
-        page = recipe.draw(data, (400, 300)).page
-        page.draw_without_rendering()
-    words = " ".join(text.get_text() for axes in page.axes for text in axes.texts)
-    if not data.found.solved.any():
-        assert "no cell has a path" in " ".join(words.split())
-    else:
-        assert name not in ("no common normal",)
-    header, rows = recipe.rows(data)
-    cells = [dict(zip(header, row, strict=True)) for row in rows]
-    assert len(cells) == 9 + 4 * (over == "parabola")
-    assert cells[0]["status"] == Status(int(data.found.status[0, 0])).name.lower()
 
 
 def test_marks_are_where_they_belong(monkeypatch: pytest.MonkeyPatch) -> None:

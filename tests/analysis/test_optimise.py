@@ -30,7 +30,6 @@ def solved(request: Any) -> tuple[Aim, Optimum]:
     return request.param, optimise_parabola(table1(), request.param)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_shift_of_unmodified_flanks_in_closed_form(flank: str) -> None:
     """Their path is straight in (z, l1) and is carried parallel to itself along z by an offset error; an
     axial error of the pinion leaves the line in space, that of the gear does not touch it."""

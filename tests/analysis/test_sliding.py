@@ -23,7 +23,6 @@ from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
 from ..symmetry import exchanged, mirrored, scaled
 
-FLANKS = ("right", "left")
 MODIFIED = (0.001, -0.001)
 CASES = {
     "as designed": table1(),
@@ -32,7 +31,6 @@ CASES = {
     "misaligned": table1(MODIFIED, Errors(0.1, 1e-4, 0.2, -0.1)),
 }
 cases = pytest.mark.parametrize("design", CASES.values(), ids=CASES)
-flanks = pytest.mark.parametrize("flank", FLANKS)
 INVARIANT = ("gear_rate", "speed", "specific", "specific_total")
 STEP = MP.mpf(10) ** -18
 
@@ -49,7 +47,6 @@ def rates(values: FloatArray, path: ContactPath) -> FloatArray:
 
 
 @cases
-@flanks
 def test_velocities_are_those_of_the_path(design: Design, flank: str) -> None:
     """The contact's and the gear's against differences of the path; what runs over a flank against
     differences of its parameters."""
@@ -117,7 +114,6 @@ def crossed_helical(teeth: tuple[int, int], helix: tuple[float, float]) -> Desig
     return Design(pinion, gear, Pair(offset, abs(sum(helix)), 0.0, 0.0))
 
 
-@flanks
 @pytest.mark.parametrize(("teeth", "helix_deg"), HELICAL)
 def test_crossed_helical_gears_in_closed_form(
     teeth: tuple[int, int], helix_deg: tuple[float, float], flank: str
@@ -146,7 +142,6 @@ def test_crossed_helical_gears_in_closed_form(
     assert (np.sign(found.specific) == above * (1.0, -1.0))[away].all()
 
 
-@flanks
 def test_profile_speed_is_that_of_the_involute(flank: str) -> None:
     """v_j.e_j is the member's speed times its transverse radius of curvature: specific sliding is infinite
     at the base circle, and nowhere else. e_j.q_j is k_j.t_j over the cosine of the base helix."""
@@ -187,7 +182,6 @@ def test_parallel_axes_are_the_limit(helix_deg: float, order: int, error: float)
 
 
 @cases
-@flanks
 def test_mirror_image_slides_the_same_way(design: Design, flank: str) -> None:
     _, found = along(design, flank)
     _, other = along(mirrored(design), "left" if flank == "right" else "right")
@@ -199,7 +193,6 @@ def test_mirror_image_slides_the_same_way(design: Design, flank: str) -> None:
 
 
 @cases
-@flanks
 def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> None:
     path, found = along(design, flank)
     swapped = exchanged(design)

@@ -54,7 +54,6 @@ def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
     assert slow / seconds > 300.0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002)])
 def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola)

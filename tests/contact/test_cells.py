@@ -100,7 +100,6 @@ MOST_ALL_OVER = 0.01
 """Share that may be traced beyond what is near the faces."""
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("name", MOUNTINGS)
 def test_few_are_traced(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     near_faces, all_over, followed = [0], [0], follow._followed
@@ -115,7 +114,6 @@ def test_few_are_traced(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) 
     assert sum(all_over) <= MOST_ALL_OVER * 512
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("name", MOUNTINGS)
 def test_those_spared_are_as_traced(name: str, flank: str) -> None:
     design = cases_of(MOUNTINGS[name], slice(0, 32))
@@ -158,7 +156,6 @@ def test_one_curve_is_told_from_others() -> None:
     assert _leads(pairing, replace(box, left=cut)) == [0]
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_cells_hold_the_path(flank: str) -> None:
     """Laid together at random, so that most pairs touch: what is left holds their ends."""
     design = random_designs("touching", 64, seed=5, flank="right" if flank == "right" else "left")

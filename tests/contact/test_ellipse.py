@@ -25,12 +25,10 @@ from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 
-FLANKS = ("right", "left")
 PARABOLAS = ((0.0, 0.0), (0.001, -0.001), (-0.003, 0.005))
 L, Z = (grid.ravel() for grid in np.meshgrid(np.linspace(-5.5, 5.5, 7), np.linspace(-20.0, 20.0, 5)))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 def test_normal_rates_are_those_of_the_normal(flank: str, parabola: tuple[float, float]) -> None:
     for member in table1(parabola).members:
@@ -50,7 +48,6 @@ def test_normal_rates_are_those_of_the_normal(flank: str, parabola: tuple[float,
         assert np.abs(crossed[0] - crossed[1]).max() < 1e-14
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_radius_of_curvature_of_an_involute_helicoid(flank: str) -> None:
     """rho = sqrt(r^2 - r_b^2) / cos(beta_b) across the generators, along which it is straight."""
     for member in table1().members:
@@ -64,7 +61,6 @@ def test_radius_of_curvature_of_an_involute_helicoid(flank: str) -> None:
         assert np.abs(curvature.min(axis=-1)).max() < 1e-15
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 def test_feet_of_offset_points(flank: str, parabola: tuple[float, float]) -> None:
     offset = np.linspace(-1.5, 4.0, L.size)
@@ -180,7 +176,6 @@ def _height(
     return np.array(heights)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", PARABOLAS[:2])
 def test_curvature_is_that_of_the_separation(flank: str, parabola: tuple[float, float]) -> None:
     """Mean of opposite points, so that the third order drops out; steps small against 1/kappa."""
@@ -230,7 +225,6 @@ def test_concave_flanks_cut_each_other() -> None:
     assert contact_ellipse(path).status[0] == EllipseStatus.INTERFERENCE
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_the_same_pair_seen_otherwise(flank: str) -> None:
     design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
     other = {"right": "left", "left": "right"}[flank]

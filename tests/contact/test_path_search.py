@@ -127,7 +127,6 @@ def test_members_exchanged_give_the_same_path(design: Design) -> None:
     np.testing.assert_allclose(np.sort(here.l2), np.sort(there.l1), atol=1e-10)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("a", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002), (0.0005, 0.0005)])
 def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
     pairing = pairing_of(table1(a), flank)

@@ -15,10 +15,7 @@ from beveloid_geom.operation.separation import separation
 from beveloid_geom.status import Limit, Verdict
 from tests.oracle.table1 import table1
 
-BOTH = ["right", "left"]
 
-
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
 def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
@@ -65,7 +62,6 @@ def test_a_saddle_overlaps_close_by() -> None:
         assert bool(certify(path).curvature[1] < 0.0) == overlaps
 
 
-@pytest.mark.parametrize("flank", BOTH)
 def test_convex_flanks_hand_over(flank: str) -> None:
     """Both convex: contact in the middle of the path, the next pair's flanks before at its ends."""
     design = table1((-0.0005, -0.0005))
@@ -77,7 +73,6 @@ def test_convex_flanks_hand_over(flank: str) -> None:
     assert not proof.holds
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", [(0.001, -0.001), (0.0003, 0.0003)])
 def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: str) -> None:
     """Nothing on a grid over seven teeth lies lower, and the place that is named lies as low."""

@@ -22,13 +22,12 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.first_contact import FirstContact, middle_roll
+from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored
 
 BOTH = ["right", "left"]
 
@@ -42,7 +41,6 @@ def cycle(design: Design, flank: str, count: int) -> FloatArray:
     return float(middle_roll(design, flank)) + pitches(design)[0] * (np.arange(count) + 0.3) / count
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.03, radians(0.003), 0.2, -0.1)])
 def test_unmodified_flanks_touch_along_the_path(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
@@ -60,7 +58,6 @@ def test_unmodified_flanks_touch_along_the_path(flank: str, errors: Errors) -> N
     assert np.ptp(first.transmission_error) < 1e-13
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", [(0.001, -0.001), (-0.0005, -0.0005), (0.0002, -0.0001)])
 def test_tangencies_lie_on_the_path(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola)
@@ -112,7 +109,6 @@ EDGES = {
 }
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("name", EDGES)
 def test_edges_touch_the_other_flank(name: str, flank: str) -> None:
     """The nearest point of the named edge has no distance from the other flank."""
@@ -225,47 +221,6 @@ def test_nothing_touches_earlier() -> None:
         assert least_distance(design, flank, number % 2, roll, beyond) < 0.0
     assert counts[FirstStatus.SOLVED] > 100
     assert counts[FirstStatus.NOT_CONVERGED] == counts[FirstStatus.NO_CONTACT] == 0
-
-
-def same_contact(first: FirstContact, other: FirstContact, pinion: bool) -> None:
-    """The same contact, seen by the same member as pinion or by the other one."""
-    names = ("l1", "z1", "l2", "z2") if pinion else ("l2", "z2", "l1", "z1")
-    for name, seen in zip(("l1", "z1", "l2", "z2"), names, strict=True):
-        assert np.abs(getattr(first, name) - getattr(other, seen)).max() < 1e-6
-
-
-@pytest.mark.parametrize("flank", BOTH)
-@pytest.mark.parametrize("name", EDGES)
-def test_either_member_may_turn(name: str, flank: str) -> None:
-    """The gear's points turned about the pinion's axis: the pinion touches at the roll it had."""
-    design = EDGES[name]
-    first = first_contact(design, flank, cycle(design, flank, 7))
-    back = first_contact(exchanged(design), flank, first.gear_roll)
-    assert np.abs(back.gear_roll - first.pinion_roll).max() < 1e-12
-    assert np.array_equal(back.pair, -first.pair)
-    same_contact(first, back, pinion=False)
-
-
-@pytest.mark.parametrize("flank", BOTH)
-@pytest.mark.parametrize("name", EDGES)
-def test_mirror_image(name: str, flank: str) -> None:
-    design = EDGES[name]
-    first = first_contact(design, flank, cycle(design, flank, 7))
-    image = first_contact(mirrored(design), {"right": "left", "left": "right"}[flank], -first.pinion_roll)
-    assert np.abs(image.gear_roll + first.gear_roll).max() < 1e-12
-    assert np.abs(image.transmission_error + first.transmission_error).max() < 1e-12
-    assert np.array_equal(image.limit, first.limit)
-    assert np.array_equal(image.pair, -first.pair)
-    same_contact(first, image, pinion=True)
-
-
-def test_repeats_with_the_pitch() -> None:
-    design = table1((0.0002, 0.0002))
-    roll, (pinion, gear) = cycle(design, "right", 9), pitches(design)
-    first, later = first_contact(design, "right", roll), first_contact(design, "right", roll + 3.0 * pinion)
-    assert np.abs(later.gear_roll - first.gear_roll + 3.0 * gear).max() < 1e-12
-    assert np.array_equal(later.pair, first.pair - 3)
-    assert np.abs(later.transmission_error - first.transmission_error).max() < 1e-12
 
 
 def test_pairs_asked_for() -> None:

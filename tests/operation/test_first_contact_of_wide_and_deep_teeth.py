@@ -53,7 +53,6 @@ def test_spread_is_that_of_the_trace_on_the_pitch_cylinder() -> None:
     assert spread(table1(), "right") < 1.0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("error", [-0.3, 0.1, 0.3])
 def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None:
     design = wide(error)
@@ -126,7 +125,6 @@ def test_tips_in_fillets_are_found(case: int, parabolas: tuple[float, float], ro
         assert found.distance[found.inside].min(initial=1.0) > -1e-6
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> None:
     """Deep tips: the verdict names what they do, the depth is that along the fillet's normal."""
     design = table1()

@@ -24,7 +24,6 @@ def cycle_of(parabola: tuple[float, float], flank: str = "right") -> MeshCycle:
     return mesh_cycle(table1(parabola), flank, 12)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.05, radians(-0.003))])
 def test_unmodified_ratio_is_that_of_eq_16(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
@@ -154,7 +153,6 @@ def random_rolls(start: float, count: int = 1000) -> FloatArray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.03, 1e-4, 0.1, -0.05)])
 def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:
     """Against the search at 1,000 rolls: transmission error, gear roll, carrier, points of both members."""

@@ -73,7 +73,6 @@ def scanned(
     return np.asarray(values.min(axis=1))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("member", [0, 1])
 def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     design = table1((0.0, 0.0), Errors(offset=0.05, pinion_axial=0.2))
@@ -97,7 +96,6 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     assert (wanted - least[edge] < 2e-2).all()
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_the_path_of_contact_touches(flank: str) -> None:
     design = table1()
     path, operation = path_of_contact(design, flank, 9), first_contact_operation(design, flank)
@@ -114,7 +112,6 @@ def pattern(design: Design, flank: str) -> ContactPattern:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.001, 0.001)])
 def test_flanks_in_operation_touch_and_do_not_overlap(flank: str, parabola: tuple[float, float]) -> None:
     found = pattern(table1(parabola), flank)
@@ -220,7 +217,6 @@ def test_a_smaller_error_of_areas_may_be_asked_for() -> None:
     assert np.array_equal(sides[0].least, sides[1].least, equal_nan=True)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_the_same_pair_seen_otherwise(flank: str) -> None:
     design = table1((0.0005, -0.001))
     wanted, other = pattern(design, flank), {"right": "left", "left": "right"}[flank]

@@ -171,7 +171,6 @@ def test_no_contact_is_an_empty_path() -> None:
         assert path_of_contact_five_equations(design).l1.size == 0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (-0.002, 0.002), (0.0002, 0.0002)])
 def test_the_one_equation_is_on_the_curve(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))

@@ -62,7 +62,6 @@ def polar(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @some_members
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("part", ["flank", "fillet"])
 def test_nodes_stand_on_flank_and_fillet(member: Member, flank: str, part: str) -> None:
     """By the flank's inverse: the angle that belongs to a node's radius and plane."""

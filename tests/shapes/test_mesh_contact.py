@@ -20,8 +20,6 @@ from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_se
 from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
 
-FLANKS = ("right", "left")
-
 
 def on_triangle(points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Squared distances (n, m) of points (n, 3) from triangles (m, 3), or each from its own (n, m, 3)."""
@@ -96,7 +94,6 @@ def pose_at(path: ContactPath, k: int) -> Pose:
     return {"pinion_roll": float(path.pinion_roll[k]), "gear_roll": float(path.gear_roll[k])}
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("member", [0, 1])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
 def test_agreement_with_turning_to_touch(flank: str, member: int, parabola: tuple[float, float]) -> None:
@@ -121,7 +118,6 @@ def test_agreement_with_turning_to_touch(flank: str, member: int, parabola: tupl
             assert error[near].max() < 1e-7
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_facets_stay_within_their_tolerance(flank: str) -> None:
     """Vertices lie on their own flank, so that only the other mesh errs."""
     design = table1((0.001, -0.001))
@@ -153,7 +149,6 @@ def test_overlap_is_negative() -> None:
         assert np.nanmin(found.separation) < -0.09
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
 def test_polished_contact_is_that_of_the_path(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola, Errors(offset=0.05, shaft_angle=0.0002))
@@ -168,7 +163,6 @@ def test_polished_contact_is_that_of_the_path(flank: str, parabola: tuple[float,
             assert np.abs(found.z - (path.pinion_z[k], path.gear_z[k])).max() < 1e-7
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_contact_of_flanks_that_stand_apart(flank: str) -> None:
     """Least distance of two involute helicoids: turned apart, it grows by the lever's way."""
     design = table1()
@@ -188,7 +182,6 @@ def test_contact_of_flanks_that_stand_apart(flank: str) -> None:
             assert abs(seen.z - found.z[j]) < 1e-6
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_contact_by_facets_is_a_place_on_both_flanks(flank: str) -> None:
     """Whichever member's vertex is the nearest, its place and the other's are told apart."""
     design = table1((0.001, -0.001))
@@ -220,7 +213,6 @@ def test_contacts_off_the_flanks_are_named() -> None:
     assert far.status != Status.SOLVED
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_convergence(flank: str) -> None:
     """Separations converge with the tolerance; contact points do not follow in step, and in
     approximate line contact, on the right flank, they are off by millimetres."""

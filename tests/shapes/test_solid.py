@@ -224,7 +224,6 @@ def overlap(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_the_posed_pair_touches_and_does_not_intersect(flank: str) -> None:
     pose = meshing_pair(DESIGN, flank)
     pinion, gear = posed(pose)
@@ -233,7 +232,6 @@ def test_the_posed_pair_touches_and_does_not_intersect(flank: str) -> None:
     assert overlap(pinion, gear, pose.contact, 30.0, 2) < 1e-6
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_an_overlap_of_20_micrometres_is_seen(flank: str) -> None:
     pose = meshing_pair(DESIGN, flank)
     pinion, gear = posed(pose, 0.02)

@@ -63,7 +63,6 @@ def assert_near(path: ContactPath, zero: ContactPath, angle: float, slope: float
     assert path.ends.leave == zero.ends.leave
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("ratio", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0), (1.0, -1.0)])
 def test_cone_angles_through_zero_are_continuous(ratio: tuple[float, float], flank: str) -> None:
     zero = solved_path(PLAIN, flank)
@@ -72,7 +71,6 @@ def test_cone_angles_through_zero_are_continuous(ratio: tuple[float, float], fla
         assert_near(path, zero, angle, 3e4)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_without_cones_the_closed_form_of_crossed_helical_gears_holds(flank: str) -> None:
     helix = (float(PINION.helix_angle), float(GEAR.helix_angle))
     offset, ratio = closed_form((29, 45), helix)
@@ -114,7 +112,6 @@ def test_samples_and_solids_do_not_jump_at_zero() -> None:
         np.testing.assert_allclose(points, solid.points, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_one_member_may_be_spur(flank: str) -> None:
     spur = held(closed(PINION, changed(GEAR, helix_angle=0.0)))
     zero = solved_path(spur, flank)

@@ -47,7 +47,6 @@ def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("tolerance", [5.0, 1.0, 0.1])
 def test_far_too_coarse(tolerance: float, flank: str) -> None:
     """Down to one cell. Facets are off by centimetres and say so by their doubt; with the polish it is the
@@ -183,7 +182,6 @@ def test_closest_points_on_slender_triangles_far_away(slender: float, shift: flo
     assert weights.min() > -1e-9
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_both_members_moved_ten_metres(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Meshes are searched in the members' own frames, so that only the pose loses digits: 2e-12 mm."""
     design = table1((0.001, -0.001))
@@ -221,7 +219,6 @@ def in_single_precision(member: Member, flank: str, tolerance: float) -> FlankMe
     return replace(mesh, grid=replace(mesh.grid, points=points))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_vertices_in_single_precision(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are off by up to 8e-6 mm a coordinate, which is added to the tolerance of the facets; the
     polish undoes it."""
@@ -262,7 +259,6 @@ def alike(parabola: float, teeth: int = 30) -> Design:
     return Design(member, member, Pair(offset, np.radians(40.0)))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("tolerance", [1.0, 0.05, 0.002])
 def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
     """Both members' vertices are as near, to rounding. The facets give one of them, their doubt covers
@@ -282,7 +278,6 @@ def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
         assert check_polished(mesh_contact(design, flank, tolerance, **at), path, 0)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_ties_between_edges_are_no_tangency(flank: str) -> None:
     """Both concave, turned into each other at the pitch point: the tips of both are as near. Polished:
     no contact, by name; facets: a place at a tip whose doubt covers that at the other."""
@@ -296,7 +291,6 @@ def test_ties_between_edges_are_no_tangency(flank: str) -> None:
         assert rough.separation <= min(np.nanmin(part) for part in least) + 0.006
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", [0.0, -0.001, 0.001])
 def test_teeth_that_are_as_near(parabola: float, flank: str) -> None:
     """Midway between two pitches two tooth pairs, or two edges, touch together. The roll is that of either

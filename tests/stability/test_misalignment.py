@@ -30,7 +30,6 @@ from tests.stability.five_residuals import margins
 
 from .named_designs import SPLIT, Named
 
-FLANKS = ("right", "left")
 OFF = (
     Errors(offset=20.0),
     Errors(offset=1.3),
@@ -93,7 +92,6 @@ def test_the_cycle_without_a_path() -> None:
 
 @pytest.mark.parametrize("where", ["pinion", "gear"])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
-@pytest.mark.parametrize("flank", FLANKS)
 def test_off_one_member_only(flank: str, way: float, where: str) -> None:
     """A member moved along its axis: the path stays where it is and leaves that member's face alone, at
     the end named, then all of it."""

@@ -72,7 +72,6 @@ def test_a_second_path_of_the_other_sign_is_counted(name: str) -> None:
     assert off_path(path, found).max() > 0.01 * float(case.design.pinion.tool.normal_module)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_without_a_layout_nothing_is_said(flank: str) -> None:
     design = OTHER["no layout"].design
     path = path_of_contact(design, flank)

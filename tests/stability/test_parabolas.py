@@ -36,7 +36,6 @@ STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e2
 """1/mm: past what the tool of Table 1's pinion can cut."""
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @shares
 def test_steps_of_1e_14_do_not_jump(share: tuple[float, float], flank: str) -> None:
     """Points, contact ratio and transmission error move as at larger coefficients, in proportion."""
@@ -53,7 +52,6 @@ def test_steps_of_1e_14_do_not_jump(share: tuple[float, float], flank: str) -> N
         assert path.ends.leave == zero.ends.leave
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_a_batch_through_zero_is_its_cases(flank: str) -> None:
     batch = path_of_contact(table1().with_parabola(STEPS, -STEPS), flank, 11)
     for case, a in enumerate(STEPS):
@@ -62,7 +60,6 @@ def test_a_batch_through_zero_is_its_cases(flank: str) -> None:
         np.testing.assert_allclose(batch.transmission_error[case], 0.0, rtol=0.0, atol=2e-14)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @shares
 def test_transmission_error_and_shift_are_proportional_near_zero(
     share: tuple[float, float], flank: str

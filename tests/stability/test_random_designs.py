@@ -96,7 +96,6 @@ def none_is_missed(design: Design, flank: Flank) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_designs(kind: Kind, flank: Flank) -> None:
     found: Counter[str] = Counter()
@@ -117,7 +116,6 @@ def test_there_are_100_000() -> None:
     assert len(FLANKS) * sum(SIZES.values()) == 100_000
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_the_search_finds_contacts(flank: Flank) -> None:
     """It comes upon a contact of nearly every pair that is laid together, so that it can fail."""
     design = random_designs("touching", 100, seed=4, flank=flank)

@@ -76,7 +76,6 @@ def of_module(module: float) -> Design:
     return closed(first, second)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
 def test_an_undercut_pair_has_tangencies_but_no_certificate(design: Design, flank: str) -> None:
     """The equations hold on flanks the tool does not leave: first contact says so."""
@@ -97,7 +96,6 @@ def test_an_undercut_pair_has_tangencies_but_no_certificate(design: Design, flan
     assert "take more teeth, more profile shift or a less deep tool" in told[0]
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
 def test_meshes_of_an_undercut_pair_give_the_tangency_or_none(design: Design, flank: str) -> None:
     path = path_of_contact(design, flank, 5)
@@ -153,7 +151,6 @@ APART = {
 }
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("design", APART.values(), ids=APART)
 def test_flanks_that_never_meet(design: Design, flank: str) -> None:
     assert_no_path(design, flank, Status.OFF_FLANK)
@@ -171,7 +168,6 @@ def test_flanks_that_never_meet(design: Design, flank: str) -> None:
     assert np.isnan(met.point).all()
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_one_tooth(flank: str) -> None:
     path = solved_path(ONE, flank, 5)
     assert {path.ends.enter, path.ends.leave} == {Limit.PINION_HEEL, Limit.PINION_TOE}

@@ -102,7 +102,6 @@ def test_transmission_errors_are_those_of_the_method(flank: str, parabola: tuple
     assert 1.0 < by_method["mesh alone"][1] < by_method["mesh alone"][0] < 300.0
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_newton_converges_quadratically(flank: str) -> None:
     exact = errors(rows_of(flank, PARABOLAS[1]), "Newton on F", "iterations")
     assert exact[0] > 1.0
@@ -110,7 +109,6 @@ def test_newton_converges_quadratically(flank: str) -> None:
         assert after < before**1.5
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_one_step_is_exact_without_parabola(flank: str) -> None:
     """F is linear then; the rolls say so, as the point does not depend on l2 at all."""
     rows = rows_of(flank, PARABOLAS[0])

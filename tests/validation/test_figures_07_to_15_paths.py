@@ -54,13 +54,11 @@ def compare(parabola: tuple[float, float], errors: Errors, flank: str) -> None:
         assert max(off_by(path, k, "l1", exact_mounting())) < BOUND
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize(("figure", "parabola"), FIGURES_7_TO_10)
 def test_figures_7_to_10(figure: int, parabola: tuple[float, float], flank: str) -> None:
     compare(parabola, Errors(), flank)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize(("figure", "parabola", "errors"), FIGURES_12_TO_15)
 def test_figures_12_to_15(figure: int, parabola: tuple[float, float], errors: Errors, flank: str) -> None:
     compare(parabola, errors, flank)

@@ -14,6 +14,7 @@ from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 
 from ..symmetry import scaled
+from .pages import words
 
 
 @pytest.mark.parametrize("module", [0.05, 50.0])
@@ -35,5 +36,4 @@ def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
     )
     with theme.style():
         page = fig_posed.draw(data, (400, 300)).page
-    words = [text.get_text() for axes in page.axes for text in axes.texts]
-    assert sum("no contact point to look at" in text for text in words) == 2
+    assert words(page).count("no contact point to look at") == 2
