@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK, ERRORS, Sensitivity, _extreme
+from beveloid_geom.analysis.sensitivity import ERRORS, Sensitivity, _extreme
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
@@ -237,26 +237,7 @@ def test_mirror_image(flank: str) -> None:
     np.testing.assert_allclose(mirror.peak_to_peak_by, ours.peak_to_peak_by, rtol=1e-8, atol=1e-13)
 
 
-def test_batches_and_what_has_no_path() -> None:
-    offset = np.array([[-0.4, 0.0, 40.0], [0.3, np.nan, 0.1]])
-    pinion = np.array([[0.001], [-0.0005]])
-    errors = unchecked(Errors(), offset=offset)
-    batch = path_sensitivity(table1().with_parabola(pinion, -0.0005).with_errors(errors), "right")
-    assert batch.z_by.shape == (2, 3, 3, 2, 4)
-    assert batch.limit.shape == (2, 3, 2)
-    for index in np.ndindex(2, 3):
-        errors = unchecked(Errors(), offset=float(offset[index]))
-        single = path_sensitivity(table1((float(pinion[index[0], 0]), -0.0005), errors), "right")
-        assert single.status == batch.status[index]
-        for name in (*VALUES, *(f"{value}_by" for value in VALUES), "face_shift_by", "square_shift_by"):
-            ours, expected = getattr(batch, name)[index], getattr(single, name)
-            assert np.isnan(ours).all() == (single.status != Status.SOLVED)
-            scale = np.abs(np.nan_to_num(expected)).max()
-            np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-10 * scale)
-        assert (single.limit == batch.limit[index]).all()
-    assert batch.status[0, 2] == Status.OFF_FLANK
-    assert (batch.limit[0, 2] == -1).all()
-    assert batch.status[1, 1] == Status.UNDEFINED
+def test_what_cannot_be_asked_for() -> None:
     with pytest.raises(ValueError, match="without elements"):
         path_sensitivity(table1(errors=Errors(np.zeros(0))))
     with pytest.raises(ValueError, match="flank must be"):
@@ -290,17 +271,6 @@ def test_paths_followed_by_their_length(name: str) -> None:
             assert np.abs(ours - expected).max() <= 1e-4 * max(np.abs(ours).max(), 1e-5), (
                 f"{field} by {error}"
             )
-
-
-def test_derivatives_of_more_cases_than_a_block_holds() -> None:
-    offset = np.linspace(-0.4, 0.4, CASES_PER_BLOCK + 3)
-    batch = path_sensitivity(table1(MODIFIED, Errors(offset)), "right")
-    for k in (0, CASES_PER_BLOCK - 1, CASES_PER_BLOCK, CASES_PER_BLOCK + 2):
-        single = path_sensitivity(table1(MODIFIED, Errors(float(offset[k]))), "right")
-        for name in ("z_by", "contact_ratio", "peak_to_peak_by"):
-            ours, expected = getattr(batch, name)[k], getattr(single, name)
-            np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-10 * np.abs(expected).max())
-        assert (batch.limit[k] == single.limit).all()
 
 
 @pytest.mark.parametrize("parabola", [(0.0005, 0.0), (0.0, -0.0005)])

@@ -11,16 +11,16 @@ from beveloid_geom import ContactPath, Design, Errors, Member, Pair, Status, Too
 from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import mid_faces
-from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import base_cylinder, flank_patch
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.report.sliding import columns_of, sliding_report
 
-from ..contact.test_path_search import CROSSING, TURNING
+from ..contact.test_path_search import TURNING
 from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
+from ..stability.named_designs import CROSSING
 from ..symmetry import exchanged, mirrored, scaled
 
 MODIFIED = (0.001, -0.001)
@@ -206,29 +206,6 @@ def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> Non
     _, other = along(larger, flank)
     np.testing.assert_allclose(other.speed, 10.0 * found.speed, rtol=1e-9)
     np.testing.assert_allclose(other.specific, found.specific, rtol=0, atol=1e-8)
-
-
-def test_batches_hold_what_single_designs_give() -> None:
-    offsets = np.array([[0.0, 0.1, 50.0], [-0.2, 0.3, np.nan]])
-    design = table1(MODIFIED)
-    batch = design.with_errors(unchecked(Errors(), offset=offsets))
-    path, found = along(batch, points=7)
-    roll, speed = least_sliding(found)
-    assert found.rolling.shape == (2, 3, 7, 2, 3)
-    assert found.sliding.shape == (2, 3, 7, 3)
-    for name in ("specific", "specific_total", "profile", "lengthwise"):
-        assert getattr(found, name).shape == (2, 3, 7, 2)
-    for place, offset in np.ndenumerate(offsets):
-        _, single = along(design.with_errors(unchecked(Errors(), offset=float(offset))), points=7)
-        if not single.speed.size:
-            assert np.isnan(found.rolling[place]).all()
-            assert np.isnan((roll[place], speed[place], *found.speed[place])).all()
-            assert (found.status[place] == path.ends.status[place]).all()
-            assert np.isnan(least_sliding(single)[0])
-            continue
-        for name in (*INVARIANT, "contact_velocity", "rolling", "profile"):
-            np.testing.assert_allclose(getattr(found, name)[place], getattr(single, name), rtol=0, atol=1e-8)
-        assert speed[place] == pytest.approx(float(least_sliding(single)[1]), abs=1e-9)
 
 
 def test_pitch_point_beyond_the_ends_of_a_path_has_no_roll() -> None:

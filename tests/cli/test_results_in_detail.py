@@ -16,9 +16,8 @@ from beveloid_geom import (
 )
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.status import Limit
-from beveloid_geom.studies.statements import paper_statements
 from tests.cli.running import rows_of, run, strict_json
-from tests.cli.test_results import LEFT, MODIFIED, OFFSET, printed, studied
+from tests.cli.test_results import MODIFIED, OFFSET, printed, studied
 
 
 def test_what_matters_most_stands_last() -> None:
@@ -113,15 +112,6 @@ def test_csv_of_statements_has_every_number() -> None:
             assert numbers == [value for row in values["numbers"].values() for value in row]
             answers = {row["way"]: row["value"] for row in ours if row["kind"] == "holds"}
             assert answers == {way: "yes" if holds else "no" for way, holds in values["holds"].items()}
-
-
-@pytest.mark.slow
-def test_readings_have_the_same_verdicts_in_all_forms() -> None:
-    given = ("statements", "--readings", *LEFT)
-    data, rows = strict_json(run(*given, "--json").stdout), rows_of(run(*given, "--csv"))
-    judged = {one.id: one.verdict.value for one in paper_statements(builtin_design(), "left")}
-    assert data[0]["verdicts"] == judged
-    assert rows == [{"flank": one["flank"], "reading": one["reading"], **one["verdicts"]} for one in data]
 
 
 def test_csv_of_an_optimum_has_found_and_given() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -240,25 +238,8 @@ def test_the_same_pair_seen_otherwise(flank: str) -> None:
     assert seen == pytest.approx(wanted, rel=1e-7)
 
 
-def test_batches_go_through_at_once() -> None:
-    offset = np.array([[-0.1, 0.0], [0.1, 30.0]])
-    design = table1((0.001, -0.001), Errors(offset=offset))
-    path = path_of_contact(design, "right", 3)
-    found = contact_ellipse(path)
-    assert found.semi_axes.shape == (2, 2, 3, 2)
-    assert found.direction.shape == (2, 2, 3, 2, 3)
-    for i in np.ndindex(2, 2):
-        single = replace(design, errors=Errors(offset=float(offset[i])))
-        alone = path_of_contact(single, "right", 3)
-        if len(alone.l1):
-            assert found.semi_axes[i] == pytest.approx(contact_ellipse(alone).semi_axes, rel=1e-9)
-        else:
-            assert (found.status[i] == EllipseStatus.NO_CONTACT).all()
-            assert np.isnan(found.semi_axes[i]).all()
-    assert (found.status[1, 1] == EllipseStatus.NO_CONTACT).all()
-
-
 def test_an_empty_path_has_no_ellipses() -> None:
-    design = table1((0.0, 0.0), Errors(offset=30.0))
-    found = contact_ellipse(path_of_contact(design, "right"))
+    found = contact_ellipse(path_of_contact(table1(errors=Errors(offset=30.0)), "right"))
     assert found.semi_axes.shape == (0, 2)
+    batch = contact_ellipse(path_of_contact(table1(errors=Errors(offset=np.array([0.0, 30.0]))), "right", 3))
+    assert (batch.status[1] == EllipseStatus.NO_CONTACT).all()

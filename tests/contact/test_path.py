@@ -161,28 +161,6 @@ def test_many_positions_agree_with_few() -> None:
         np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
 
 
-def test_batches_are_the_single_answers() -> None:
-    """Members, coefficients and errors as arrays: each case is what it is alone, also where the
-    path is off the face or the case needs the careful search."""
-    offsets, coefficients = np.array([-6.0, -0.5, 0.0, 0.5]), np.array([[-0.002], [0.0], [0.001]])
-    design = table1(errors=Errors(offset=offsets)).with_parabola(coefficients, -coefficients)
-    batch = path_of_contact(design, points=7)
-    assert batch.point.shape == (3, 4, 7, 3)
-    assert batch.ends.contact_ratio.shape == (3, 4)
-    for i, a in enumerate(coefficients[:, 0]):
-        for j, e in enumerate(offsets):
-            one = path_of_contact(table1((float(a), -float(a)), Errors(offset=float(e))), points=7)
-            assert batch.ends.status[i, j] == one.ends.status
-            if one.l1.size == 0:
-                assert np.isnan(batch.point[i, j]).all()
-                assert (batch.status[i, j] == one.ends.status).all()
-                continue
-            for name in NUMBERS:
-                np.testing.assert_allclose(
-                    getattr(batch, name)[i, j], getattr(one, name), atol=1e-10, err_msg=name
-                )
-
-
 @pytest.mark.parametrize(
     ("design", "status"),
     [

@@ -7,13 +7,12 @@ own roll, or l1 where the roll is about to turn back.
 from __future__ import annotations
 
 import tracemalloc
-from dataclasses import replace
 from math import radians
 
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Errors, Pair, Status, contact_ratio, path_of_contact
+from beveloid_geom import ContactPath, Design, Errors, Status, contact_ratio, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.curve_equations import (
     _solved,
@@ -32,35 +31,9 @@ from tests.contact.test_path import five_equation_residual
 from tests.oracle.sixty_digits import off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
+from tests.stability.named_designs import CROSSING
 from tests.symmetry import exchanged
 
-
-def with_cones(parabola: tuple[float, float], cones: tuple[float, float], pair: Pair) -> Design:
-    design = table1(parabola)
-    pinion, gear = (
-        replace(m, cone_angle=radians(cone)) for m, cone in zip(design.members, cones, strict=True)
-    )
-    return Design(pinion, gear, pair)
-
-
-CROSSING = {
-    "4.20/2.08 deg": with_cones(
-        (-0.002, 0.002),
-        (4.2, 2.08),
-        Pair(218.4432314096572, 0.2741379958464451, 320.8483003395738, 318.63687863045084),
-    ),
-    "4.15/2.03 deg": with_cones(
-        (-0.002, 0.002),
-        (4.15, 2.03),
-        Pair(218.9279400173281, 0.2735307628937236, 317.15403670997256, 314.9768185206899),
-    ),
-    "4.11/1.98 deg": with_cones(
-        (-0.002, 0.002),
-        (4.11, 1.98),
-        Pair(219.3600179001517, 0.27299073518335076, 313.7846784318629, 311.63792535016177),
-    ),
-}
-"""Steep cones mounted so that n_x changes its sign on the flank."""
 TURNING = {
     "a -0.002/-0.002": table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08))),
     "a -0.0022/-0.0017": table1((-0.0022, -0.0017), Errors(offset=-6.1, shaft_angle=radians(-0.12))),
@@ -219,28 +192,23 @@ def on_the_curve(pairing: Pairing, path: ContactPath) -> FloatArray:
     return np.asarray(y.T[None] / units_of(pairing))
 
 
-def test_the_four_unknowns_say_the_same_as_one_equation() -> None:
-    for flank in ("right", "left"):
-        design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
-        pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
-        z, units = on_the_curve(pairing, path), units_of(pairing)
-        y = np.moveaxis(z * units, -1, 0)
-        residual, met = meet_on_curve(pairing, y)
-        assert np.abs(residual).max() < 1e-13
-        plain = meet(pairing, y[:2])
-        for name in ("across", "along", "slope", "moment", "normal_y"):
-            np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
+def test_the_four_unknowns_say_the_same_as_one_equation(flank: str) -> None:
+    design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
+    pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
+    z, units = on_the_curve(pairing, path), units_of(pairing)
+    y = np.moveaxis(z * units, -1, 0)
+    residual, met = meet_on_curve(pairing, y)
+    assert np.abs(residual).max() < 1e-13
+    plain = meet(pairing, y[:2])
+    for name in ("across", "along", "slope", "moment", "normal_y"):
+        np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
 
 
-def test_derivatives_and_tangents() -> None:
+def test_tangents_and_the_way_back() -> None:
     pairing = pairing_of(table1((0.001, -0.001)), "right")
     path = path_of_contact(table1((0.001, -0.001)), points=9)
     z, units = on_the_curve(pairing, path), units_of(pairing)
     _, jacobian = linearised(pairing, z, units)
-    for k in range(4):
-        move = 1e-6 * np.eye(4)[k]
-        above, below = (linearised(pairing, z + sign * move, units)[0] for sign in (1.0, -1.0))
-        np.testing.assert_allclose((above - below) / 2e-6, jacobian[..., k], atol=1e-8)
     tangent = direction_of(jacobian)
     np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1.0, atol=1e-14)
     np.testing.assert_allclose(np.einsum("...ij,...j->...i", jacobian, tangent), 0.0, atol=1e-14)

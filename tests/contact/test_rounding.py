@@ -11,9 +11,9 @@ import pytest
 from beveloid_geom import Design, Errors, Pair, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.pair.closing import closing_offset
-from tests.contact.test_path_search import CROSSING
 from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
+from tests.stability.named_designs import CROSSING
 
 FOLD_DEG = 14.83975508
 """Shaft angle at which the right flanks of Table 1 lose their common normal."""

@@ -288,25 +288,16 @@ def test_inp_keeps_to_the_rules(tmp_path: Path) -> None:
         assert len(line) <= 130
 
 
-BOTH_READ = {
-    "HEADING": set(),
-    "NODE": set(),
+BARE = "HEADING, NODE, ELASTIC, DENSITY, STEP, STATIC, BOUNDARY, CLOAD, NODE FILE, EL FILE, END STEP"
+BOTH_READ: dict[str, set[str]] = {
+    **{keyword: set() for keyword in BARE.split(", ")},
     "ELEMENT": {"TYPE", "ELSET"},
     "NSET": {"NSET"},
     "ELSET": {"ELSET"},
     "SURFACE": {"NAME", "TYPE=ELEMENT"},
     "MATERIAL": {"NAME"},
-    "ELASTIC": set(),
-    "DENSITY": set(),
     "SOLID SECTION": {"ELSET", "MATERIAL"},
-    "STEP": set(),
-    "STATIC": set(),
-    "BOUNDARY": set(),
-    "CLOAD": set(),
     "NODE PRINT": {"NSET", "TOTALS=YES"},
-    "NODE FILE": set(),
-    "EL FILE": set(),
-    "END STEP": set(),
 }
 """Keywords and parameters (with the value where one has more of them than the other) that the Keywords
 Reference Guide of Abaqus and the manual of CalculiX 2.20 both have."""

@@ -233,18 +233,8 @@ def test_pairs_asked_for() -> None:
     assert np.abs(rolls.min(axis=0) - first.gear_roll).max() < 1e-12
 
 
-def test_arrays_of_errors_and_layouts() -> None:
-    offsets, angles = np.array([[-0.2], [0.1]]), np.radians([0.0, 0.01, -0.02])
-    design = table1((0.001, -0.001), Errors(offset=offsets, shaft_angle=angles))
+def test_arrays_of_layouts() -> None:
     roll = cycle(table1(), "right", 4)
-    together = first_contact(design, "right", roll)
-    assert together.point.shape == (2, 3, 4, 3)
-    for i in range(2):
-        for j in range(3):
-            one = table1((0.001, -0.001), Errors(offset=float(offsets[i, 0]), shaft_angle=float(angles[j])))
-            alone = first_contact(one, "right", roll)
-            assert np.abs(alone.gear_roll - together.gear_roll[i, j]).max() < 1e-13
-            assert np.array_equal(alone.limit, together.limit[i, j])
     layouts = replace(table1(), pair=Pair(np.array([229.0, 229.05]), radians(15.0)))
     both = first_contact(layouts, "right", roll)
     assert np.abs(both.gear_roll[0] - first_contact(table1(), "right", roll).gear_roll).max() < 1e-13

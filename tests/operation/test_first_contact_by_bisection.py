@@ -31,6 +31,7 @@ from beveloid_geom.operation.least_clearance import local_at
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.oracle.table1 import table1
+from tests.stability.named_designs import HARD, Named
 
 HALVINGS = 54
 
@@ -192,85 +193,9 @@ def test_first_contact_by_bisection(name: str, flank: str) -> None:
     assert assert_first(design, flank, middle_roll(design, flank) + roll, (8, 30, 25)) < 3e-3
 
 
-def hard_case(
-    members: tuple[tuple[float, float, float, int, float, float, float, float], ...],
-    pair: tuple[float, float],
-    errors: Errors | None = None,
-    pressure_angle: float = 20.0,
-) -> Design:
-    """Members by addendum, tip radius, parabola, teeth, helix and cone angle (deg), shift, face width."""
-    pinion, gear = (
-        Member(
-            Tool(6.0, radians(pressure_angle), addendum=high, tip_radius=tip, parabola=a),
-            teeth,
-            radians(helix),
-            radians(cone),
-            shift,
-            face,
-        )
-        for high, tip, a, teeth, helix, cone, shift, face in members
-    )
-    return Design(pinion, gear, Pair(pair[0], radians(pair[1])), errors or Errors())
-
-
-HARD = [
-    # A gear's tip far down in a fillet, off the scanned points.
-    (
-        "left",
-        hard_case(
-            (
-                (1.2, 0.38, 0.0, 45, 21.5139, 6.7706, 0.35779, 39.0292),
-                (1.2, 0.38, -0.0039775, 42, 10.9832, 0.1364, 0.32927, 27.5605),
-            ),
-            (272.6957, 33.4517),
-            Errors(0.08503, 0.0020263, -0.44389, 0.93037),
-        ),
-        0.2595,
-    ),
-    # The pinion's heel, beside another least value on the same lines of the scan.
-    (
-        "left",
-        hard_case(
-            (
-                (1.0, 0.38, 0.0020827, 32, -32.5991, 5.3509, 0.06307, 20.217),
-                (1.0, 0.05, -0.0007309, 21, 22.1749, -1.175, 0.39429, 24.196),
-            ),
-            (173.44948, 11.22112),
-        ),
-        -0.27472,
-    ),
-    # A gear's tip on a fillet, less than a cell from what the flanks have.
-    (
-        "left",
-        hard_case(
-            (
-                (1.2, 0.38, 0.00084749, 23, 14.1055, 5.0211, 0.0585, 19.821),
-                (1.2, 0.05, 0.0, 31, 23.9461, 5.0448, 0.23699, 18.9905),
-            ),
-            (169.91185, 39.4892),
-        ),
-        0.27926,
-    ),
-    # A gear's tip on the steep part of a fillet, further from the scanned points than half a cell.
-    (
-        "right",
-        hard_case(
-            (
-                (1.0, 0.38, 0.000158248, 15, 19.8015, 3.99857, 0.31355, 70.5729),
-                (1.0, 0.38, 0.0, 27, 29.97758, 1.37664, -0.63323, 34.3297),
-            ),
-            (138.44626, 49.48797),
-            Errors(-0.30465, 0.000128, gear_axial=-0.03586),
-            22.5,
-        ),
-        0.21949,
-    ),
-]
-
-
-@pytest.mark.parametrize(("flank", "design", "roll"), HARD)
-def test_what_a_coarse_search_misses(flank: str, design: Design, roll: float) -> None:
-    assert_first(design, flank, np.array([roll]), (60, 80, 41))
+@pytest.mark.parametrize("case", HARD.values(), ids=HARD)
+def test_what_a_coarse_search_misses(case: Named) -> None:
+    assert_first(case.design, case.flank, np.array([case.roll]), (60, 80, 41))
 
 
 def test_deep_teeth_touch_on_fillets() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, contact_pattern, first_contact, path_of_contact
+from beveloid_geom import Design, Errors, Member, contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
@@ -32,15 +32,6 @@ def conjugate(design: Design, flank: str) -> Operation:
 def poses_of(operation: Operation) -> tuple[FloatArray, FloatArray]:
     roll = np.linspace(*operation.span, 40)
     return roll, operation.gear_roll(roll)
-
-
-def test_operation_follows_the_first_contact() -> None:
-    """At any rolls, over a change of the tooth pair: to rounding, rad."""
-    design = table1((0.0005, -0.001))
-    operation = first_contact_operation(design, "left")
-    roll = np.concatenate((np.linspace(0.1, 0.3, 9), np.linspace(0.178, 0.182, 15)))
-    wanted = first_contact(design, "left", roll).gear_roll
-    assert np.abs(operation.gear_roll(roll) - wanted).max() < 1e-13
 
 
 def conjugate_pattern(flank: str, separation: float = SEPARATION, resolution: float = 1.5) -> ContactPattern:
@@ -127,13 +118,6 @@ def test_flanks_in_operation_touch_and_do_not_overlap(flank: str, parabola: tupl
         assert (side.pinion_roll[known] <= found.roll_range[1]).all()
 
 
-def test_line_contact_marks_more_than_point_contact() -> None:
-    """Generators cross at 2.3 deg on the right flank, at 9.3 on the left."""
-    shares = [conjugate_pattern(flank).pinion.area_share for flank in FLANKS]
-    assert shares[0] > 0.9
-    assert shares[1] < 0.3
-
-
 def whole_area(member: Member, flank: str) -> float:
     """Of the active flank, by Gauss' rule over tangents."""
     node, weight = np.polynomial.legendre.leggauss(12)
@@ -156,14 +140,6 @@ def test_areas_follow_the_separation() -> None:
     assert shares[2] == pytest.approx(1.0, abs=1e-12)
     assert sides[2].area == pytest.approx(whole_area(design.pinion, "right"), rel=1e-3)
     assert sides[1].area == pytest.approx(sides[2].area * shares[1], rel=1e-12)
-
-
-def test_areas_of_a_thin_strip() -> None:
-    """Along the path the least separation is quadratic across it: area goes with the root."""
-    fine = [conjugate_pattern("left", s, 0.6).pinion.area for s in (1e-3, 2.5e-4)]
-    assert fine[0] == pytest.approx(2.0 * fine[1], rel=0.02)
-    coarse = conjugate_pattern("left", 1e-3, 2.0).pinion.area
-    assert coarse == pytest.approx(fine[0], rel=0.02)
 
 
 def scanned_share(design: Design, flank: str, member: int, separation: float, lines: int) -> float:

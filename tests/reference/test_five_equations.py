@@ -14,12 +14,9 @@ from beveloid_geom import (
     ContactPath,
     Design,
     Errors,
-    Member,
     Pair,
     Status,
-    Tool,
     path_of_contact,
-    zero_backlash_layout,
 )
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.reference import five_equations
@@ -34,22 +31,11 @@ from tests.contact.test_path_found_by_search import FROM_AFAR
 from tests.oracle.sixty_digits import SIX, off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
-from tests.stability.named_designs import SPLIT, Named
+from tests.stability.named_designs import CROSSING, OTHER, SPLIT, Named
 from tests.stability.test_line_contact import COEFFICIENTS
 from tests.symmetry import exchanged
 
 L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
-
-
-def steep(pinion_deg: float, gear_deg: float) -> Design:
-    """Table 1 with a = (-0.002, 0.002) and other cones, in the layout that closes."""
-    design = table1((-0.002, 0.002))
-    pinion, gear = (
-        replace(member, cone_angle=radians(cone))
-        for member, cone in zip(design.members, (pinion_deg, gear_deg), strict=True)
-    )
-    layout = zero_backlash_layout(replace(design, pinion=pinion, gear=gear))
-    return Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
 
 
 def refined(design: Design, path: ContactPath) -> Refined:
@@ -68,7 +54,7 @@ def test_approximate_line_contact_is_followed_where_the_roll_turns_back_too(a: f
 
 
 def test_a_path_that_crosses_nx_0() -> None:
-    design = steep(4.11, 1.98)
+    design = CROSSING["4.11/1.98 deg"]
     path = path_of_contact_five_equations(design, points=9)
     assert (path.status == Status.SOLVED).all()
     assert path.normal[0, 0] < -0.002
@@ -128,10 +114,7 @@ def test_a_path_that_leaves_and_comes_back_is_in_pieces(parabola: tuple[float, f
 
 def test_almost_parallel_axes_with_a_path_in_a_thread_of_l1() -> None:
     """Shaft angle 0.24 deg: l1 runs over 0.0011 mm while the contact runs over the whole face."""
-    tool = Tool(2.674174420370804, 0.35771465159433397)
-    pinion = Member(replace(tool, parabola=-0.0034813824), 31, -0.2979215780, 0.0, 0.0218740396, 17.4895193)
-    gear = Member(tool, 70, 0.3021235629, 0.0, 0.3690762276, 26.1825386)
-    design = Design(pinion, gear, Pair(142.4181478149, 0.0042323378, 0.0, 0.0))
+    design = OTHER["almost parallel, its path a thread of l1"].design
     path = path_of_contact_five_equations(design, "left", 3)
     assert (path.status == Status.SOLVED).all()
     assert np.ptp(path.l1) < 0.0012

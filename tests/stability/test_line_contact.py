@@ -21,22 +21,9 @@ from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
 
-COEFFICIENTS = (
-    0.0,
-    0.0002,
-    0.0003,
-    0.00037,
-    0.0004,
-    0.00045,
-    0.0005,
-    0.00055,
-    0.00059,
-    0.0006,
-    0.0008,
-    0.001,
-)
 TURNING = (0.0004, 0.00045, 0.0005, 0.00055)
 """Those whose curvature changes sign on the path."""
+COEFFICIENTS = (0.0, 0.0002, 0.0003, 0.00037, *TURNING, 0.00059, 0.0006, 0.0008, 0.001)
 FOLDS = (0.00045, 0.0005)
 """Those that are looked at closely: the fold on either side of the middle of the face."""
 

@@ -207,17 +207,16 @@ def right_angled(helix1: float, helix2: float, cone1: float, cone2: float) -> De
 
 @pytest.mark.slow
 @pytest.mark.parametrize("angles", RIGHT_ANGLES.values(), ids=RIGHT_ANGLES)
-def test_axes_at_a_right_angle(angles: tuple[float, float, float, float]) -> None:
+def test_axes_at_a_right_angle(angles: tuple[float, float, float, float], flank: str) -> None:
     design = right_angled(*angles)
     assert abs(float(mounting_of(design).gap)) < 1e-9
-    for flank in FLANKS:
-        path = solved_path(design, flank, 5)
-        assert certify(path).holds
-        assert_every_method_agrees(path, 1e-10, 1e-8)
+    path = solved_path(design, flank, 5)
+    assert certify(path).holds
+    assert_every_method_agrees(path, 1e-10, 1e-8)
 
 
 @pytest.mark.parametrize("helix1", [45.0, 30.0, 80.0, 10.0])
-def test_crossed_helical_gears_at_a_right_angle_in_closed_form(helix1: float) -> None:
+def test_crossed_helical_gears_at_a_right_angle_in_closed_form(helix1: float, flank: str) -> None:
     helix = radians(helix1), 0.5 * np.pi - radians(helix1)
     offset, ratio = closed_form((29, 45), helix)
     members = [
@@ -225,8 +224,7 @@ def test_crossed_helical_gears_at_a_right_angle_in_closed_form(helix1: float) ->
         for m, b in zip((PINION, GEAR), helix, strict=True)
     ]
     design = Design(members[0], members[1], Pair(offset, 0.5 * np.pi, 0.0, 0.0))
-    for flank in FLANKS:
-        assert solved_path(design, flank).ends.contact_ratio == pytest.approx(ratio, rel=1e-12)
+    assert solved_path(design, flank).ends.contact_ratio == pytest.approx(ratio, rel=1e-12)
 
 
 @pytest.mark.parametrize("signs", list(product((1.0, -1.0), repeat=2)))

@@ -19,6 +19,7 @@ from beveloid_geom.studies.statement_readings import readings_of
 from beveloid_geom.studies.statement_verdicts import Verdict
 from beveloid_geom.studies.statements import paper_statements
 
+from ..cli.running import rows_of
 from ..oracle.table1 import table1
 
 
@@ -80,6 +81,8 @@ def test_readings_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [one["reading"] for one in data] == [one.name for one in readings_of(builtin_design())[:3]]
     given = {one.id: one.verdict for one in paper_statements(table1(), "right")}
     assert data[0]["verdicts"] == {name: verdict.value for name, verdict in given.items()}
+    rows = rows_of(CliRunner().invoke(command, ["--readings", "--csv", "--flank", "right"]))
+    assert rows == [{"flank": one["flank"], "reading": one["reading"], **one["verdicts"]} for one in data]
     wide = next(one["verdicts"] for one in data if "wide" in one["reading"])
     assert wide["C2"] == "does not hold"
     table = ReadingsReport("x", {"right": {"as given": given}}).summary()

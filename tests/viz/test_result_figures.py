@@ -1,23 +1,36 @@
-"""The figures of sensitivity and tolerance: what they show is the library's, and odd designs say why."""
+"""The figures of results: what they show is the library's, at any size of the pair."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
-from beveloid_geom import Errors, builtin_design, path_of_contact, path_sensitivity, tolerance_study
+from beveloid_geom import (
+    Errors,
+    builtin_design,
+    path_of_contact,
+    path_sensitivity,
+    sliding_of,
+    tolerance_study,
+)
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_viz.figures.results import sensitivity as fig_sensitivity, tolerance_cloud as fig_cloud
-from beveloid_viz.parts import charts
+from beveloid_viz.figures.results import (
+    posed_pair as fig_posed,
+    sensitivity as fig_sensitivity,
+    tolerance_cloud as fig_cloud,
+)
+from beveloid_viz.parts import charts, posed, solved
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 
-from .pages import drawn, words
+from ..symmetry import scaled
+from .pages import drawn, texts, words
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
@@ -96,3 +109,39 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     assert max(len(one.get_paths()) for one in lines) == 20
     assert "all 200 mountings have a path on the flanks, 0 of these ended by another limit" in words(page)
     assert len(table) == 2 * 2 * 200
+
+
+@pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])
+def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
+    design = builtin_design().with_errors(Errors(offset=offset))
+    page, rows = drawn("sliding", design)
+    assert words(page).count("no contact: the path of contact does not meet") == 2 * lost
+    assert texts(page).count("pitch point") == 2 - lost
+    known = [row for row in rows if not row["reason"]]
+    assert len(rows) - len(known) == 2 * lost
+    if offset == 0.0:
+        found = sliding_of(path_of_contact(design, "right", 201))
+        shown = [row["pinion_specific"] for row in known if row["flank"] == "right"][:201]
+        np.testing.assert_array_equal(shown, found.specific[:, 0])
+
+
+@pytest.mark.parametrize("module", [0.05, 50.0])
+def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
+    usual, other = builtin_design(), scaled(builtin_design(), module / 6.0)
+    assert fig_posed.tolerance_of(other) == pytest.approx(fig_posed.tolerance_of(usual) * module / 6.0)
+    assert fig_posed.tolerance_of(usual) == pytest.approx(fig_posed.EXPORTED)
+    assert fig_posed._export_note(usual) == ""
+    assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
+
+
+def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
+    """The pinion cannot be drawn, and of the gear there is nothing where its teeth would be in mesh."""
+    require_opengl()
+    design = builtin_design()
+    astray = replace(posed.pose(design), contact=np.array([0.0, 0.0, 1e4]))
+    data = fig_posed.PosedFigure(
+        astray, ((None, "undercut"), (None, "undercut")), solved.solve(design, "right")
+    )
+    with theme.style():
+        page = fig_posed.draw(data, (400, 300)).page
+    assert words(page).count("no contact point to look at") == 2
