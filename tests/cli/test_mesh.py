@@ -56,20 +56,12 @@ def test_installed_command_writes_the_pair(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize(
-    ("part", "suffix"),
-    [
-        ("pinion", ".STL"),
-        ("gear", ".ply"),
-        ("pair", ".vtp"),
-        ("pinion-flank", ".obj"),
-        ("gear-flank", ".vtk"),
-        ("pinion-tooth", ".stl"),
-        ("gear-tooth", ".vtp"),
-    ],
-)
-def test_every_part_as_a_surface(tmp_path: Path, part: str, suffix: str) -> None:
-    path = tmp_path / f"part{suffix}"
+PARTS = "pinion.STL gear.ply pair.vtp pinion-flank.obj gear-flank.vtk pinion-tooth.stl gear-tooth.vtp"
+
+
+@pytest.mark.parametrize("name", PARTS.split())
+def test_every_part_as_a_surface(tmp_path: Path, name: str) -> None:
+    path, part = tmp_path / name, name.partition(".")[0]
     result = run("--part", part, *COARSE, "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
     read = pv.read(path)

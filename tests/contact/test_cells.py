@@ -11,7 +11,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Pair, Status, zero_backlash_layout
+from beveloid_geom import Design, Errors, Pair, Status
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
 from beveloid_geom.contact import path_search as follow
 from beveloid_geom.contact.cells import Box, box_of, window_of
@@ -20,6 +20,7 @@ from beveloid_geom.contact.curve_tracing import Window
 from beveloid_geom.contact.equation import Pairing, pairing_of
 from beveloid_geom.contact.path import path_ends
 from tests.oracle.table1 import table1
+from tests.stability.answers import changed, closed
 from tests.stability.five_residuals import cases_of
 from tests.stability.random_designs import random_designs
 
@@ -59,19 +60,19 @@ def closed_pair(
 ) -> Design:
     """A pair in its layout without backlash; mm and deg."""
     first, second = (
-        replace(
+        changed(
             member,
-            tool=replace(member.tool, normal_module=module, normal_pressure_angle=radians(alpha)),
-            teeth=z,
-            cone_angle=radians(cone),
-            helix_angle=radians(helix),
-            profile_shift=shift,
-            face_width=face,
+            **{"normal_module": module, "normal_pressure_angle": radians(alpha), "face_width": face},
+            **{
+                "teeth": z,
+                "cone_angle": radians(cone),
+                "helix_angle": radians(helix),
+                "profile_shift": shift,
+            },
         )
         for member, z, cone, helix, shift in zip(table1().members, teeth, cones, helices, shifts, strict=True)
     )
-    layout = zero_backlash_layout(Design(first, second, Pair(100.0, radians(20.0))))
-    return Design(first, second, Pair(float(layout.offset), float(layout.shaft_angle)))
+    return closed(first, second)
 
 
 OFF_THE_FLANKS = {

@@ -74,19 +74,6 @@ def test_feet_of_offset_points(flank: str, parabola: tuple[float, float]) -> Non
             assert np.abs(found.normal - patch.normal).max() < 1e-13
 
 
-def test_feet_are_the_closest_points() -> None:
-    """Against a minimisation that knows the surface only."""
-    member = table1((0.001, -0.001)).pinion
-    for point in ((96.0, 3.0, 5.0), (93.0, -4.0, -20.0), (100.0, 2.0, 24.0)):
-        found = feet(member, "left", np.array(point))
-
-        def miss(x: FloatArray, point: tuple[float, ...] = point) -> FloatArray:
-            return np.asarray(flank_point(member, "left", x[0], x[1]) - point)
-
-        best = least_squares(miss, (0.0, 0.0), xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        assert abs(abs(found.distance) - np.linalg.norm(best.fun)) < 1e-10
-
-
 @pytest.mark.parametrize(
     ("l", "z", "inside"),
     [(0.0, 10.0, True), (-6.6, 0.0, False), (6.9, 0.0, False), (0.0, -25.1, False), (0.0, 25.1, False)],
@@ -215,12 +202,6 @@ def test_curvatures_without_an_ellipse_are_named() -> None:
     for separation in (0.0, -1.0, np.inf, np.nan):
         with pytest.raises(ValueError, match="separation must be a positive length"):
             contact_ellipse(path_of_contact(table1(), "left", 3), separation)
-
-
-def test_concave_flanks_cut_each_other() -> None:
-    design = table1((0.02, 0.02))
-    path = path_of_contact(design, "left", l1=[0.0])
-    assert contact_ellipse(path).status[0] == EllipseStatus.INTERFERENCE
 
 
 def test_the_same_pair_seen_otherwise(flank: str) -> None:

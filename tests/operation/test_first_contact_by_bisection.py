@@ -28,12 +28,19 @@ from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.certificate import TOLERANCE
 from beveloid_geom.operation.first_contact import mesh_of, middle_roll
 from beveloid_geom.operation.least_clearance import local_at
+from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
+from tests.operation.test_first_contact import EDGES
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import cases_of
 from tests.stability.named_designs import HARD, Named
+from tests.stability.random_designs import random_designs
 
 HALVINGS = 54
+BOTH = ("right", "left")
+CLOSE = {(0.0, 0.0): -1.2, (0.003, -0.003): -0.9, (0.005, 0.003): -0.9}
+"""Parabolas and errors of offset with which tips stand on fillets."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +105,10 @@ class Tooth:
 
     def profile(self, radius: FloatArray, z: FloatArray) -> FloatArray:
         """w at which the surface has a radius, by bisection; NaN without one."""
-        low, high = np.zeros_like(radius), np.full_like(radius, 2.5 * float(self.member.tool.normal_module))
+        low, high = (
+            np.zeros_like(radius),
+            np.full_like(radius, 1.0 + 2.4 * float(self.member.tool.normal_module)),
+        )
         known = (self.polar(low, z)[0] <= radius) & (self.polar(high, z)[0] >= radius)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
@@ -159,6 +169,8 @@ CASES = {
     "concave, turned": table1((0.0002, 0.0002), Errors(shaft_angle=radians(-0.1))),
     "convex": table1((-0.0005, -0.0005), Errors(gear_axial=-1.0)),
     "deep": deep_design(),
+    **EDGES,
+    **{f"tip on a fillet, {a}": table1(a, Errors(e)) for a, e in CLOSE.items()},
 }
 
 
@@ -269,3 +281,26 @@ def test_derivatives_of_approach_and_margins() -> None:
         curve = rate(above.rate, below.rate) - here.curve[:, axis]
         assert np.abs(curve)[..., known].max() < 1e-7
     assert len(here.margin) == len(Limit)
+
+
+@pytest.mark.slow
+def test_random_pairs_by_bisection() -> None:
+    """As they are made and mounted; found on both members, and known wherever the tool does not undercut."""
+    designs, counts = random_designs("usual", 150, seed=2017), dict.fromkeys(FirstStatus, 0)
+    for number in range(150):
+        design: Design = cases_of(designs, number)
+        flank, share = BOTH[number % 2], np.random.default_rng(number).uniform(-0.5, 0.5, 1)
+        try:
+            roll = middle_roll(design, flank) + 2.0 * np.pi / float(design.pinion.teeth) * share
+        except ValueError:  # the tool's rounds overlap: there is no fillet
+            continue
+        first = first_contact(design, flank, roll)
+        counts[FirstStatus(int(first.status[0]))] += 1
+        if first.status[0] == FirstStatus.SOLVED:
+            assert_first(design, flank, roll, (8, 30, 25))
+            met = separation(design, flank, 0, first.l1, first.z1, roll, first.gear_roll, first.pair)
+            assert met.inside.all()
+            assert abs(float(met.other_l[0] - first.l2[0])) < 1e-7
+    print(counts)
+    assert counts[FirstStatus.SOLVED] > 100
+    assert counts[FirstStatus.NOT_CONVERGED] == counts[FirstStatus.NO_CONTACT] == 0

@@ -128,25 +128,6 @@ def test_mirror_image() -> None:
     assert np.abs(np.abs(image.harmonics) - np.abs(cycle.harmonics)).max() < 1e-6 * float(cycle.peak_to_peak)
 
 
-@pytest.mark.slow
-def test_arrays_of_errors() -> None:
-    """Also a case whose tips meet bottom lands: it has no answer, the others have theirs."""
-    offsets = np.array([0.2, -5.0])
-    together = table1((0.001, -0.001), Errors(offset=offsets))
-    cycle, ratio = mesh_cycle(together, "right", 4), operating_ratio(together, "right", 0.002)
-    assert cycle.harmonics.shape == (2, 4)
-    assert list(cycle.lost) == [False, True]
-    one = table1((0.001, -0.001), Errors(offset=0.2))
-    alone = mesh_cycle(one, "right", 4)
-    assert np.abs(alone.harmonics - cycle.harmonics[0]).max() < 1e-9 * float(alone.peak_to_peak)
-    assert np.abs(alone.changes - cycle.changes[0]).max() < 1e-10
-    assert float(ratio[0]) == pytest.approx(float(operating_ratio(one, "right", 0.002)), abs=1e-9)
-    assert np.isnan(cycle.changes[1]).all()
-    assert np.isnan(cycle.mean[1])
-    assert np.isnan(cycle.harmonics[1]).all()
-    assert np.isnan(ratio[1])
-
-
 def random_rolls(start: float, count: int = 1000) -> FloatArray:
     """Rolls over five pitches of Table 1's pinion."""
     return start + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(-2.0, 3.0, count)

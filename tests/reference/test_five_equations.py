@@ -27,7 +27,7 @@ from beveloid_geom.reference.five_equations_curve import (
     follow_five_equations,
 )
 from tests.contact.test_path import NUMBERS, five_equation_residual
-from tests.contact.test_path_found_by_search import FROM_AFAR
+from tests.contact.test_path_search import FROM_AFAR
 from tests.oracle.sixty_digits import SIX, off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins

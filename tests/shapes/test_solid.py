@@ -4,7 +4,7 @@ two of them in mesh."""
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, radians, tan
+from math import pi, radians, tan
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import MeshingPair, meshing_pair
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
-from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.pair.frames import normals_to_fixed, to_fixed
+from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.outline import cut_sheets, outline_grids
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.solid import NAMES, Solid, least_angle, turned
@@ -26,7 +25,6 @@ from tests.oracle.surface_distance import distance_bound, inside_triangles
 from tests.oracle.table1 import table1
 from tests.oracle.tooth_volume import exact_volume
 
-intersections: Any = trimesh.intersections
 proximity: Any = trimesh.proximity
 
 PINION, GEAR = table1().members
@@ -175,26 +173,6 @@ def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
     assert errors[1] < 0.3 * errors[0]
 
 
-@pytest.mark.parametrize("name", ["pinion", "gear", "left-hand", "spur", "spur cone", "steep helix"])
-def test_thickness_at_mid_face(name: str) -> None:
-    """Rolling on the pitch circle copies the rack's space there: (pi/2 + 2 x tan(alpha) cos(gamma))
-    m_n / cos(beta) along the arc in the transverse plane."""
-    shift = 0.3
-    member = replace(MEMBERS[name], profile_shift=shift)
-    radius = float(reference_radius(member))
-    mesh = as_trimesh(gear_solid(member, 0.002, 1))
-    cuts = intersections.mesh_plane(mesh, (0.0, 0.0, 1.0), (0.0, 0.0, 1e-9))[..., :2]
-    size = np.hypot(cuts[..., 0], cuts[..., 1]) - radius
-    crossing = cuts[size[:, 0] * size[:, 1] < 0.0]
-    share = np.hypot(*crossing[:, 0].T) - radius, np.hypot(*crossing[:, 1].T) - radius
-    at = crossing[:, 0] + (share[0] / (share[0] - share[1]))[:, None] * (crossing[:, 1] - crossing[:, 0])
-    angle = np.sort(np.arctan2(at[:, 1], at[:, 0]))
-    assert len(np.unique(np.round(angle, 4))) == 2
-    lean = tan(radians(20.0)) * cos(float(member.cone_angle))
-    expected = (0.5 * pi + 2.0 * shift * lean) * 6.0 / cos(float(member.helix_angle))
-    assert radius * (angle[-1] - angle[0]) == pytest.approx(expected, abs=2.2e-3)
-
-
 DESIGN = table1()
 
 
@@ -238,15 +216,6 @@ def test_an_overlap_of_20_micrometres_is_seen(flank: str) -> None:
     assert 0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 0.0205
     pinion, gear = posed(pose, -0.02)
     assert overlap(pinion, gear, pose.contact, 12.0, 5) < -0.015
-
-
-def test_pushing_is_along_the_normal() -> None:
-    pose = meshing_pair(DESIGN)
-    np.testing.assert_allclose(
-        normals_to_fixed(pose.frames[0], pose.normal[0]),
-        -normals_to_fixed(pose.frames[1], pose.normal[1]),
-        atol=1e-9,
-    )
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from tests.oracle.table1 import table1
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """A design and the flank looked at; the limits at which a path in pieces ends; a roll of the pinion, rad."""
+    """A design and the flank looked at; the limits at which a path in pieces ends; a roll (rad)."""
 
     design: Design
     flank: Any

@@ -15,6 +15,7 @@ from beveloid_geom import (
     Errors,
     certify,
     first_contact,
+    mesh_cycle,
     mounted_backlash,
     path_of_contact,
     path_sensitivity,
@@ -26,6 +27,7 @@ from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.operating_ratio import operating_ratio
 from tests.contact.test_path import NUMBERS
 from tests.oracle.table1 import table1
 
@@ -73,6 +75,20 @@ ANSWERS: dict[str, tuple[Design, Of, tuple[str, ...], float, float]] = {
         ("gear_roll", "limit", "pair"),
         0.0,
         1e-13,
+    ),
+    "cycle": (
+        MODIFIED.with_errors(Errors(np.array([0.2, -5.0]))),
+        lambda d: mesh_cycle(d, "right", 4),
+        ("changes", "harmonics", "mean", "lost"),
+        1e-9,
+        1e-10,
+    ),
+    "operating ratio": (
+        MODIFIED.with_errors(Errors(np.array([0.2, -5.0]))),
+        lambda d: SimpleNamespace(ratio=operating_ratio(d, "right", 0.002)),
+        ("ratio",),
+        0.0,
+        1e-9,
     ),
     "backlash": (FLAT.with_parabola(-0.0005, -0.0005), mounted_backlash, ("normal", "jammed"), 0.0, 1e-10),
     "tangent backlash": (FLAT, tangent_backlash, ("normal", "status"), 0.0, 1e-10),

@@ -27,6 +27,7 @@ from beveloid_geom.reference.five_equations import path_of_contact_five_equation
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.oracle.table1 import table1
+from tests.symmetry import scaled
 
 from .answers import (
     FLANKS,
@@ -37,6 +38,7 @@ from .answers import (
     closed,
     solved_path,
 )
+from .test_few_teeth import few
 
 PINION, GEAR = table1().members
 UNDERCUT = {
@@ -49,18 +51,7 @@ POINTED = closed(
     changed(PINION, teeth=18, profile_shift=0.9, cone_angle=radians(10.0), face_width=40.0),
     changed(GEAR, profile_shift=0.0),
 )
-ONE = closed(
-    changed(
-        PINION,
-        teeth=1,
-        helix_angle=radians(75.0),
-        profile_shift=0.3,
-        face_width=20.0,
-        cone_angle=radians(0.5),
-        addendum=0.7,
-    ),
-    changed(GEAR, helix_angle=radians(5.0)),
-)
+ONE = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
 MANY = {
     "gear": closed(PINION, changed(GEAR, teeth=1000)),
     "both": closed(changed(PINION, teeth=1000), changed(GEAR, teeth=1000)),
@@ -68,12 +59,8 @@ MANY = {
 
 
 def of_module(module: float) -> Design:
-    """Table 1 without backlash in another size, its members scaled."""
-    first, second = (
-        changed(m, normal_module=module, face_width=float(m.face_width) * module / 6.0)
-        for m in table1().members
-    )
-    return closed(first, second)
+    """Table 1 without backlash in another size."""
+    return closed(*scaled(table1(), module / 6.0).members)
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)

@@ -94,7 +94,7 @@ def _few(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_reason_is_on_the_page(design: Design, name: str, reason: str) -> None:
     page, rows = drawn(name, design)
     assert reason in words(page), words(page)
-    assert rows
+    assert rows or name in ("meshed-tooth", "separation")
     if name in MAPS:
         assert ("no cell has a path" in words(page)) is all(row["status"] != "solved" for row in rows[:9])
         assert len(rows) == 9 + 4 * (name == "map-parabola")
