@@ -41,6 +41,7 @@ from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import theme
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
+from tests.viz.pages import page_of
 
 OFFSET = Errors(offset=0.05)
 MODIFIED = (0.001, -0.001)
@@ -235,8 +236,7 @@ def test_marks_are_where_they_belong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fig_maps, "STEPS", 5)
     monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
     data = fig_maps.compute("parabola", table1())
-    with theme.style():
-        page = fig_maps.draw(data, (800, 600)).page
+    page = page_of(fig_maps.draw, data, (800, 600))
     note = " ".join(" ".join(text.get_text() for text in page.texts).split())
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in note
     assert "(f) is the share of 12 rolls" in note

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.sensitivity import ERRORS, Sensitivity, _extreme
+from beveloid_geom.analysis.sensitivity import ERRORS, _extreme
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
@@ -169,10 +170,14 @@ def test_transmission_error_up_to_a_smooth_extreme_against_60_digits() -> None:
     assert found.peak_to_peak == pytest.approx(float(np.ptp(error)), abs=1e-9)
 
 
-def differences(design: Design, flank: str, name: str, step: float) -> Sensitivity:
-    """Results under errors -2, -1, 1, 2 steps from those of the design, as one batch."""
+def slopes(
+    design: Design, flank: str, name: str, step: float, fields: Sequence[str]
+) -> dict[str, FloatArray]:
+    """Derivatives by an error, by differences of the fourth order."""
     moved = getattr(design.errors, name) + step * np.array((-2.0, -1.0, 1.0, 2.0))
-    return path_sensitivity(design.with_errors(replace(design.errors, **{name: moved})), flank)
+    near = path_sensitivity(design.with_errors(replace(design.errors, **{name: moved})), flank)
+    rows = {field: getattr(near, field) for field in fields}
+    return {field: (8.0 * (c - b) - (d - a)) / (12.0 * step) for field, (a, b, c, d) in rows.items()}
 
 
 @pytest.mark.parametrize(
@@ -184,10 +189,7 @@ def test_everything_against_differences(flank: str, parabola: tuple[float, float
     found = path_sensitivity(design, flank)
     assert found.status == Status.SOLVED
     for k, (name, step) in enumerate(zip(ERRORS, (4e-3, 2e-6, 0.04, 0.04), strict=True)):
-        near = differences(design, flank, name, step)
-        for field in VALUES:
-            a, b, c, d = getattr(near, field)
-            slope = (8.0 * (c - b) - (d - a)) / (12.0 * step)
+        for field, slope in slopes(design, flank, name, step, VALUES).items():
             scale = 1e-8 if field == "peak_to_peak" else 1e-6
             np.testing.assert_allclose(
                 getattr(found, field + "_by")[..., k],
@@ -253,8 +255,8 @@ def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:
     assert np.isfinite(found.z[::2]).all()
     assert found.contact_ratio == pytest.approx(29 / (2 * np.pi) * np.ptp(roll), rel=1e-4)
     for k, (name, step) in enumerate(zip(ERRORS, (1e-4, 5e-8, 1e-3, 1e-3), strict=True)):
-        a, b, c, d = differences(design, "right", name, step).contact_ratio
-        assert found.contact_ratio_by[k] == pytest.approx((8 * (c - b) - (d - a)) / (12 * step), rel=1e-5)
+        slope = slopes(design, "right", name, step, ["contact_ratio"])["contact_ratio"]
+        assert found.contact_ratio_by[k] == pytest.approx(slope, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["4.15/2.03 deg", "a -0.0022/-0.0017"])
@@ -264,13 +266,11 @@ def test_paths_followed_by_their_length(name: str) -> None:
     found = path_sensitivity(design, "right")
     assert found.status == Status.SOLVED
     for k, (error, step) in enumerate(zip(ERRORS, (5e-5, 2e-8, 5e-4, 5e-4), strict=True)):
-        near = differences(design, "right", error, step)
-        for field in ("z", "r", "contact_ratio", "peak_to_peak"):
-            a, b, c, d = getattr(near, field)
-            expected, ours = (8.0 * (c - b) - (d - a)) / (12.0 * step), getattr(found, field + "_by")[..., k]
-            assert np.abs(ours - expected).max() <= 1e-4 * max(np.abs(ours).max(), 1e-5), (
-                f"{field} by {error}"
-            )
+        fields = ("z", "r", "contact_ratio", "peak_to_peak")
+        for field, expected in slopes(design, "right", error, step, fields).items():
+            ours = getattr(found, field + "_by")[..., k]
+            scale = max(np.abs(ours).max(), 1e-5)
+            assert np.abs(ours - expected).max() <= 1e-4 * scale, f"{field} by {error}"
 
 
 @pytest.mark.parametrize("parabola", [(0.0005, 0.0), (0.0, -0.0005)])

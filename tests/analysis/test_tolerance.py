@@ -188,19 +188,6 @@ def test_share_off_the_flank_in_closed_form(distribution: Any) -> None:
     assert abs(off.mean() - share) < 4.0 * math.sqrt(share * (1.0 - share) / off.size)
 
 
-def test_an_offset_error_shifts_the_unmodified_path_in_proportion() -> None:
-    """Seen at the pinion's l1, every place of the line of contact moves in proportion to the error."""
-    study = tolerance_study(table1(), Tolerances(offset=0.3, distribution="uniform"), cases=200, seed=2)
-    errors = study.mountings.errors[:, 0]
-    design = table1().with_errors(Errors(offset=errors))
-    middle = path_of_contact(design, "right", l1=[0.0]).pinion_z[:, 0]
-    shift = np.polynomial.Polynomial.fit(errors, middle, 1)
-    np.testing.assert_allclose(middle, shift(errors), atol=1e-9)
-    assert np.ptp(middle) > 10.0
-    # The path enters at one radius limit after another, not at one l1: nearly in proportion.
-    assert np.corrcoef(errors, study.mountings.pinion_z[:, 1])[0, 1] > 0.9999
-
-
 @pytest.mark.parametrize(("distribution", "deviation"), [("normal", 0.5), ("uniform", 1.0 / math.sqrt(3.0))])
 def test_mean_and_variance_of_the_errors(distribution: Any, deviation: float) -> None:
     given = replace(GIVEN, distribution=distribution, sigmas=2.0)

@@ -1,5 +1,7 @@
 """The command `beveloid-geom`: what it prints, its exit statuses, and what it says of bad input."""
 
+from __future__ import annotations
+
 import csv
 import io
 import math
@@ -17,7 +19,7 @@ from beveloid_geom.cli.main import main
 from beveloid_geom.design.file import builtin_text, parse_design
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text, json_text
-from tests.cli.running import call, run, strict_json, tca
+from tests.cli.running import call, imported_by, run, strict_json, tca
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
@@ -288,3 +290,25 @@ def test_a_contact_that_the_five_equations_lose_is_said_in_a_line(monkeypatch: p
     result = CliRunner().invoke(main, ["tca", "--method", "five-equation"])
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == "Error: the five equations lose the contact at pinion roll 1.0000 deg\n"
+
+
+PICTURES = "matplotlib", "pyvista", "vtkmodules"
+SURFACE = "mesh --tolerance 0.05"
+SLOW: dict[str, tuple[str, ...]] = {
+    "tca --help": ("numpy", "scipy", "pydantic", "beveloid_viz", *PICTURES),
+    "design": ("scipy", "beveloid_viz", *PICTURES),
+    "tca --points 3": ("scipy", "beveloid_viz", *PICTURES),
+    "check ni-2017": ("beveloid_viz", *PICTURES),
+    "mesh --help": ("numpy", "scipy", "trimesh", "meshio", "tqdm", "pyvista", "OCP"),
+    f"{SURFACE} --part pinion-tooth --out a.vtp": ("trimesh", "meshio", "OCP", "pyvista", "vtkmodules"),
+    f"{SURFACE} --part gear-tooth --out a.stl": ("OCP", "pyvista", "vtkmodules", "beveloid_viz"),
+    "mesh --part gear-flank --out a.vtu": ("trimesh", "OCP", "pyvista", "vtkmodules", "beveloid_viz"),
+}
+
+
+@pytest.mark.parametrize("command", SLOW)
+def test_commands_import_no_more_than_they_need(tmp_path: Path, command: str) -> None:
+    imported = imported_by(*command.split(), folder=tmp_path)
+    own = "beveloid_geom.cli.commands.mesh" if command.startswith("mesh") else "beveloid_geom.cli.main"
+    assert own in imported
+    assert not imported & set(SLOW[command])

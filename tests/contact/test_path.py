@@ -150,17 +150,6 @@ def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
     assert five_equation_residual(design, beyond) < 2e-11
 
 
-def test_many_positions_agree_with_few() -> None:
-    design = table1((-0.002, 0.002))
-    few, many = path_of_contact(design, points=5), path_of_contact(design, points=20001)
-    for name in NUMBERS:
-        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
-    l1 = np.linspace(-5.0, 5.0, 20001)
-    few, many = path_of_contact(design, l1=l1[::5000]), path_of_contact(design, l1=l1)
-    for name in NUMBERS:
-        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
-
-
 @pytest.mark.parametrize(
     ("design", "status"),
     [

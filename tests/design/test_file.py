@@ -1,6 +1,7 @@
 """Design files: what they read as, what they refuse, and in which words."""
 
 import pickle
+import tomllib
 from math import cos, radians, sin
 from pathlib import Path
 
@@ -8,36 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, read_design
+from beveloid_geom import Errors, Member, Pair, Tool, builtin_design, read_design
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.limits import parabola_limit
+from tests.oracle.table1 import table1
 
-TABLE_1 = {
-    "tool": {"normal_module": 6.0, "normal_pressure_angle_deg": 20.0},
-    "pinion": {
-        "teeth": 29,
-        "helix_angle_deg": 25.0,
-        "cone_angle_deg": 3.0,
-        "profile_shift": 0.17,
-        "face_width": 50.0,
-    },
-    "gear": {
-        "teeth": 45,
-        "helix_angle_deg": -10.57,
-        "cone_angle_deg": 0.8,
-        "profile_shift": 0.2181,
-        "face_width": 60.0,
-    },
-    "pair": {"offset": 229.0, "shaft_angle_deg": 15.0},
-    "errors": {},
-}
-TOOL_1 = Tool(6.0, radians(20.0), 1.0, 1.25, 0.38, 0.0)
-DESIGN_1 = Design(
-    Member(TOOL_1, 29, radians(25.0), radians(3.0), 0.17, 50.0),
-    Member(TOOL_1, 45, radians(-10.57), radians(0.8), 0.2181, 60.0),
-    Pair(229.0, radians(15.0)),
-    Errors(0.0, 0.0, 0.0, 0.0),
-)
+DESIGN_1 = table1()
+TABLE_1: dict[str, dict[str, object]] = tomllib.loads(builtin_text())
 
 
 def toml(changes: dict[str, object]) -> str:
@@ -289,7 +267,9 @@ def test_message_names_the_file_on_each_line_and_survives_pickling() -> None:
         "mine.toml: [gear",
     ]
     copy = pickle.loads(pickle.dumps(caught.value))
-    assert (str(copy), copy.faults) == (str(caught.value), caught.value.faults)
+    for name in ("faults", "source"):
+        assert getattr(copy, name) == getattr(caught.value, name)
+    assert str(copy) == str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -93,17 +93,6 @@ def test_rack_section_has_the_pressure_angle_and_the_papers_space_width() -> Non
     np.testing.assert_allclose(bent - straight, 0.01 * 9.0 * outward, atol=1e-15)  # Eq. (1)
 
 
-@pytest.mark.parametrize("member", [*PAIR.members, spur(30), replace(PAIR.pinion, helix_angle=-0.4)])
-def test_limits_of_the_flank(member: Member, flank: str) -> None:
-    z = np.array([-20.0, 0.0, 20.0])
-    l = tip_parameter(member, flank, z)
-    point = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-    np.testing.assert_allclose(np.hypot(point[:, 0], point[:, 1]), tip_radius(member, z), rtol=1e-13)
-    np.testing.assert_allclose(point[:, 2], z, atol=1e-12)
-    root = section_point(member.tool, flank, root_parameter(member))[0]
-    assert root == pytest.approx(-1.0 * member.tool.normal_module, rel=1e-14)
-
-
 def test_a_large_tool_round_raises_the_start_of_the_flank() -> None:
     tool = Tool(6.0, radians(20.0), tip_radius=0.45)
     member = replace(PAIR.pinion, tool=tool)
@@ -120,17 +109,6 @@ def test_spur_undercut_begins_below_18_teeth(flank: str) -> None:
         < 0.0
         < undercut_margin(spur(12, needed + 1e-3), flank)
     )
-
-
-def test_arrays_of_members_broadcast() -> None:
-    tool = Tool(6.0, radians(20.0), parabola=np.array([[0.0], [0.001]]))
-    both = replace(PAIR.pinion, tool=tool)
-    l = np.linspace(-5, 5, 4)
-    patch = flank_patch(both, "right", l, 0.0)
-    assert patch.point.shape == (2, 4, 3)
-    for row, coefficient in enumerate((0.0, 0.001)):
-        one = replace(PAIR.pinion, tool=replace(tool, parabola=coefficient))
-        np.testing.assert_array_equal(patch.point[row], flank_patch(one, "right", l, 0.0).point)
 
 
 def test_flank_names_are_checked() -> None:

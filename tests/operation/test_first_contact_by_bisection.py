@@ -14,7 +14,6 @@ from beveloid_geom import (
     Errors,
     Member,
     Pair,
-    Status,
     Tool,
     certify,
     first_contact,
@@ -22,8 +21,6 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_patch, trace_parameter
-from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.certificate import TOLERANCE
 from beveloid_geom.operation.first_contact import mesh_of, middle_roll
@@ -250,13 +247,6 @@ def test_of_pairs_that_touch_together_the_last_to_enter_counts(flank: str) -> No
     assert (first.pair[(since > 0.01) & (since < 0.95)] == 0).all()
 
 
-def test_a_foot_just_beyond_the_heel_is_off_the_flank() -> None:
-    member = table1().pinion
-    for beyond, status in ((-5e-3, Status.SOLVED), (5e-3, Status.OFF_FLANK)):
-        patch = flank_patch(member, "right", 0.0, trace_parameter(member, "right", 0.0, 25.0 + beyond))
-        assert feet(member, "right", patch.point + 0.1 * patch.normal).status == status
-
-
 def test_derivatives_of_approach_and_margins() -> None:
     """Against central differences, on flank and fillet."""
     design = table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4))
@@ -286,8 +276,8 @@ def test_derivatives_of_approach_and_margins() -> None:
 @pytest.mark.slow
 def test_random_pairs_by_bisection() -> None:
     """As they are made and mounted; found on both members, and known wherever the tool does not undercut."""
-    designs, counts = random_designs("usual", 150, seed=2017), dict.fromkeys(FirstStatus, 0)
-    for number in range(150):
+    designs, counts = random_designs("usual", 200, seed=2017), dict.fromkeys(FirstStatus, 0)
+    for number in range(200):
         design: Design = cases_of(designs, number)
         flank, share = BOTH[number % 2], np.random.default_rng(number).uniform(-0.5, 0.5, 1)
         try:

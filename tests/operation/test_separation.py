@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from beveloid_geom import Design, Errors, Member, Tool, path_of_contact
+from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
-from beveloid_geom.gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
+from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
 from beveloid_geom.operation.separation import Separation, separation
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
@@ -232,13 +232,6 @@ def test_no_partner_is_named() -> None:
     met = separation(design, "right", 0, surface.highest, 0.0, 0.18, -0.11)
     assert np.isnan(met.angle)
     assert not met.inside
-
-
-def test_undercut_is_noticed() -> None:
-    tool = Tool(6.0, radians(20.0))
-    for teeth, undercut in ((12, True), (16, True), (18, False), (30, False)):
-        surface: Surface = surface_of(Member(tool, teeth, 0.0, 0.0, 0.0, 20.0), "right")
-        assert surface.undercut == undercut
 
 
 def test_members_of_arrays_are_refused() -> None:

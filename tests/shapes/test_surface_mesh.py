@@ -16,21 +16,9 @@ from beveloid_geom.shapes.outline import NARROW, bottom_sheet, cut_sheets, fille
 from beveloid_geom.shapes.sampling import SheetGrid
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import gear_mesh, transverse_section
-from tests.oracle.table1 import table1
+from tests.members import GEAR, OTHERS as MEMBERS, PINION
 from tests.oracle.tool_sweep import clearance_of_round
 
-PINION, GEAR = table1().members
-MEMBERS = {
-    "pinion": PINION,
-    "gear": GEAR,
-    "convex": replace(PINION, tool=replace(PINION.tool, parabola=-0.004)),
-    "concave": replace(PINION, tool=replace(PINION.tool, parabola=0.002)),
-    "left-hand": replace(PINION, helix_angle=radians(-25.0)),
-    "cylindrical": replace(PINION, cone_angle=0.0),
-    "spur": replace(PINION, cone_angle=0.0, helix_angle=0.0, profile_shift=0.0),
-    "sharp-tool": replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.0)),
-    "narrow": replace(PINION, tool=replace(PINION.tool, parabola=0.0079)),
-}
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 
 

@@ -29,9 +29,9 @@ from beveloid_geom.studies.comparison_methods import (
     true_positions,
 )
 from beveloid_viz.figures.methods import speed_accuracy as fig_speed
-from beveloid_viz.stage import theme
 
 from ..oracle.table1 import table1
+from ..viz.pages import page_of
 from .kept_positions import cases
 
 SMALL = Settings(
@@ -282,14 +282,12 @@ def test_the_speed_figures_words_and_numbers() -> None:
     assert f"a mesh to 0.01 mm alone is {mesh.error_mm:.2g} mm off" in text
     assert "4 Newton steps do" in text
     assert "times as fast" in text
-    with theme.style():
-        page = fig_speed.draw(data, (400, 300)).page
+    page = page_of(fig_speed.draw, data, (400, 300))
     words = [text.get_text().replace("\n", " ") for axes in page.axes for text in axes.texts]
     assert "the left flanks have no contact" in words
     assert "0 steps" in words
     assert "ot found" not in " ".join(text.get_text() for text in page.texts)
     failed = replace(exact[0], status="astray", error_mm=float("nan"))
-    with theme.style():
-        page = fig_speed.draw((replace(cases[0], rows=(failed, *exact[1:])), *cases[1:]), (400, 300)).page
+    page = page_of(fig_speed.draw, (replace(cases[0], rows=(failed, *exact[1:])), *cases[1:]), (400, 300))
     below = " ".join(" ".join(text.get_text().split()) for text in page.texts)
     assert "for reasons in the table: (a) mesh alone (1 of 2)." in below

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from beveloid_geom import Design
 from beveloid_viz.figures import FIGURES
-from beveloid_viz.parts.recipe import Recipe
+from beveloid_viz.parts.recipe import Drawing, Recipe
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.theme import Page
 
@@ -17,13 +18,17 @@ def recipe_of(name: str) -> Recipe[Any]:
     return next(figure for figure in FIGURES if figure.name == name).recipe()
 
 
+def page_of(draw: Callable[[Any, theme.Size], Drawing], data: Any, size: theme.Size = SMALL) -> Page:
+    with theme.style():
+        return draw(data, size).page
+
+
 def drawn(name: str, design: Design, size: theme.Size = SMALL) -> tuple[Page, list[dict[str, Any]]]:
     """A figure's page, and its table by the header."""
     recipe = recipe_of(name)
     data = recipe.compute(design)
-    with theme.style():
-        page = recipe.draw(data, size).page
-        page.draw_without_rendering()
+    page = page_of(recipe.draw, data, size)
+    page.draw_without_rendering()
     header, rows = recipe.rows(data)
     return page, [dict(zip(header, row, strict=True)) for row in rows]
 

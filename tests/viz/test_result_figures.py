@@ -31,11 +31,10 @@ from beveloid_viz.figures.results import (
     tolerance_cloud as fig_cloud,
 )
 from beveloid_viz.parts import charts, posed, solved
-from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 
 from ..symmetry import scaled
-from .pages import drawn, texts, words
+from .pages import drawn, page_of, texts, words
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
@@ -72,8 +71,7 @@ def test_sensitivity_is_the_librarys() -> None:
 
 def test_values_of_a_panel_are_not_overprinted() -> None:
     data = fig_sensitivity.compute(builtin_design())
-    with theme.style():
-        page = fig_sensitivity.draw(data, (1600, 1200)).page
+    page = page_of(fig_sensitivity.draw, data, (1600, 1200))
     for axes in page.axes:
         boxes = [(text, text.get_window_extent()) for text in axes.texts]
         for (text, one), (other, two) in combinations(boxes, 2):
@@ -147,8 +145,7 @@ def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
     data = fig_posed.PosedFigure(
         astray, ((None, "undercut"), (None, "undercut")), solved.solve(design, "right")
     )
-    with theme.style():
-        page = fig_posed.draw(data, (400, 300)).page
+    page = page_of(fig_posed.draw, data, (400, 300))
     assert words(page).count("no contact point to look at") == 2
 
 

@@ -19,7 +19,7 @@ from beveloid_viz.figures.methods import speed_accuracy as fig_speed
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.theme import Page
 
-from .pages import words
+from .pages import page_of, words
 
 NAN = float("nan")
 SETTINGS: Any = comparison.Settings
@@ -52,8 +52,7 @@ def case_of(shift: float, *lost: str) -> fig_speed.SpeedCase:
 
 
 def drawn(data: tuple[fig_speed.SpeedCase, ...], size: theme.Size) -> Page:
-    with theme.style():
-        return fig_speed.draw(data, size).page
+    return page_of(fig_speed.draw, data, size)
 
 
 def boxes(axes: Axes) -> list[Bbox]:
