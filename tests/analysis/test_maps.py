@@ -40,7 +40,6 @@ from beveloid_geom.status import FirstStatus
 from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import theme
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored
 from tests.viz.pages import page_of
 
 OFFSET = Errors(offset=0.05)
@@ -122,29 +121,6 @@ def test_the_papers_numbers() -> None:
         ("C1", "C2", "C3", "C4"), 1
     )
     assert found.quadrants()["C3"][2, 0]
-
-
-@pytest.mark.parametrize("over", OVER)
-def test_a_mirrored_pair_has_the_map_of_its_other_flank(over: Over) -> None:
-    design = table1(MODIFIED)
-    one, other = small_map(design, over, "right"), small_map(mirrored(design), over, "left")
-    for name in FIGURES:
-        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=1e-8, atol=1e-9)
-    np.testing.assert_array_equal(other.status, one.status)
-
-
-@pytest.mark.parametrize("over", OVER)
-def test_exchanged_members_transpose_the_map(over: Over) -> None:
-    """The error is then that of the other member's roll; by as much differs the roll that a ratio counts.
-    Shift, angle and middle are those on the other member."""
-    design = table1() if over != "parabola" else table1(MODIFIED)
-    one, other = small_map(design, over), small_map(exchanged(design), over)
-    np.testing.assert_array_equal(other.status, one.status.T)
-    np.testing.assert_allclose(other.normal_backlash, one.normal_backlash.T, atol=1e-9)
-    swing = one.peak_to_peak.T
-    np.testing.assert_allclose(other.peak_to_peak, 45.0 / 29.0 * swing, rtol=1e-3, atol=1e-12)
-    differ = np.abs(other.contact_ratio - one.contact_ratio.T)[one.solved.T]
-    assert (differ < 45.0 / (2.0 * np.pi) * swing[one.solved.T] + 1e-9).all()
 
 
 def test_shift_holds_the_layout_and_changes_the_backlash() -> None:

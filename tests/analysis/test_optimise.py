@@ -91,15 +91,6 @@ def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
     assert others.shift[met].min() > found.found.shift * (1.0 - 1e-5)
 
 
-@pytest.mark.slow
-def test_what_cannot_be_met_is_said() -> None:
-    aim = replace(C3, contact_ratio=2.5, pinion_parabola=(0.0, 0.0005), gear_parabola=(-0.0005, 0.0))
-    with pytest.raises(
-        ValueError, match=r"no coefficients were found for a contact ratio of 2\.5 within 1 mm"
-    ):
-        optimise_parabola(table1(), aim)
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -166,7 +157,8 @@ def test_the_greatest_ratio_tried_is_said() -> None:
     bounds = (-0.0002, 0.0)
     aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds)
     greatest = paths_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0002)).contact_ratio
-    with pytest.raises(ValueError, match=f"the greatest ratio tried is {greatest:.3f}: ask for less"):
+    told = rf"contact ratio of 1\.9 within 5 mm.*the greatest ratio tried is {greatest:.3f}: ask for less"
+    with pytest.raises(ValueError, match=f"^no coefficients were found for a {told}"):
         optimise_parabola(table1(), aim, "left")
 
 

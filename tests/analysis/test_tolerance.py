@@ -147,16 +147,6 @@ def test_quantiles_are_over_the_mountings_with_a_path() -> None:
     assert far.status_counts()[Status.OFF_FLANK] == 3
 
 
-def uniform_share_beyond(low: float, high: float, tolerance: float) -> float:
-    """Share of errors, even within the tolerance, below `low` or above `high`."""
-    return 1.0 - (high - low) / (2.0 * tolerance)
-
-
-def normal_share_beyond(low: float, high: float, sigma: float) -> float:
-    """Share of normal errors below `low` or above `high`."""
-    return 1.0 - 0.5 * (math.erf(high / sigma / math.sqrt(2.0)) - math.erf(low / sigma / math.sqrt(2.0)))
-
-
 def axial_limits() -> tuple[float, float]:
     """Axial errors of Table 1's pinion between which its path is on the flanks, mm.
 
@@ -180,11 +170,8 @@ def test_share_off_the_flank_in_closed_form(distribution: Any) -> None:
     off = study.mountings.status == Status.OFF_FLANK
     np.testing.assert_array_equal(off, (error < low) | (error > high))
     np.testing.assert_array_equal(study.mountings.solved, ~off)
-    shares = {
-        "uniform": uniform_share_beyond(low, high, 60.0),
-        "normal": normal_share_beyond(low, high, 30.0),
-    }
-    share = shares[distribution]
+    below, above = (math.erf(end / 30.0 / math.sqrt(2.0)) for end in (low, high))
+    share = 1.0 - ((high - low) / 120.0 if distribution == "uniform" else 0.5 * (above - below))
     assert abs(off.mean() - share) < 4.0 * math.sqrt(share * (1.0 - share) / off.size)
 
 

@@ -3,8 +3,7 @@
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_operation_speed.py -m benchmark -s
 
 The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which gives
-the same distance on unmodified flanks; that for feet `scipy.optimize.least_squares`. The reference for first
-contacts is a search without derivatives, as it is done on grids: the least of the approach over all teeth on
+the same distance on unmodified flanks. The reference for first contacts is a search without derivatives, as it is done on grids: the least of the approach over all teeth on
 101 x 101 points, which finds it to about a tenth of a micrometre and its place to tenths of a millimetre.
 
 What stands on first contacts is stated in paths of contact of 101 positions, all with errors that are new
@@ -19,13 +18,11 @@ from time import process_time
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
-from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
-from beveloid_geom.gear.perpendicular import feet
+from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
@@ -114,30 +111,6 @@ def test_operation_in_paths_of_contact() -> None:
         ratio = seconds(work, 5) / seconds(path, 30)
         print(f"\n{name}: {ratio:.1f} paths")
         assert ratio < most, name
-
-
-@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
-def test_feet_against_a_general_minimiser(parabola: tuple[float, float]) -> None:
-    """The reference: scipy.optimize.least_squares on point minus flank point, one at a time."""
-    member, count = table1(parabola).pinion, 8000
-    random = np.random.default_rng(0)
-    l, z = random.uniform(-5.0, 5.0, count), random.uniform(-25.0, 25.0, count)
-    patch = flank_patch(member, "right", l, trace_parameter(member, "right", l, z))
-    points = patch.point + random.uniform(-0.2, 2.0, count)[:, None] * patch.normal
-    ours = best(lambda: feet(member, "right", points), 7) / count
-
-    def searched() -> None:
-        for point in points[:20]:
-
-            def miss(x: FloatArray, point: FloatArray = point) -> FloatArray:
-                return np.asarray(flank_point(member, "right", x[0], x[1]) - point)
-
-            least_squares(miss, (0.0, 0.0), xtol=1e-12, ftol=1e-12, gtol=1e-12)
-
-    theirs = best(searched, 3) / 20
-    print(f"\nfeet, a = {parabola}: {1e6 * ours:.2f} us a point, least_squares {1e6 * theirs:.0f} us", end="")
-    print(f", faster by {theirs / ours:.0f}")
-    assert theirs / ours > 300.0
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.001, 0.0001])

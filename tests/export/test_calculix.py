@@ -60,7 +60,7 @@ def narrow() -> Design:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A loaded tooth, and what CalculiX printed of it: reactions (N) by set, displacement (mm) of the observer."""
+    """A loaded tooth, and what CalculiX printed: reactions (N) by set, displacement (mm) of the observer."""
 
     mesh: VolumeMesh
     case: LoadCase
