@@ -7,7 +7,7 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Errors, Member, Pair, Status, Tool, path_of_contact, sliding_of
+from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact, sliding_of
 from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding
 from beveloid_geom.gear.flank import base_cylinder, flank_patch
 from beveloid_geom.pair.mounting import mounting_of
@@ -19,6 +19,7 @@ from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
 from ..stability.named_designs import CROSSING
 from ..symmetry import exchanged, mirrored, scaled
+from ..validation.test_crossed_helical import Shifted, closed_form
 
 MODIFIED = (0.001, -0.001)
 CASES = {
@@ -80,10 +81,8 @@ HELICAL = [
 
 def crossed_helical(teeth: tuple[int, int], helix: tuple[float, float]) -> Design:
     """Cylindrical gears without shift at their reference pitch point (r_1, 0, 0)."""
-    tool = Tool(6.0, radians(20.0))
-    pinion, gear = (Member(tool, n, beta, 0.0, 0.0, 400.0) for n, beta in zip(teeth, helix, strict=True))
-    offset = sum(3.0 * n / cos(beta) for n, beta in zip(teeth, helix, strict=True))
-    return Design(pinion, gear, Pair(offset, abs(sum(helix)), 0.0, 0.0))
+    offset, _ = closed_form(teeth, helix)
+    return Shifted(6.0, radians(20.0), teeth, helix, (0.0, 0.0)).design(offset, abs(sum(helix)))
 
 
 @pytest.mark.parametrize(("teeth", "helix_deg"), HELICAL)

@@ -33,13 +33,6 @@ def by_module(points: FloatArray, faces: Faces) -> Distances:
     return lambda queries: np.linalg.norm(queries - closest_on_mesh(points, faces, queries)[0], axis=-1)
 
 
-def by_pyvista(points: FloatArray, faces: Faces) -> Distances:
-    pyvista = pytest.importorskip("pyvista")
-    mesh = pyvista.PolyData(points, np.insert(faces, 0, 3, axis=1).ravel())
-    mesh.find_closest_cell(points[0])
-    return lambda q: np.linalg.norm(q - mesh.find_closest_cell(q, return_closest_point=True)[1], axis=-1)
-
-
 def by_trimesh(points: FloatArray, faces: Faces) -> Distances:
     pytest.importorskip("rtree")
     trimesh = pytest.importorskip("trimesh")
@@ -57,7 +50,6 @@ def by_igl(points: FloatArray, faces: Faces) -> Distances:
 
 CANDIDATES = {
     "closest_on_mesh (VTK)": by_module,
-    "pyvista": by_pyvista,
     "trimesh and rtree": by_trimesh,
     "libigl": by_igl,
 }

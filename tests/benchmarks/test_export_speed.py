@@ -19,7 +19,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -36,7 +35,7 @@ from beveloid_geom.export.step import write_step
 from beveloid_geom.export.strips import gear_loops
 from beveloid_geom.export.surfaces import write_surface
 from beveloid_geom.export.volumes import write_volume
-from tests.benchmarks.timing import best
+from tests.benchmarks.timing import best, told
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
@@ -70,35 +69,25 @@ def test_the_pair_against_the_start_of_the_library(tmp_path: Path) -> None:
     assert memory < MEMORY
 
 
-def compare(name: str, ours: Callable[[], object], theirs: Callable[[], object], repeat: int) -> float:
-    """Print and return how many times as long as the library ours takes."""
-    mine, other = best(ours, repeat), best(theirs, repeat)
-    print(f"{name:<6} {1e3 * mine:8.1f} ms, the library {1e3 * other:8.1f} ms, ratio {mine / other:.2f}")
-    return mine / other
-
-
 def test_own_writers_against_those_of_libraries(tmp_path: Path) -> None:
     design = table1()
     surface = parts.gear_surface(design.pinion, ".vtp", 0.005)
     poly = pv.PolyData.from_regular_faces(surface.points, surface.faces.astype(int))
     poly.point_data["normals"] = surface.point_fields["normals"]
     poly.cell_data["part"] = surface.cell_fields["part"]
-    print()
     vtp, other = tmp_path / "a.vtp", tmp_path / "b.vtp"
-    assert compare("vtp", lambda: write_surface(surface, vtp), lambda: poly.save(other), 5) < 1.0
+    works = {"own": (lambda: write_surface(surface, vtp), 5, 1), "VTK's": (lambda: poly.save(other), 5, 1)}
+    ours, theirs = told("vtp", works).values()
+    assert ours < theirs
     mesh = tooth_hexahedra(design.pinion, 1, "C3D20R", 0.02)
     case = parts.contact_case(mesh, design, meshing_pair(design), 0, 1000.0)
     rounded = replace(mesh, points=np.round(mesh.points, 7))
     plain = meshio.Mesh(rounded.points, [("hexahedron20", mesh.hexahedra)])
     for suffix, kind in ((".inp", "abaqus"), (".bdf", "nastran")):
-        ours, theirs = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
-        ratio = compare(
-            suffix[1:],
-            partial(write_volume, mesh, ours, "C3D20R", case=case),
-            partial(plain.write, theirs, file_format=kind),
-            3,
-        )
-        assert ratio < 1.5
+        own = partial(write_volume, mesh, tmp_path / f"a{suffix}", "C3D20R", case=case)
+        meshios = partial(plain.write, tmp_path / f"b{suffix}", file_format=kind)
+        ours, theirs = told(suffix[1:], {"own": (own, 3, 1), "meshio's": (meshios, 3, 1)}).values()
+        assert ours < 1.5 * theirs
 
 
 PINION = table1((0.001, -0.001)).pinion

@@ -3,8 +3,9 @@
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_operation_speed.py -m benchmark -s
 
 The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which gives
-the same distance on unmodified flanks. The reference for first contacts is a search without derivatives, as it is done on grids: the least of the approach over all teeth on
-101 x 101 points, which finds it to about a tenth of a micrometre and its place to tenths of a millimetre.
+the same distance on unmodified flanks. The reference for first contacts is a search without derivatives,
+as it is done on grids: the least of the approach over all teeth on 101 x 101 points, which finds it to about
+a tenth of a micrometre and its place to tenths of a millimetre.
 
 What stands on first contacts is stated in paths of contact of 101 positions, all with errors that are new
 each time, by the processor's time of one core.

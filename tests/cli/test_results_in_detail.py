@@ -139,20 +139,11 @@ def test_csv_of_check_has_groups_and_units() -> None:
         assert (rows[key]["unit"], float(rows[key]["value"])) == (unit, value)
 
 
+OVER_MOUNTING = "map --over mounting --steps 2 --pinion-bounds 0 60 --gear-bounds 0 1"
+
+
 def test_cells_of_a_map_that_are_lost_are_empty() -> None:
-    given = [
-        "map",
-        "--over",
-        "mounting",
-        "--steps",
-        "2",
-        "--pinion-bounds",
-        "0",
-        "60",
-        "--gear-bounds",
-        "0",
-        "1",
-    ]
+    given = OVER_MOUNTING.split()
     rows, data = rows_of(run(*given, "--csv")), strict_json(run(*given, "--json").stdout)
     assert [row["status"] for row in rows] == ["solved", "solved", "off_flank", "off_flank"]
     assert (rows[2]["contact_ratio"], data["map"]["contact_ratio"][1]) == ("", [None, None])

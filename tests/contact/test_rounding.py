@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import radians
-
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Pair, path_of_contact
+from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.pair.closing import closing_offset
 from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
 from tests.stability.named_designs import CROSSING
-
-FOLD_DEG = 14.83975508
-"""Shaft angle at which the right flanks of Table 1 lose their common normal."""
-
-
-def above_the_fold(degrees: float) -> Design:
-    design = replace(table1(), pair=Pair(229.0, radians(FOLD_DEG + degrees)))
-    return replace(design, pair=Pair(float(closing_offset(design)), design.pair.shaft_angle))
+from tests.stability.test_shaft_angles import folding
 
 
 def true_error(design: Design, flank: str = "right") -> float:
@@ -34,7 +23,7 @@ def true_error(design: Design, flank: str = "right") -> float:
 
 @pytest.mark.parametrize("degrees", [0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6])
 def test_near_the_fold_the_estimate_grows_with_the_error(degrees: float) -> None:
-    design = above_the_fold(degrees)
+    design = folding(degrees)
     estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert 0.05 * estimate < true_error(design) < 20.0 * estimate
     assert estimate == pytest.approx(2.27e-13 / degrees, rel=0.3)

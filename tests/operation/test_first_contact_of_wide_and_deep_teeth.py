@@ -12,14 +12,12 @@ from beveloid_geom import (
     Design,
     Errors,
     Member,
-    Pair,
     Tool,
     certify,
     contact_pattern,
     contact_ratio,
     first_contact,
     path_of_contact,
-    zero_backlash_layout,
 )
 from beveloid_geom.operation.first_contact import middle_roll, spread
 from beveloid_geom.operation.operating_ratio import operating_ratio
@@ -27,6 +25,7 @@ from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit, PatternStatus, Verdict
 from tests.oracle.table1 import table1
+from tests.stability.answers import changed, closed
 
 ALPHA = radians(20.0)
 
@@ -37,8 +36,8 @@ def wide(shaft_angle_error_deg: float) -> Design:
         Member(Tool(2.0, ALPHA), teeth, radians(helix), radians(cone), 0.1, 120.0)
         for teeth, helix, cone in ((87, 35.0, 1.0), (135, -28.0, 0.3))
     )
-    closed = zero_backlash_layout(Design(pinion, gear, Pair(100.0, 0.3)))
-    pair = Pair(float(closed.offset) + 0.05, float(closed.shaft_angle))
+    pair = closed(pinion, gear).pair
+    pair = replace(pair, offset=pair.offset + 0.05)
     return Design(pinion, gear, pair, Errors(shaft_angle=radians(shaft_angle_error_deg)))
 
 
@@ -88,9 +87,8 @@ def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
 
 def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> None:
     """Deep tips: the verdict names what they do, the depth is that along the fillet's normal."""
-    design = table1()
-    pinion, gear = (replace(m, tool=replace(m.tool, addendum=1.2)) for m in design.members)
-    design = replace(design, pinion=pinion, gear=gear)
+    pinion, gear = (changed(member, addendum=1.2) for member in table1().members)
+    design = replace(table1(), pinion=pinion, gear=gear)
     path = path_of_contact(design, flank, 9)
     found = certify(path)
     deep = found.verdict == Verdict.INTERFERENCE

@@ -17,7 +17,6 @@ from beveloid_geom import (
     mesh_cycle,
     path_of_contact,
 )
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.equation import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.first_contact import middle_roll
@@ -138,10 +137,6 @@ def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
     return [(float(l1[i]), float(l1[j - 1])) for i, j in edges.reshape(-1, 2)]
 
 
-def roll_at(design: Design, flank: str, l1: FloatArray) -> FloatArray:
-    return path_of_contact(design, flank, l1=l1).pinion_roll
-
-
 @pytest.mark.parametrize("case", SPLIT, ids=lambda case: "-".join(str(end) for end in case.ends))
 def test_two_pieces(case: Named) -> None:
     """As many as samples count, the one that covers most roll is taken, to its exact ends."""
@@ -161,7 +156,7 @@ def test_two_pieces(case: Named) -> None:
     taken = np.sort(ends.l1)
     if len(sampled) == 2:
         ways = (np.linspace(first, last, 201) for first, last in sampled)
-        spans = [float(np.ptp(roll_at(design, case.flank, way))) for way in ways]
+        spans = [float(np.ptp(path_of_contact(design, case.flank, l1=way).pinion_roll)) for way in ways]
         longest = sampled[int(np.argmax(spans))]
         assert np.abs(np.array(longest) - taken).max() < 20.0 * step
     else:  # they are closer to each other than the samples, or one is shorter than their distance

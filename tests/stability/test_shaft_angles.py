@@ -63,10 +63,6 @@ def folding(above: float) -> Design:
     return held(replace(design, pair=replace(design.pair, offset=closing_offset(design))))
 
 
-def test_the_fold_is_where_the_model_says() -> None:
-    assert fold() == pytest.approx(14.84, abs=0.005)
-
-
 def test_paths_hold_down_to_the_fold() -> None:
     """Where the lines of action meet they stay on the flanks. n_x falls to 1e-7 and below."""
     ratios = []

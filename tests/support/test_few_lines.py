@@ -48,7 +48,7 @@ def test_what_is_shown_of_an_array() -> None:
     assert ", 1 NaN" in next(line for line in repr(lost).splitlines() if " u2 " in line)
     assert "[0]" in repr(bg.path_of_contact(table1(errors=bg.Errors(offset=9.0))))
     shown = few_lines(bg.Errors(offset=np.zeros((4, 5)))).splitlines()[1]
-    assert shown.split()[1:] == ["[4", "x", "5]", "0", "...", "0"]
+    assert " ".join(shown.split()[1:]) == "[4 x 5] 0 ... 0"
 
 
 @pytest.mark.parametrize("name", ["path", "cycle", "design"])
