@@ -132,12 +132,6 @@ def test_both_methods_agree(flank: str, parabola: tuple[float, float]) -> None:
     assert ours.ends.contact_ratio == pytest.approx(reference.ends.contact_ratio, abs=1e-12)
 
 
-def test_five_equations_refuse_batches_and_pass_on_an_empty_path() -> None:
-    with pytest.raises(ValueError, match="single designs"):
-        path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
-    assert path_of_contact_five_equations(table1(errors=Errors(offset=20.0))).l1.size == 0
-
-
 def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
     design = table1((0.001, -0.001))
     path = path_of_contact(design, points=21)

@@ -170,16 +170,6 @@ def test_a_piece_too_narrow_for_the_samples() -> None:
     assert np.array_equal(cycle.pieces.limit.T, wanted.limit)
 
 
-def test_curve_repeats_itself() -> None:
-    """Solved at rolls of three cycles it is what one cycle says, for arrays of errors too."""
-    design = table1((0.0002, 0.0002), Errors(offset=np.array([0.0, 0.05])))
-    cycle = mesh_cycle(design, "right")
-    roll = cycle.start[:, None] + cycle.pitch * np.arange(22) / 7.0
-    found, direct = cycle.at(roll), first_contact(design, "right", roll)
-    assert np.abs(direct.transmission_error - found.transmission_error).max() < 1e-14
-    assert (found.pair[:, 0] - found.pair[:, -1] == 3).all()
-
-
 def test_positions_of_a_lost_cycle_are_named() -> None:
     design = table1((0.001, -0.001), Errors(offset=-5.0))
     cycle = mesh_cycle(design, "right")

@@ -3,7 +3,6 @@ properties that hold whatever the numbers."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from math import radians
 
@@ -19,7 +18,7 @@ from beveloid_geom.reference.five_equations_mp import (
     solve_mp,
     zero_shift,
 )
-from beveloid_geom.reference.pitch_region import Guess, pitch_guess, pitch_region
+from beveloid_geom.reference.pitch_region import Guess, pitch_guess
 from tests.stability.answers import changed, closed
 
 from .pitch_point_mp import MountingMp, mounting_mp
@@ -88,29 +87,6 @@ def test_table1_mounting() -> None:
     assert float(reference_radius(gear)) == pytest.approx(137.330285, abs=1e-6)
     # The lines do not depend on where they are cut, nor on errors and parabolas.
     assert mounting_mp(table1((0.001, -0.001), MISALIGNED)) == mounting
-
-
-def test_cone_angle_zero_is_the_limit_of_a_small_one(flank: str) -> None:
-    """Ties the paper's zero-shift section, with its turn and its u, to the radial displacement."""
-
-    def crossed_helical(cone_angle: float) -> Design:
-        members = (
-            replace(member, cone_angle=cone_angle, tool=replace(member.tool, parabola=a))
-            for member, a in zip(table1().members, (0.001, -0.0005), strict=True)
-        )
-        pinion, gear = members
-        return replace(table1(), pinion=pinion, gear=gear)
-
-    limit, near = crossed_helical(0.0), crossed_helical(1e-15)
-    mounting, guess = pitch_region(limit).mounting, pitch_guess(limit, flank)
-    exact = solve_mp(limit, flank, guess, ("l1", 1.0), mounting)
-    close = solve_mp(near, flank, guess, ("l1", 1.0), mounting)
-    assert zero_shift(near.pinion).height > 1e14
-    for name in ("u1", "l2", "u2", "phi1", "phi2"):
-        assert abs(getattr(close, name) - getattr(exact, name)) < 1e-10
-    rolls = np.array([float(exact.phi1)])
-    scalar = solve_math(limit, flank, rolls, six(exact), mounting)
-    assert max(abs(x - y) for x, y in zip(exact.point, scalar.point[0].tolist(), strict=True)) < 1e-10
 
 
 @pytest.mark.parametrize(

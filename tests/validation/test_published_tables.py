@@ -30,6 +30,8 @@ from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.closing import closed_layout
 from beveloid_geom.status import Limit
 
+from .test_spur_and_helical_limits import limit_of
+
 ALPHA = radians(20.0)
 STEPS_DEG = (1.0, 0.5, 0.25, 0.125)
 
@@ -66,14 +68,6 @@ def parallel(pinion: Member, gear: Member, centre: float) -> dict[str, FloatArra
         "active": limit[4:6],
         "ratio": ratio,
     }
-
-
-def limit_of(rows: FloatArray, order: int) -> FloatArray:
-    """Limits of rows at steps that halve, whose error is a series in step^order."""
-    for k in range(1, len(rows)):
-        factor = 2.0 ** (order * k)
-        rows = (factor * rows[1:] - rows[:-1]) / (factor - 1.0)
-    return np.asarray(rows[0])
 
 
 def _leaned(pinion: Member, gear: Member, centre: float, lean: float) -> FloatArray:

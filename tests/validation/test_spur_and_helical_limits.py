@@ -1,4 +1,4 @@
-"""Flanks where cone angle or helix angle vanish.
+"""What is left of the model where cone angle, helix angle or shaft angle vanish.
 
 Flanks. In the plane z a flank cut without parabola is the involute of its base circle,
 
@@ -12,18 +12,29 @@ angle b and tilted by the cone angle g, meets the transverse plane and the pitch
 
 the formulas usual for conical involute gears, different on the right (sigma = 1) and the left flank.
 Without a cone angle they are those of helical gears, with neither those of spur gears.
+
+Pairs. Flanks on nearly parallel axes still touch in a point, which moves along the common normal. Of
+spur gears the contact ratio tends to
+
+    [sqrt(r_a1^2 - r_b1^2) + sqrt(r_a2^2 - r_b2^2) - a sin(a_w)] / (pi m cos(a)),
+
+of helical gears to that in the transverse plane over cos^2(b_b): the normal leans to the transverse
+plane by the base helix angle, and the normal base pitch is the shorter by its cosine. It is the
+contact ratio of the virtual spur gears of ISO 6336.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import atan, cos, pi, radians, sin, tan
+from math import asin, atan, cos, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from beveloid_geom import Member, Tool
+from beveloid_geom import Design, Member, Pair, Tool, zero_backlash_layout
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_point,
@@ -32,6 +43,7 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     trace_parameter,
 )
+from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 4.0, radians(20.0)
 TOOL = Tool(MODULE, ALPHA)
@@ -104,3 +116,70 @@ def test_base_cylinders(name: str, flank: str) -> None:
     assert -FLANKS[flank] * float(found.helix_angle) == pytest.approx(atan(helix * cosine), abs=1e-15)
     lever = MODULE * float(member.teeth) * cos(float(member.tool.normal_pressure_angle)) / 2
     assert float(found.radius) * cos(float(found.helix_angle)) == pytest.approx(lever, rel=1e-14)
+
+
+def classical(teeth: tuple[int, int], beta: float, shift: tuple[float, float]) -> tuple[float, float, float]:
+    """Centre distance, transverse working pressure angle and transverse contact ratio of helical gears
+    on parallel axes without backlash, by the usual formulas (ISO 21771)."""
+    alpha_t = atan(tan(ALPHA) / cos(beta))
+    wanted = tan(alpha_t) - alpha_t + 2 * tan(ALPHA) * sum(shift) / sum(teeth)
+    working = float(brentq(lambda angle: tan(angle) - angle - wanted, 0.05, 1.2, xtol=1e-15))
+    pitch = [MODULE * n / (2 * cos(beta)) for n in teeth]
+    centre = sum(pitch) * cos(alpha_t) / cos(working)
+    reach = -centre * sin(working)
+    for r, x in zip(pitch, shift, strict=True):
+        reach += sqrt((r + (1.0 + x) * MODULE) ** 2 - (r * cos(alpha_t)) ** 2)
+    return centre, working, reach * cos(beta) / (pi * MODULE * cos(alpha_t))
+
+
+def crossed(
+    teeth: tuple[int, int], beta: float, shift: tuple[float, float], leans: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Offset, normal working pressure angle and contact ratio without backlash, helix angles beta and
+    -beta plus the small ones in `leans`."""
+    helix = beta + leans[0], -beta + leans[1]
+    pinion, gear = (Member(TOOL, n, b, 0.0, x, 200.0) for n, b, x in zip(teeth, helix, shift, strict=True))
+    layout = zero_backlash_layout(Design(pinion, gear, Pair(1.0, 1.0)))
+    pair = Pair(float(layout.offset), float(layout.shaft_angle), 0.0, 0.0)
+    ends = path_ends(Design(pinion, gear, pair))
+    assert {ends.enter, ends.leave} == {Limit.GEAR_TIP, Limit.PINION_TIP}
+    return float(layout.offset), float(layout.pressure_angle), float(ends.contact_ratio)
+
+
+def limit_of(rows: FloatArray, order: int) -> FloatArray:
+    """Limits of rows at steps that halve, whose error is a series in step^order."""
+    for k in range(1, len(rows)):
+        factor = 2.0 ** (order * k)
+        rows = (factor * rows[1:] - rows[:-1]) / (factor - 1.0)
+    return np.asarray(rows[0])
+
+
+CASES = [
+    ((24, 37), 0.0, (0.0, 0.0)),
+    ((20, 33), 0.0, (0.4, 0.25)),
+    ((29, 45), radians(15.0), (0.0, 0.0)),
+    ((21, 60), radians(25.0), (0.3, -0.1)),
+]
+STEPS_DEG = (4.0, 2.0, 1.0, 0.5)
+
+
+@pytest.mark.parametrize(("teeth", "beta", "shift"), CASES)
+@pytest.mark.parametrize("share", [0.5, 0.0])
+def test_parallel_axes(teeth: tuple[int, int], beta: float, shift: tuple[float, float], share: float) -> None:
+    """At shaft angles down to the least the project takes, 0.5 deg, of which the pinion leans a share."""
+    rows = np.array([crossed(teeth, beta, shift, _leans(step, share)) for step in STEPS_DEG])
+    centre, working, ratio = classical(teeth, beta, shift)
+    base_helix = asin(sin(beta) * cos(ALPHA))
+    normal = asin(sin(working) * cos(base_helix))
+    exact = np.array([centre, normal, ratio / cos(base_helix) ** 2])
+    order = 2 if beta == 0.0 else 1  # the mirror image of spur gears leans the other way
+    steps = np.abs(np.diff(rows, axis=0))
+    moving = steps[-1] > 1e-9 * exact
+    assert moving.any()
+    found = np.log2(steps[-2, moving] / steps[-1, moving])
+    np.testing.assert_allclose(found, order, atol={1: 0.3, 2: 0.01}[order])
+    np.testing.assert_allclose(limit_of(rows, order), exact, rtol={1: 1e-5, 2: 1e-9}[order])
+
+
+def _leans(step_deg: float, share: float) -> tuple[float, float]:
+    return share * radians(step_deg), (1.0 - share) * radians(step_deg)
