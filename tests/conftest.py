@@ -47,6 +47,12 @@ class Heartbeat:
         self.terminal.close()
 
 
+@pytest.fixture(params=["right", "left"])
+def flank(request: pytest.FixtureRequest) -> str:
+    """Both flanks, one after the other, of every test that asks for one and names none."""
+    return str(request.param)
+
+
 def pytest_configure(config: pytest.Config) -> None:
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Heartbeat())

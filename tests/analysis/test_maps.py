@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 from math import cos, nan, radians
 from typing import Any
 
@@ -17,7 +16,6 @@ from beveloid_geom import (
     Pair,
     Status,
     Tool,
-    first_contact,
     map_of,
     mesh_cycle,
     path_of_contact,
@@ -27,22 +25,18 @@ from beveloid_geom.analysis.maps import (
     OVER,
     DesignMap,
     Over,
-    _flank_share,
     design_at,
     own_values,
     usual_bounds,
 )
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests, ratio_as_given
-from beveloid_geom.status import FirstStatus
-from beveloid_viz.figures import FIGURES as PAGES
 from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import theme
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored
+from tests.viz.pages import page_of
 
 OFFSET = Errors(offset=0.05)
 MODIFIED = (0.001, -0.001)
@@ -79,12 +73,10 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
         "centre": float(z[8]),
         "normal_backlash": backlash,
         "mounted_backlash": play,
-        "flank_share": nan,
     }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("over", OVER)
 def test_cells_are_those_of_single_designs(over: Over, flank: str) -> None:
     design = table1() if over == "parabola" else table1(MODIFIED)
@@ -126,29 +118,6 @@ def test_the_papers_numbers() -> None:
     assert found.quadrants()["C3"][2, 0]
 
 
-@pytest.mark.parametrize("over", OVER)
-def test_a_mirrored_pair_has_the_map_of_its_other_flank(over: Over) -> None:
-    design = table1(MODIFIED)
-    one, other = small_map(design, over, "right"), small_map(mirrored(design), over, "left")
-    for name in FIGURES:
-        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=1e-8, atol=1e-9)
-    np.testing.assert_array_equal(other.status, one.status)
-
-
-@pytest.mark.parametrize("over", OVER)
-def test_exchanged_members_transpose_the_map(over: Over) -> None:
-    """The error is then that of the other member's roll; by as much differs the roll that a ratio counts.
-    Shift, angle and middle are those on the other member."""
-    design = table1() if over != "parabola" else table1(MODIFIED)
-    one, other = small_map(design, over), small_map(exchanged(design), over)
-    np.testing.assert_array_equal(other.status, one.status.T)
-    np.testing.assert_allclose(other.normal_backlash, one.normal_backlash.T, atol=1e-9)
-    swing = one.peak_to_peak.T
-    np.testing.assert_allclose(other.peak_to_peak, 45.0 / 29.0 * swing, rtol=1e-3, atol=1e-12)
-    differ = np.abs(other.contact_ratio - one.contact_ratio.T)[one.solved.T]
-    assert (differ < 45.0 / (2.0 * np.pi) * swing[one.solved.T] + 1e-9).all()
-
-
 def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
     """Without parabolas the path is the same line; the more the shift, the less the backlash."""
     found = small_map(table1(), "shift", flank="left")
@@ -169,13 +138,26 @@ def test_mounting_moves_the_flanks_under_the_path() -> None:
     assert cell.pair.pinion_mounting == pytest.approx(float(mounting_of(table1()).distance[0]) + 5.0)
 
 
-def test_flanks_carry_what_operation_says() -> None:
+def test_cells_in_operation_have_their_mesh_cycle() -> None:
     done: list[int] = []
-    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, first_contacts=True, progress=done.append)
+    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, operation=True, progress=done.append)
     assert done == [1] * 9
-    for i, j in ((1, 1), (2, 0)):
+    for i, j in np.ndindex(3, 3):
         cycle = mesh_cycle(table1((float(found.pinion[i]), float(found.gear[j]))), "right")
-        assert found.flank_share[i, j] == pytest.approx(1.0 - float(cycle.edge_share), abs=0.09)
+        assert found.edge_share[i, j] == pytest.approx(float(cycle.edge_share), abs=1e-9)
+        assert found.cycle_peak_to_peak[i, j] == pytest.approx(float(cycle.peak_to_peak), abs=1e-10)
+    assert found.edge_share[2, 2] > 0.5 > found.edge_share[0, 0] == 0.0
+
+
+def test_cells_whose_rounds_overlap_are_not_known_in_operation(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*arguments: Any) -> None:
+        raise ValueError("rounds overlap")
+
+    monkeypatch.setattr("beveloid_geom.analysis.maps.mesh_cycle", refused)
+    found = map_of(table1(), "parabola", steps=2, errors=OFFSET, operation=True)
+    assert found.solved.all()
+    assert np.isnan([found.edge_share, found.cycle_peak_to_peak]).all()
+    assert "edge_share" not in MapReport("Table 1", found).rows()
 
 
 def test_bests_of_quadrants_are_sound_cells_that_reach_the_ratio() -> None:
@@ -233,49 +215,14 @@ def test_usual_bounds_hold_the_design() -> None:
     np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
 
 
-PAGES_OF = {
-    "as given": table1(),
-    "hollow": table1((0.0005, 0.0005)),
-    "off the faces": table1(errors=Errors(offset=20.0)),
-    "no common normal": replace(table1(), pair=replace(table1().pair, shaft_angle=radians(10.0))),
-    "mounting given": replace(table1(), pair=replace(table1().pair, pinion_mounting=230.0)),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "over"),
-    [("as given", "parabola"), ("hollow", "parabola"), *product(list(PAGES_OF)[2:], OVER)],
-)
-def test_pages_of_maps_with_and_without_paths(name: str, over: Over, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fig_maps, "STEPS", 3)
-    monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
-    recipe = next(page for page in PAGES if page.name == f"map-{over}").recipe()
-    data = recipe.compute(PAGES_OF[name])
-    with theme.style():
-        page = recipe.draw(data, (400, 300)).page
-        page.draw_without_rendering()
-    words = " ".join(text.get_text() for axes in page.axes for text in axes.texts)
-    if not data.found.solved.any():
-        assert "no cell has a path" in " ".join(words.split())
-    else:
-        assert name not in ("no common normal",)
-    header, rows = recipe.rows(data)
-    cells = [dict(zip(header, row, strict=True)) for row in rows]
-    assert len(cells) == 9 + 4 * (over == "parabola")
-    assert cells[0]["status"] == Status(int(data.found.status[0, 0])).name.lower()
-
-
 def test_marks_are_where_they_belong(monkeypatch: pytest.MonkeyPatch) -> None:
     """The recommended quadrant is framed: pinion's coefficient positive, gear's negative."""
-    monkeypatch.setattr(fig_maps, "STEPS", 5)
-    monkeypatch.setattr(fig_maps, "FIRST_STEPS", 2)
+    monkeypatch.setattr(fig_maps, "STEPS_IN_OPERATION", 5)
     data = fig_maps.compute("parabola", table1())
-    with theme.style():
-        page = fig_maps.draw(data, (800, 600)).page
+    page = page_of(fig_maps.draw, data, (800, 600))
     note = " ".join(" ".join(text.get_text() for text in page.texts).split())
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in note
-    assert "(f) is the share of 12 rolls" in note
+    assert "(f) is the share of a mesh cycle that edges carry" in note
     assert "the least shift is " in note
     (legend,) = page.legends
     assert [text.get_text() for text in legend.get_texts()][-1] == "hollow against each other"
@@ -337,25 +284,6 @@ def test_a_change_of_mounting_is_an_axial_error() -> None:
         path = path_of_contact(fixed.with_errors(errors), "right", 3)
         assert found.contact_ratio[i, j] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
         assert found.centre[i, j] == pytest.approx(float(path.pinion_z[1]), abs=1e-9)
-
-
-def test_fillets_are_no_flanks(monkeypatch: pytest.MonkeyPatch) -> None:
-    def on_fillets(*arguments: Any) -> FirstContact:
-        found = first_contact(*arguments)
-        return replace(found, on_fillet=np.arange(24).reshape(12, 2) < 6)
-
-    monkeypatch.setattr("beveloid_geom.analysis.maps.first_contact", on_fillets)
-    assert _flank_share(table1(), "right") == 0.75
-
-
-def test_a_first_contact_that_is_not_known_leaves_the_share_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unknown(*arguments: Any) -> FirstContact:
-        found = first_contact(*arguments)
-        found.status[3] = FirstStatus.NOT_CONVERGED
-        return found
-
-    monkeypatch.setattr("beveloid_geom.analysis.maps.first_contact", unknown)
-    assert np.isnan(_flank_share(table1(), "right"))
 
 
 def test_each_cell_has_its_own_reason() -> None:

@@ -30,7 +30,6 @@ def solved(request: Any) -> tuple[Aim, Optimum]:
     return request.param, optimise_parabola(table1(), request.param)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_shift_of_unmodified_flanks_in_closed_form(flank: str) -> None:
     """Their path is straight in (z, l1) and is carried parallel to itself along z by an offset error; an
     axial error of the pinion leaves the line in space, that of the gear does not touch it."""
@@ -92,15 +91,6 @@ def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
     assert others.shift[met].min() > found.found.shift * (1.0 - 1e-5)
 
 
-@pytest.mark.slow
-def test_what_cannot_be_met_is_said() -> None:
-    aim = replace(C3, contact_ratio=2.5, pinion_parabola=(0.0, 0.0005), gear_parabola=(-0.0005, 0.0))
-    with pytest.raises(
-        ValueError, match=r"no coefficients were found for a contact ratio of 2\.5 within 1 mm"
-    ):
-        optimise_parabola(table1(), aim)
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -111,6 +101,7 @@ def test_what_cannot_be_met_is_said() -> None:
         ({"pinion_parabola": (0.001, 0.001)}, "pinion_parabola of the aim must be two finite bounds"),
         ({"gear_parabola": (0.0, math.nan)}, "gear_parabola of the aim must be two finite bounds"),
         ({"pinion_parabola": (0.002, 0.003)}, "leave no sum of both coefficients below 0"),
+        ({"pinion_parabola": (0.001, 0.002), "gear_parabola": (-0.001, 0.0)}, "leave no sum of both"),
     ],
 )
 def test_wrong_aims_are_refused(changes: dict[str, Any], words: str) -> None:
@@ -166,14 +157,9 @@ def test_the_greatest_ratio_tried_is_said() -> None:
     bounds = (-0.0002, 0.0)
     aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds)
     greatest = paths_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0002)).contact_ratio
-    with pytest.raises(ValueError, match=f"the greatest ratio tried is {greatest:.3f}: ask for less"):
+    told = rf"contact ratio of 1\.9 within 5 mm.*the greatest ratio tried is {greatest:.3f}: ask for less"
+    with pytest.raises(ValueError, match=f"^no coefficients were found for a {told}"):
         optimise_parabola(table1(), aim, "left")
-
-
-def test_bounds_whose_only_sum_is_0_are_refused() -> None:
-    aim = Aim(Errors(offset=0.05), pinion_parabola=(0.001, 0.002), gear_parabola=(-0.001, 0.0))
-    with pytest.raises(ValueError, match="leave no sum of both coefficients below 0"):
-        optimise_parabola(table1(), aim)
 
 
 def test_the_best_of_several_valleys_is_found() -> None:

@@ -20,53 +20,32 @@ from beveloid_geom import Errors, contact_ratio, path_of_contact
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import solve_math
-from tests.benchmarks.timing import best
+from tests.benchmarks.timing import best, told
 from tests.contact.test_cells import MOUNTINGS, OFF_THE_FLANKS
+from tests.oracle.sixty_digits import numbers_of
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
 def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) -> None:
-    design = table1(parabola)
-    rows = []
-    for points, repeat in ((101, 50), (1_000, 50), (100_000, 7)):
-        seconds = best(partial(path_of_contact, design, flank, points), repeat)
-        rows.append((f"one equation, path of {points:,}", seconds, points))
-    l1 = np.linspace(-5.0, 5.0, 100_000)
-    rows.append(
-        ("one equation, 100,000 given l1", best(lambda: path_of_contact(design, flank, l1=l1), 7), l1.size)
+    design, l1 = table1(parabola), np.linspace(-5.0, 5.0, 100_000)
+    path, mounting = path_of_contact(design, flank, 1_001), mounting_of(design).distance
+    known = numbers_of(path, 0), (float(mounting[0]), float(mounting[1]))
+    five = partial(solve_math, design, flank, path.pinion_roll, *known)
+    paths = {n: partial(path_of_contact, design, flank, n) for n in (101, 1_000, 100_000)}
+    cost = told(
+        f"{flank} flank, a = {parabola}",
+        {
+            **{f"path of {n:,}": (work, 50 if n < 100_000 else 7, n) for n, work in paths.items()},
+            "given l1": (partial(path_of_contact, design, flank, l1=l1), 7, l1.size),
+            "five equations, scalar math": (five, 5, 1_001),
+        },
     )
-    cases = table1(parabola, Errors(offset=np.linspace(-0.3, 0.3, 5_000)))
-    rows.append(
-        (
-            "one equation, 5,000 misalignments x 1",
-            best(lambda: path_of_contact(cases, flank, l1=[0.0]), 2),
-            5_000,
-        )
-    )
-    path = path_of_contact(design, flank, 1_001)
-    guess = tuple(float(x[0]) for x in (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll))
-    mounting = (float(mounting_of(design).distance[0]), float(mounting_of(design).distance[1]))
-    roll = path.pinion_roll
-    rows.append(
-        (
-            "five equations, scalar math",
-            best(lambda: solve_math(design, flank, roll, guess, mounting), 5),
-            1_001,
-        )
-    )
-    cost = {name: seconds / n for name, seconds, n in rows}
-    print(f"\n{flank} flank, a = {parabola}")
-    for name, seconds, n in rows:
-        print(f"  {name:40s} {1e6 * seconds / n:10.4f} us a position {1e3 * seconds:9.3f} ms in all")
-    full = cost["one equation, path of 100,000"]
-    ratio = cost["five equations, scalar math"] / full
+    ratio = cost["five equations, scalar math"] / cost["path of 100,000"]
     print(f"  faster by {ratio:.0f}")
-    exact = solve_math(design, flank, roll, guess, mounting)
-    assert np.abs(exact.point - path.point).max() < 1e-10
+    assert np.abs(five().point - path.point).max() < 1e-10
     assert ratio > 500.0
 
 
@@ -90,7 +69,6 @@ def test_off_the_flank_costs_what_others_cost() -> None:
     assert all(ratio[name] < 3.0 for name in OFF_THE_FLANKS)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.0002, -0.0002)])
 def test_misaligned_pairs_against_five(flank: str, parabola: tuple[float, float]) -> None:
     """Independent cases: one pair under many misalignments. The path of each from limit to limit, by the one
@@ -111,16 +89,15 @@ def test_misaligned_pairs_against_five(flank: str, parabola: tuple[float, float]
             points.append(found.point[0])
         return np.array(points)
 
-    times = {
-        "one equation, one position of each": best(lambda: path_of_contact(cases, flank, l1=[1.0]), 2)
-        / 20_000,
-        "one equation, contact ratio of each": best(lambda: contact_ratio(cases, flank), 2) / 20_000,
-        "five equations, scalar math": best(five, 2) / len(pairs),
-    }
-    print(f"\n{flank} flank, a = {parabola}, 20,000 misalignments")
-    for name, seconds in times.items():
-        print(f"  {name:40s} {1e6 * seconds:10.2f} us a case")
-    ratio = times["five equations, scalar math"] / times["one equation, contact ratio of each"]
+    times = told(
+        f"{flank} flank, a = {parabola}",
+        {
+            "one position of each": (partial(path_of_contact, cases, flank, l1=[1.0]), 2, 20_000),
+            "contact ratio of each": (partial(contact_ratio, cases, flank), 2, 20_000),
+            "five equations, scalar math": (five, 2, len(pairs)),
+        },
+    )
+    ratio = times["five equations, scalar math"] / times["contact ratio of each"]
     print(f"  ratio {ratio:.1f}")
     assert np.abs(five() - at.point[few, 0]).max() < 1e-9
     assert ratio > 1.0

@@ -31,6 +31,22 @@ def call(*arguments: str | Path, program: str = "beveloid-geom") -> subprocess.C
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
+def refused(*arguments: str | Path) -> str:
+    """The one line that a refusal is, with exit status 2."""
+    result = run(*arguments)
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    assert result.stderr.startswith("Error: ")
+    assert result.stderr.count("\n") == 1, result.stderr
+    return result.stderr
+
+
+def tca(*arguments: str | Path) -> Any:
+    """What the command `tca` prints as JSON."""
+    result = run("tca", "--json", *arguments)
+    assert (result.exit_code, result.stderr) == (0, ""), result.stderr
+    return strict_json(result.stdout)
+
+
 def strict_json(text: str) -> Any:
     """JSON as the standard has it: no NaN, no Infinity."""
 

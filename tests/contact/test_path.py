@@ -35,7 +35,7 @@ from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
 
 FLANKS = ("right", "left")
-CASES = [(0.0, 0.0), (0.001, -0.001), (-0.002, 0.002), (0.0002, 0.0002), (-0.0002, -0.0002), (-0.002, -0.002)]
+CASES = [(0.0, 0.0), *((a, -a) for a in (0.001, -0.002)), *((a, a) for a in (0.001, 0.0002, -0.0002, -0.002))]
 NUMBERS = (
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
     *("pinion_z", "pinion_r", "gear_z", "gear_r", "transmission_error"),
@@ -68,7 +68,6 @@ def five_equation_residual(design: Design, path: ContactPath) -> float:
     return float(worst)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", CASES)
 def test_positions_satisfy_the_five_equations(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola)
@@ -79,7 +78,6 @@ def test_positions_satisfy_the_five_equations(flank: str, parabola: tuple[float,
         assert five_equation_residual(design, path) < 2e-11
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", CASES)
 def test_ends_are_exact_and_rolls_even(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola)
@@ -124,8 +122,7 @@ def test_unmodified_flanks_transmit_exactly(e: float, d: float, a1: float, a2: f
     assert np.abs(path.transmission_error).max(initial=0.0) < 1e-12
 
 
-@pytest.mark.parametrize("flank", FLANKS)
-@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002)])
+@pytest.mark.parametrize("parabola", [*((a, -a) for a in (0.0, 1e-14, -1e-14, 1e-9, 1e-3)), (2e-4, 2e-4)])
 def test_both_methods_agree(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))
     ours, reference = path_of_contact(design, flank, 9), path_of_contact_five_equations(design, flank, 9)
@@ -133,12 +130,6 @@ def test_both_methods_agree(flank: str, parabola: tuple[float, float]) -> None:
         np.testing.assert_allclose(getattr(ours, name), getattr(reference, name), atol=1e-10, err_msg=name)
     np.testing.assert_array_equal(ours.ends.limit, reference.ends.limit)
     assert ours.ends.contact_ratio == pytest.approx(reference.ends.contact_ratio, abs=1e-12)
-
-
-def test_five_equations_refuse_batches_and_pass_on_an_empty_path() -> None:
-    with pytest.raises(ValueError, match="single designs"):
-        path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
-    assert path_of_contact_five_equations(table1(errors=Errors(offset=20.0))).l1.size == 0
 
 
 def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
@@ -151,47 +142,6 @@ def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
     assert beyond.status.tolist() == [Status.OFF_FLANK] * 2 + [Status.SOLVED] + [Status.OFF_FLANK] * 2
     assert np.isfinite(beyond.point).all()
     assert five_equation_residual(design, beyond) < 2e-11
-
-
-def test_many_positions_agree_with_few() -> None:
-    design = table1((-0.002, 0.002))
-    few, many = path_of_contact(design, points=5), path_of_contact(design, points=20001)
-    for name in NUMBERS:
-        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
-    l1 = np.linspace(-5.0, 5.0, 20001)
-    few, many = path_of_contact(design, l1=l1[::5000]), path_of_contact(design, l1=l1)
-    for name in NUMBERS:
-        np.testing.assert_allclose(getattr(many, name)[::5000], getattr(few, name), atol=1e-11, err_msg=name)
-
-
-def test_batches_are_the_single_answers() -> None:
-    """Members, coefficients and errors as arrays: each case is what it is alone, also where the
-    path is off the face or the case needs the careful search."""
-    offsets, coefficients = np.array([-6.0, -0.5, 0.0, 0.5]), np.array([[-0.002], [0.0], [0.001]])
-    design = table1(errors=Errors(offset=offsets)).with_parabola(coefficients, -coefficients)
-    batch = path_of_contact(design, points=7)
-    assert batch.point.shape == (3, 4, 7, 3)
-    assert batch.ends.contact_ratio.shape == (3, 4)
-    for i, a in enumerate(coefficients[:, 0]):
-        for j, e in enumerate(offsets):
-            one = path_of_contact(table1((float(a), -float(a)), Errors(offset=float(e))), points=7)
-            assert batch.ends.status[i, j] == one.ends.status
-            if one.l1.size == 0:
-                assert np.isnan(batch.point[i, j]).all()
-                assert (batch.status[i, j] == one.ends.status).all()
-                continue
-            for name in NUMBERS:
-                np.testing.assert_allclose(
-                    getattr(batch, name)[i, j], getattr(one, name), atol=1e-10, err_msg=name
-                )
-
-
-def test_more_cases_than_a_block() -> None:
-    offsets = np.linspace(-0.5, 0.5, 601)
-    batch = path_of_contact(table1((0.001, -0.001), Errors(offset=offsets)), points=3)
-    for k in (0, 255, 256, 600):
-        one = path_of_contact(table1((0.001, -0.001), Errors(offset=float(offsets[k]))), points=3)
-        np.testing.assert_allclose(batch.point[k], one.point, atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -213,19 +163,6 @@ def test_no_path_is_empty_and_says_why(design: Design, status: Status) -> None:
     if status == Status.NO_COMMON_NORMAL:
         assert at_l1.status.tolist() == [status]
         assert np.isnan(at_l1.point).all()
-
-
-def test_a_path_across_n_x_0_is_followed() -> None:
-    """Cones of 4.26 and 2.15 deg: the design's n_x is positive, on the flank it is negative."""
-    design = table1((-0.002, 0.002))
-    pinion, gear = (
-        replace(m, cone_angle=np.radians(cone)) for m, cone in zip(design.members, (4.26, 2.15), strict=True)
-    )
-    pair = Pair(217.80669192, 0.27494064900626497, 325.5642439, 323.30866937)
-    path = path_of_contact(Design(pinion, gear, pair))
-    assert path.ends.status == Status.SOLVED
-    assert path.normal[:, 0].max() < 0.0
-    assert five_equation_residual(Design(pinion, gear, pair), path) < 1e-10
 
 
 def test_arguments_are_checked() -> None:
@@ -262,22 +199,3 @@ def test_a_path_is_measured_by_its_own_design(
     moved = replace(path, design=table1((0.001, -0.001), Errors(0.03)))
     assert not np.array_equal(numbers(measure(path)), numbers(measure(moved)), equal_nan=True)
     assert "design" not in signature(measure).parameters
-
-
-def test_the_path_runs_as_the_pinion_drives() -> None:
-    """With a1 = a2 = 0.001 the roll falls with l1 on the right flank: entered at the pinion's tip side."""
-    for flank, sign in (("right", 1.0), ("left", -1.0)):
-        for parabola in ((0.0, 0.0), (0.001, 0.001)):
-            path = path_of_contact(table1(parabola), flank, 11)
-            assert (sign * np.diff(path.pinion_roll) > 0.0).all()
-    backwards = path_of_contact(table1((0.001, 0.001)), "right", 11)
-    assert backwards.l1[0] > backwards.l1[-1]
-    assert five_equation_residual(table1((0.001, 0.001)), backwards) < 2e-11
-
-
-def test_a_path_over_a_corner_of_the_flank_is_not_missed() -> None:
-    """At an offset error of 1.2399 mm the path cuts 0.006 mm off the heel-tip corner of the pinion."""
-    ends = path_ends(table1(errors=Errors(offset=1.2399)))
-    assert 0.0 < ends.contact_ratio < 1e-3
-    assert (ends.enter, ends.leave) == (Limit.PINION_HEEL, Limit.PINION_TIP)
-    assert path_ends(table1(errors=Errors(offset=1.2402))).contact_ratio == 0.0

@@ -7,13 +7,12 @@ own roll, or l1 where the roll is about to turn back.
 from __future__ import annotations
 
 import tracemalloc
-from dataclasses import replace
 from math import radians
 
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Errors, Pair, Status, contact_ratio, path_of_contact
+from beveloid_geom import ContactPath, Design, Errors, Status, contact_ratio, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.curve_equations import (
     _solved,
@@ -28,40 +27,13 @@ from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_
 from beveloid_geom.contact.path import path_blocks, path_ends
 from beveloid_geom.contact.path_polynomial import HEIGHT, PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
-from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from tests.contact.test_path import five_equation_residual
+from tests.oracle.sixty_digits import exact_at, off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
+from tests.stability.named_designs import CROSSING
 from tests.symmetry import exchanged
 
-
-def with_cones(parabola: tuple[float, float], cones: tuple[float, float], pair: Pair) -> Design:
-    design = table1(parabola)
-    pinion, gear = (
-        replace(m, cone_angle=radians(cone)) for m, cone in zip(design.members, cones, strict=True)
-    )
-    return Design(pinion, gear, pair)
-
-
-CROSSING = {
-    "4.20/2.08 deg": with_cones(
-        (-0.002, 0.002),
-        (4.2, 2.08),
-        Pair(218.4432314096572, 0.2741379958464451, 320.8483003395738, 318.63687863045084),
-    ),
-    "4.15/2.03 deg": with_cones(
-        (-0.002, 0.002),
-        (4.15, 2.03),
-        Pair(218.9279400173281, 0.2735307628937236, 317.15403670997256, 314.9768185206899),
-    ),
-    "4.11/1.98 deg": with_cones(
-        (-0.002, 0.002),
-        (4.11, 1.98),
-        Pair(219.3600179001517, 0.27299073518335076, 313.7846784318629, 311.63792535016177),
-    ),
-}
-"""Steep cones mounted so that n_x changes its sign on the flank."""
 TURNING = {
     "a -0.002/-0.002": table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08))),
     "a -0.0022/-0.0017": table1((-0.0022, -0.0017), Errors(offset=-6.1, shaft_angle=radians(-0.12))),
@@ -78,17 +50,6 @@ def series_found(design: Design) -> PathSeries:
     return group.series
 
 
-def at_60_digits(design: Design, path: ContactPath, k: int, fixed: str) -> float:
-    """Distance (mm, and rad times 1 mm) of position `k` from the solution with one of its numbers."""
-    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
-    numbers = [float(getattr(path, name)[k]) for name in names]
-    mounting = mounting_of(design).distance.tolist()
-    value = numbers[0] if fixed == "l1" else numbers[4]
-    found = solve_mp(design, path.flank, numbers, (fixed, value), tuple(MP.mpf(x) for x in mounting))
-    exact = (found.l1, found.u1, found.l2, found.u2, found.phi1, found.phi2)
-    return max(abs(float(x) - y) for x, y in zip(exact, numbers, strict=True))
-
-
 @both
 def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     path = path_of_contact(design, points=9)
@@ -98,7 +59,7 @@ def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     for k in range(9):
         rate = np.abs(np.gradient(path.pinion_roll))[k], np.abs(np.gradient(path.l1))[k]
         fixed = "phi1" if rate[0] > 1e-3 * rate[1] else "l1"
-        assert at_60_digits(design, path, k, fixed) < 1e-9
+        assert off_by(path, k, fixed)[0] < 1e-9
     inside = margins(design, path)
     assert inside.min() > -1e-9
     assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9  # both ends lie on a limit
@@ -139,7 +100,6 @@ def test_members_exchanged_give_the_same_path(design: Design) -> None:
     np.testing.assert_allclose(np.sort(here.l2), np.sort(there.l1), atol=1e-10)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("a", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002), (0.0005, 0.0005)])
 def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
     pairing = pairing_of(table1(a), flank)
@@ -232,28 +192,23 @@ def on_the_curve(pairing: Pairing, path: ContactPath) -> FloatArray:
     return np.asarray(y.T[None] / units_of(pairing))
 
 
-def test_the_four_unknowns_say_the_same_as_one_equation() -> None:
-    for flank in ("right", "left"):
-        design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
-        pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
-        z, units = on_the_curve(pairing, path), units_of(pairing)
-        y = np.moveaxis(z * units, -1, 0)
-        residual, met = meet_on_curve(pairing, y)
-        assert np.abs(residual).max() < 1e-13
-        plain = meet(pairing, y[:2])
-        for name in ("across", "along", "slope", "moment", "normal_y"):
-            np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
+def test_the_four_unknowns_say_the_same_as_one_equation(flank: str) -> None:
+    design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
+    pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
+    z, units = on_the_curve(pairing, path), units_of(pairing)
+    y = np.moveaxis(z * units, -1, 0)
+    residual, met = meet_on_curve(pairing, y)
+    assert np.abs(residual).max() < 1e-13
+    plain = meet(pairing, y[:2])
+    for name in ("across", "along", "slope", "moment", "normal_y"):
+        np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
 
 
-def test_derivatives_and_tangents() -> None:
+def test_tangents_and_the_way_back() -> None:
     pairing = pairing_of(table1((0.001, -0.001)), "right")
     path = path_of_contact(table1((0.001, -0.001)), points=9)
     z, units = on_the_curve(pairing, path), units_of(pairing)
     _, jacobian = linearised(pairing, z, units)
-    for k in range(4):
-        move = 1e-6 * np.eye(4)[k]
-        above, below = (linearised(pairing, z + sign * move, units)[0] for sign in (1.0, -1.0))
-        np.testing.assert_allclose((above - below) / 2e-6, jacobian[..., k], atol=1e-8)
     tangent = direction_of(jacobian)
     np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1.0, atol=1e-14)
     np.testing.assert_allclose(np.einsum("...ij,...j->...i", jacobian, tangent), 0.0, atol=1e-14)
@@ -321,3 +276,58 @@ def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
     design = CROSSING["4.15/2.03 deg"].with_parabola(0.0012891466317091031, 0.000607238206935391)
     assert path_ends(design).pieces == 1
     assert path_ends(exchanged(design)).pieces == 1
+
+
+@pytest.mark.parametrize("a", [0.00045, 0.0005])
+def test_contact_ratio_where_the_roll_turns_back_at_60_digits(a: float) -> None:
+    """Eq. 16 is greatest less least roll of the path, by the five equations; its ends are nearer together."""
+    path = path_of_contact(table1((a, a)), points=401)
+    turn = int(path.pinion_roll.argmin() if path.pinion_roll.argmin() % 400 else path.pinion_roll.argmax())
+    rolls = [float(exact_at(path, k, "l1").phi1) for k in (0, turn - 1, turn, turn + 1, 400)]
+    before, middle, after = rolls[1:4]  # the extreme of the parabola through three positions
+    extreme = middle - 0.125 * (after - before) ** 2 / (before - 2.0 * middle + after)
+    pitch, ends = 2.0 * np.pi / 29, (rolls[0], rolls[-1])
+    ratio = (max(*ends, extreme) - min(*ends, extreme)) / pitch
+    assert path.ends.contact_ratio == pytest.approx(ratio, abs=1e-8)
+    assert abs(ends[1] - ends[0]) / pitch < 0.8 * ratio
+
+
+@pytest.mark.parametrize("a", [0.0004, 0.00045, 0.0005, 0.00055])
+def test_transmission_error_has_one_reference(a: float) -> None:
+    path = path_of_contact(table1((a, a)))
+    again = path_of_contact(table1((a, a)), l1=path.l1)
+    np.testing.assert_allclose(again.transmission_error, path.transmission_error, atol=1e-12)
+
+
+FROM_AFAR = [
+    ((-0.0025, -0.0007), -7.0, -0.09, -2.9473),
+    ((-0.0023, -0.0008), -9.0, -0.06, -5.1517),
+    ((-0.0011, -0.0010), -9.3, -0.13, -5.5744),
+    ((-0.0022, -0.0017), -6.1, -0.12, -2.8432),
+    ((0.0, 0.0), 1.2335, 0.0, 4.65),
+]
+"""Parabolas, errors of offset and shaft angle (mm, deg), and l1 of a contact on the flanks."""
+
+
+@pytest.mark.parametrize(("parabola", "offset", "shaft_deg", "l1"), FROM_AFAR)
+def test_contact_on_the_flanks_is_never_called_none(
+    parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float
+) -> None:
+    design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
+    at = path_of_contact(design, l1=[l1])
+    assert at.status[0] == Status.SOLVED
+    assert five_equation_residual(design, at) < 1e-10
+    assert margins(design, at).min() > 0.0
+    assert path_ends(design).status not in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL)
+    assert contact_ratio(design) != 0.0
+
+
+def test_two_roots_between_two_samples_are_not_a_missing_normal() -> None:
+    """n_x is 0.14 and 0.10 at the two contacts of l1 = -1.0417; the members exchanged find them."""
+    design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
+    l2 = np.array([0.4338, 0.2431, -1.4578, -2.3864])
+    other = path_of_contact(exchanged(design), l1=l2)
+    assert (other.status == Status.SOLVED).all()
+    assert five_equation_residual(exchanged(design), other) < 1e-9
+    path = path_of_contact(design, l1=other.l2)
+    assert np.isin(path.status, (Status.SOLVED, Status.SEVERAL_CONTACTS)).all()

@@ -2,44 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import radians
-
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Pair, path_of_contact
+from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
-from beveloid_geom.pair.closing import closing_offset
-from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, solve_mp
-from tests.contact.test_path_search import CROSSING
+from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
-
-FOLD_DEG = 14.83975508
-"""Shaft angle at which the right flanks of Table 1 lose their common normal."""
-
-
-def above_the_fold(degrees: float) -> Design:
-    design = replace(table1(), pair=Pair(229.0, radians(FOLD_DEG + degrees)))
-    return replace(design, pair=Pair(float(closing_offset(design)), design.pair.shaft_angle))
+from tests.stability.named_designs import CROSSING
+from tests.stability.test_shaft_angles import folding
 
 
 def true_error(design: Design, flank: str = "right") -> float:
     """Greatest distance (mm) of three positions of the path from the solution at their rolls."""
-    path, away = path_of_contact(design, flank, 5), []
-    names = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
-    for k in (1, 2, 3):
-        guess = [float(getattr(path, name)[k]) for name in names]
-        mounting = [MP.mpf(distance) for distance in mounting_of(design).distance.tolist()]
-        exact = solve_mp(design, flank, guess, ("phi1", guess[4]), (mounting[0], mounting[1]))
-        away.append(np.linalg.norm(path.point[k] - np.array(exact.point, dtype=float)))
-    return float(max(away))
+    path = path_of_contact(design, flank, 5)
+    exact = [np.array(exact_at(path, k).point, dtype=float) for k in (1, 2, 3)]
+    away = np.linalg.norm(path.point[1:4] - exact, axis=-1)
+    return float(away.max())
 
 
 @pytest.mark.parametrize("degrees", [0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6])
 def test_near_the_fold_the_estimate_grows_with_the_error(degrees: float) -> None:
-    design = above_the_fold(degrees)
+    design = folding(degrees)
     estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert 0.05 * estimate < true_error(design) < 20.0 * estimate
     assert estimate == pytest.approx(2.27e-13 / degrees, rel=0.3)

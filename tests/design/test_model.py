@@ -255,17 +255,6 @@ def test_equal_designs() -> None:
         hash(BATCH)
 
 
-def test_errors_are_pickled() -> None:
-    with pytest.raises(DesignError) as caught:
-        replace(TOOL, normal_module=-1.0)
-    again = pickle.loads(pickle.dumps(caught.value))
-    assert (str(again), again.faults, again.source) == (
-        str(caught.value),
-        caught.value.faults,
-        caught.value.source,
-    )
-
-
 def test_degrees_can_be_given() -> None:
     """As in a design file; of several cases, too."""
     turned = from_degrees(Pair, offset=200.0, shaft_angle_deg=[10.0, 20.0])

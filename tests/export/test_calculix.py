@@ -16,9 +16,10 @@ import pytest
 from beveloid_geom import Design, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.export.abaqus import FIXED_SETS
+from beveloid_geom.export.abaqus import FIXED_SETS, LoadCase
 from beveloid_geom.export.parts import contact_case
 from beveloid_geom.export.volumes import write_volume
+from beveloid_geom.shapes.elements import VolumeMesh
 from beveloid_geom.shapes.hexahedra import Cells
 from tests.oracle.table1 import table1
 
@@ -34,18 +35,6 @@ STRESSED = (Cells(1, 2, 2, 2, 2), Cells(1, 4, 4, 4, 4), Cells(1, 6, 6, 6, 6))
 MOST_NODES = 30_000
 FINE = Cells(1, 3, 5, 6, 8)
 """For a whole face; coarser elements under the load hide the hourglass modes."""
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """What CalculiX printed: reactions (N) by set, the displacement (mm) of the observer, and
-    the place of the observer and the force that was asked for."""
-
-    nodes: int
-    reaction: dict[str, FloatArray]
-    displacement: FloatArray
-    place: FloatArray
-    force: FloatArray
 
 
 def run(deck: Path) -> dict[str, FloatArray]:
@@ -69,21 +58,42 @@ def narrow() -> Design:
     return replace(design, pinion=pinion, gear=gear)
 
 
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A loaded tooth, and what CalculiX printed: reactions (N) by set, displacement (mm) of the observer."""
+
+    mesh: VolumeMesh
+    case: LoadCase
+    printed: dict[str, FloatArray]
+    results: Path
+
+    def stress(self, name: str) -> float:
+        """Greatest von Mises stress (MPa) of the nodes of a set."""
+        found = mises(self.results)
+        assert len(found) == len(self.mesh.points)
+        return float(found[self.mesh.node_sets[name]].max())
+
+
 def solved(
-    folder: Path, element: str, cells: Cells, member: int = 0, teeth: int = 1, flank: str = "right"
-) -> Answer:
-    design = narrow()
-    pose = meshing_pair(design, flank)
+    folder: Path,
+    design: Design,
+    cells: Cells,
+    element: str = "C3D20",
+    *,
+    member: int = 1,
+    teeth: int = 1,
+    flank: str = "right",
+    force: float = FORCE,
+) -> Solved:
+    """A gear's tooth if no other `member` is named, its reaction that to the load."""
     mesh = tooth_hexahedra(design.members[member], teeth, element, cells=cells)
-    case = contact_case(mesh, design, pose, member, FORCE, (teeth - 1) // 2)
+    case = contact_case(mesh, design, meshing_pair(design, flank), member, force, (teeth - 1) // 2)
     deck = folder / "tooth.inp"
     write_volume(mesh, deck, element, case=case)
     printed = run(deck)
-    place = mesh.points[case.observer]
-    assert case.observer not in case.load.nodes
-    opposite = {"right": "left", "left": "right"}[flank]
-    assert case.observer in np.intersect1d(mesh.node_sets["tip"], mesh.node_sets[f"{opposite} flank"])
-    return Answer(len(mesh.points), printed, printed.pop("observer"), place, case.load.total)
+    np.testing.assert_allclose(printed["fixed"], -case.load.total, rtol=0, atol=1e-6 * force)
+    assert np.linalg.norm(case.load.total) == pytest.approx(force, rel=1e-12)
+    return Solved(mesh, case, printed, deck.with_suffix(".frd"))
 
 
 @pytest.mark.parametrize(
@@ -91,25 +101,29 @@ def solved(
 )
 def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: int) -> None:
     """Of the one set that holds all that is fixed; the force is that along the flank's normal."""
-    answer = solved(tmp_path, element, FEW, member, teeth)
-    assert set(answer.reaction) == {"fixed", *(name.replace(" ", "_") for name in FIXED_SETS)}
-    assert np.linalg.norm(answer.force) == pytest.approx(FORCE, rel=1e-12)
-    np.testing.assert_allclose(answer.reaction["fixed"], -answer.force, rtol=0, atol=1e-6 * FORCE)
+    found = solved(tmp_path, narrow(), FEW, element, member=member, teeth=teeth)
+    sets = (name.replace(" ", "_") for name in FIXED_SETS)
+    assert set(found.printed) == {"observer", "fixed", *sets}
 
 
 @pytest.mark.parametrize("element", ["C3D20", pytest.param("C3D20R", marks=pytest.mark.slow)])
 def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: str) -> None:
     """At the tip of the opposite flank."""
-    answers = [solved(tmp_path, element, cells, flank="left") for cells in REFINED]
-    assert [answer.nodes for answer in answers] == sorted(answer.nodes for answer in answers)
-    assert answers[-1].nodes < MOST_NODES
-    for answer in answers:
-        np.testing.assert_allclose(answer.place, answers[0].place, rtol=0, atol=1e-9)
-    coarse, middle, fine = (answer.displacement for answer in answers)
+    answers = [solved(tmp_path, narrow(), cells, element, member=0, flank="left") for cells in REFINED]
+    sizes = [len(one.mesh.points) for one in answers]
+    assert sizes == sorted(sizes)
+    assert sizes[-1] < MOST_NODES
+    for one in answers:
+        observer, sets = one.case.observer, one.mesh.node_sets
+        assert observer not in one.case.load.nodes
+        assert observer in np.intersect1d(sets["tip"], sets["right flank"])
+        first = answers[0].mesh.points[answers[0].case.observer]
+        np.testing.assert_allclose(one.mesh.points[observer], first, rtol=0, atol=1e-9)
+    coarse, middle, fine = (one.printed["observer"] for one in answers)
     size = np.linalg.norm(fine)
     assert np.linalg.norm(fine - middle) < 0.2 * np.linalg.norm(middle - coarse)
     assert np.linalg.norm(fine - middle) < 0.01 * size
-    assert 0.0 < fine @ answers[-1].force / (size * FORCE) <= 1.0
+    assert 0.0 < fine @ answers[-1].case.load.total / (size * FORCE) <= 1.0
 
 
 def mises(results: Path) -> FloatArray:
@@ -130,18 +144,13 @@ def mises(results: Path) -> FloatArray:
 def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
     """Greatest stress of the fillet's nodes on the loaded side, over three meshes: of the right flank 21.3,
     22.9, 23.7 MPa (a cut ellipse), of the left 22.2, 23.6, 24.1."""
-    design, found, size = narrow(), [], 0
-    pose = meshing_pair(design, flank)
+    found, size = [], 0
     for cells in STRESSED:
-        mesh = tooth_hexahedra(design.gear, 1, cells=cells)
-        case = contact_case(mesh, design, pose, 1, FORCE)
-        assert case.load.cut == (flank == "right")
-        deck = tmp_path / "tooth.inp"
-        write_volume(mesh, deck, "C3D20", case=case)
-        np.testing.assert_allclose(run(deck)["fixed"], -case.load.total, rtol=0, atol=1e-6 * FORCE)
-        found.append(mises(deck.with_suffix(".frd"))[mesh.node_sets[f"{flank} fillet"]].max())
-        assert len(mesh.points) > 2 * size
-        size = len(mesh.points)
+        one = solved(tmp_path, narrow(), cells, flank=flank)
+        assert one.case.load.cut == (flank == "right")
+        found.append(one.stress(f"{flank} fillet"))
+        assert len(one.mesh.points) > 2 * size
+        size = len(one.mesh.points)
     coarse, middle, fine = found
     assert abs(fine - middle) < 0.5 * abs(middle - coarse)
     assert fine == pytest.approx(middle, rel=0.035)
@@ -150,44 +159,28 @@ def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
 def test_a_point_would_take_more_of_the_fillet(tmp_path: Path) -> None:
     """A force of 1 N has next to a point for its ellipse: 1.28 times the stress that 1000 N make for each N
     on the long ellipse of the right flanks."""
-    design, stress = table1(), []
-    mesh = tooth_hexahedra(design.gear, 1, cells=FINE)
-    for force in (SMALL, FORCE):
-        case = contact_case(mesh, design, meshing_pair(design), 1, force)
-        write_volume(mesh, tmp_path / "tooth.inp", "C3D20", case=case)
-        run(tmp_path / "tooth.inp")
-        stress.append(mises(tmp_path / "tooth.frd")[mesh.node_sets["right fillet"]].max() / force)
+    forces = SMALL, FORCE
+    stress = [solved(tmp_path, table1(), FINE, force=f).stress("right fillet") / f for f in forces]
     assert stress[0] / stress[1] == pytest.approx(1.28, abs=0.02)
 
 
 def test_a_whole_gear_is_held_in_its_bore_alone(tmp_path: Path) -> None:
     """All teeth asked for: nothing is cut, no node there twice."""
-    design = narrow()
-    mesh = tooth_hexahedra(design.pinion, 29, "C3D8", cells=Cells(1, 2, 1, 2, 2))
-    assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
-    case = contact_case(mesh, design, meshing_pair(design), 0, FORCE, 14)
-    assert case.fixed == ("bore",)
-    write_volume(mesh, tmp_path / "gear.inp", "C3D8", case=case)
-    printed = run(tmp_path / "gear.inp")
-    np.testing.assert_allclose(printed["fixed"], -case.load.total, rtol=0, atol=1e-6 * FORCE)
-    assert set(printed) == {"fixed", "bore", "observer"}
+    found = solved(tmp_path, narrow(), Cells(1, 2, 1, 2, 2), "C3D8", member=0, teeth=29)
+    points = found.mesh.points
+    assert len(np.unique(np.round(points, 6), axis=0)) == len(points)
+    assert found.case.fixed == ("bore",)
+    assert set(found.printed) == {"fixed", "bore", "observer"}
 
 
 def stress_at_the_ends(folder: Path, element: str) -> dict[str, float]:
     """Greatest stress at toe and heel of a gear tooth loaded near mid-face, in parts of that in the
     fillet of its loaded side. Of a small force: its ellipse is smaller than a face."""
-    design = table1()
-    mesh = tooth_hexahedra(design.gear, 1, element, cells=FINE)
-    case = contact_case(mesh, design, meshing_pair(design), 1, SMALL)
-    assert abs(case.load.point[2]) < 2.0
-    deck = folder / "tooth.inp"
-    write_volume(mesh, deck, element, case=case)
-    run(deck)
-    stress = mises(deck.with_suffix(".frd"))
-    assert len(stress) == len(mesh.points)
-    fillet = stress[mesh.node_sets["right fillet"]].max()
+    found = solved(folder, table1(), FINE, element, force=SMALL)
+    assert abs(found.case.load.point[2]) < 2.0
+    fillet = found.stress("right fillet")
     assert 10.0 < fillet * FORCE / SMALL < 25.0
-    return {name: float(stress[mesh.node_sets[name]].max() / fillet) for name in ("toe", "heel")}
+    return {name: found.stress(name) / fillet for name in ("toe", "heel")}
 
 
 def test_stress_dies_away_from_the_load(tmp_path: Path) -> None:

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi, radians
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.polynomial import Chebyshev
-from numpy.polynomial.legendre import leggauss
 
 from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.export.step import INSTALL, write_step
-from beveloid_geom.gear.fillet import bottom_point, fillet_point, tool_round
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter
+from beveloid_geom.gear.fillet import bottom_point, tool_round
 from tests.oracle.table1 import table1
+from tests.oracle.tooth_volume import Exact, exact_places, exact_volume
 
 PINION, GEAR = table1((0.001, -0.001)).members
 SPUR = replace(PINION, cone_angle=0.0, helix_angle=0.0)
@@ -51,8 +48,14 @@ class ReadBack:
     faces: dict[str, Any]
 
 
-def read_back(path: Path) -> ReadBack:
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Where solids are written, if the kernel is there."""
     pytest.importorskip("OCP", exc_type=ImportError)
+    return tmp_path
+
+
+def read_back(path: Path) -> ReadBack:
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPConstruct import STEPConstruct
     from OCP.STEPControl import STEPControl_Reader
@@ -110,10 +113,6 @@ def turned(points: FloatArray, angle: float) -> FloatArray:
     )
 
 
-Exact: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Points and normals of a surface at its parameter and z."""
-
-
 def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> float:
     """Greatest distance of points from a surface, along its normals at equal z and radius."""
     z, radius = points[..., 2], np.hypot(points[..., 0], points[..., 1])
@@ -125,59 +124,6 @@ def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> 
     exact, normals = surface(low, z)
     assert np.linalg.norm(exact - points, axis=-1).max() < 1e-4
     return float(np.abs(np.einsum("...i,...i", exact - points, normals)).max())
-
-
-def exact_places(member: Member, flank: str) -> dict[str, tuple[Exact, Callable[[Any], tuple[Any, Any]]]]:
-    """Flank and fillet of tooth 0, and the ends of their parameters, that of the least radius first."""
-    rounding = tool_round(member.tool, flank)
-
-    def on_flank(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-        return patch.point, patch.normal
-
-    def on_fillet(angle: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return fillet_point(member, flank, angle, z)
-
-    return {
-        "flank": (on_flank, lambda z: (rounding.joint, tip_parameter(member, flank, z))),
-        "fillet": (on_fillet, lambda z: (0.5 * pi, rounding.angle)),
-    }
-
-
-def chebyshev(place: Callable[[FloatArray], FloatArray]) -> tuple[Chebyshev, Chebyshev]:
-    """x and y over -1 ... 1 as polynomials."""
-    return Chebyshev.interpolate(lambda s: place(s)[..., 0], 50), Chebyshev.interpolate(
-        lambda s: place(s)[..., 1], 50
-    )
-
-
-def section_area(member: Member, z: float) -> float:
-    """Area of one tooth with its space, down to the axis: half the integral of x dy - y dx."""
-    nodes, weights = leggauss(60)
-    area, angles = 0.0, {}
-    for flank, sense in (("right", -1.0), ("left", 1.0)):
-        for part, (surface, limits) in exact_places(member, flank).items():
-            low, high = limits(z)
-
-            def place(s: FloatArray, surface: Any = surface, low: Any = low, high: Any = high) -> FloatArray:
-                points: FloatArray = surface(low + 0.5 * (1.0 + s) * (high - low), z + 0.0 * s)[0]
-                return points
-
-            x, y = chebyshev(place)
-            area += sense * 0.5 * weights @ (x(nodes) * y.deriv()(nodes) - y(nodes) * x.deriv()(nodes))
-            angles[flank, part] = [float(np.arctan2(y(end), x(end))) for end in (-1.0, 1.0)]
-    tip = angles["right", "flank"][1] - angles["left", "flank"][1]
-    root = 2.0 * pi / float(member.teeth) - angles["right", "fillet"][0] + angles["left", "fillet"][0]
-    lowest = bottom_point(member, "right", 0.0, z)[0]
-    return float(area + 0.5 * tip * tip_radius(member, z) ** 2 + 0.5 * root * lowest[:2] @ lowest[:2])
-
-
-def exact_volume(member: Member, teeth: int, bore: float) -> float:
-    """Volume of some teeth with their spaces, by Gauss' points along the face and the section."""
-    nodes, weights = leggauss(12)
-    half = 0.5 * float(member.face_width)
-    areas = np.array([section_area(member, half * node) for node in nodes])
-    return float(teeth * half * weights @ (areas - pi / float(member.teeth) * bore**2))
 
 
 CASES = {
@@ -199,12 +145,11 @@ TOOTH = ("left fillet", "left flank", "tip", "right flank", "right fillet")
 
 @pytest.mark.parametrize(("member", "teeth", "count"), CASES.values(), ids=CASES)
 def test_file_read_back_is_the_gear(
-    tmp_path: Path, member: Member, teeth: tuple[int, ...] | None, count: int
+    folder: Path, member: Member, teeth: tuple[int, ...] | None, count: int
 ) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
     from OCP.BRepCheck import BRepCheck_Analyzer
 
-    path = tmp_path / "gear.step"
+    path = folder / "gear.step"
     write_step(member, path, teeth, BORE)
     found = read_back(path)
     assert BRepCheck_Analyzer(found.shape).IsValid()
@@ -229,41 +174,38 @@ def test_file_read_back_is_the_gear(
                 assert distance_from(surface, ends(points[..., 2]), points) < 2e-6
 
 
-def test_exact_points_lie_on_the_faces_named_for_them(tmp_path: Path) -> None:
+def test_exact_points_lie_on_the_faces_named_for_them(folder: Path, flank: str) -> None:
     """The other way round: the kernel's distance from exact points to the trimmed faces."""
-    pytest.importorskip("OCP", exc_type=ImportError)
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
 
-    write_step(PINION, tmp_path / "gear.step", (0,))
-    found = read_back(tmp_path / "gear.step")
+    write_step(PINION, folder / "gear.step", (0,))
+    found = read_back(folder / "gear.step")
     z = 25.0 * np.array([-1.0, -0.37, 0.61, 1.0])
     share = np.array([0.0, 0.23, 0.71, 1.0])[:, None]
-    for flank in ("right", "left"):
-        places = {
-            f"{flank} {part} 1": surface(low + share * (high - low), np.broadcast_to(z, (4, 4)))[0]
-            for part, (surface, limits) in exact_places(PINION, flank).items()
-            for low, high in [limits(z)]
-        }
-        number = {"right": 1, "left": 29}[flank]
-        middle = flank_sign(flank) * 0.5 * pi * 6.0
-        across = middle + share * (tool_round(PINION.tool, flank).centre[1] - middle)
-        places[f"bottom {number}"] = bottom_point(PINION, flank, across, z)[0]
-        for name, points in places.items():
-            for point in points.reshape(-1, 3).tolist():
-                vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
-                assert BRepExtrema_DistShapeShape(vertex, found.faces[name]).Value() < 1.5e-6, name
+    places = {
+        f"{flank} {part} 1": surface(low + share * (high - low), np.broadcast_to(z, (4, 4)))[0]
+        for part, (surface, limits) in exact_places(PINION, flank).items()
+        for low, high in [limits(z)]
+    }
+    number = {"right": 1, "left": 29}[flank]
+    middle = flank_sign(flank) * 0.5 * pi * 6.0
+    across = middle + share * (tool_round(PINION.tool, flank).centre[1] - middle)
+    places[f"bottom {number}"] = bottom_point(PINION, flank, across, z)[0]
+    for name, points in places.items():
+        for point in points.reshape(-1, 3).tolist():
+            vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
+            assert BRepExtrema_DistShapeShape(vertex, found.faces[name]).Value() < 1.5e-6, name
 
 
-def test_lands_and_bore_are_surfaces_of_revolution(tmp_path: Path) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
+def test_lands_and_bore_are_surfaces_of_revolution(folder: Path) -> None:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopoDS import TopoDS
 
-    write_step(PINION, tmp_path / "cone.step", (3, 4))
-    write_step(SPUR, tmp_path / "cylinder.step", (3,), 20.0)
-    cone, cylinder = read_back(tmp_path / "cone.step").faces, read_back(tmp_path / "cylinder.step").faces
+    write_step(PINION, folder / "cone.step", (3, 4))
+    write_step(SPUR, folder / "cylinder.step", (3,), 20.0)
+    cone, cylinder = read_back(folder / "cone.step").faces, read_back(folder / "cylinder.step").faces
     for name, offset in (("tip 4", 1.0 + 0.17), ("bottom 3", 0.17 - 1.25 / np.cos(radians(3.0)))):
         surface = BRepAdaptor_Surface(TopoDS.Face(cone[name])).Cone()
         radius = 6.0 * (29 / (2.0 * np.cos(radians(25.0))) + offset)
@@ -275,8 +217,7 @@ def test_lands_and_bore_are_surfaces_of_revolution(tmp_path: Path) -> None:
         assert found == pytest.approx(radius, rel=1e-12)
 
 
-def test_triangles_of_the_kernel_are_closed(tmp_path: Path) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
+def test_triangles_of_the_kernel_are_closed(folder: Path) -> None:
     import trimesh
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -284,8 +225,8 @@ def test_triangles_of_the_kernel_are_closed(tmp_path: Path) -> None:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    write_step(PINION, tmp_path / "gear.step", (0, 1), BORE)
-    shape = read_back(tmp_path / "gear.step").shape
+    write_step(PINION, folder / "gear.step", (0, 1), BORE)
+    shape = read_back(folder / "gear.step").shape
     BRepMesh_IncrementalMesh(shape, 0.02, False, 0.3)
     points, faces, start = [], [], 0
     for face in explored(shape, "FACE"):
@@ -304,32 +245,29 @@ def test_triangles_of_the_kernel_are_closed(tmp_path: Path) -> None:
     assert solid.volume == pytest.approx(exact_volume(PINION, 2, BORE), rel=1e-3)
 
 
-def test_nothing_is_told_on_standard_output(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
-    write_step(PINION, tmp_path / "Zähne.step", (0,))
+def test_nothing_is_told_on_standard_output(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    write_step(PINION, folder / "Zähne.step", (0,))
     assert capfd.readouterr() == ("", "")
-    assert "PRODUCT('gear, 1 of 29 teeth'" in (tmp_path / "Zähne.step").read_text(encoding="ascii")
+    assert "PRODUCT('gear, 1 of 29 teeth'" in (folder / "Zähne.step").read_text(encoding="ascii")
 
 
-def test_the_product_has_the_name_of_the_member(tmp_path: Path) -> None:
-    pytest.importorskip("OCP")
-    write_step(PINION, tmp_path / "a.step", name="pinion")
-    write_step(PINION, tmp_path / "b.step", range(3), name="pinion")
+def test_the_product_has_the_name_of_the_member(folder: Path) -> None:
+    write_step(PINION, folder / "a.step", name="pinion")
+    write_step(PINION, folder / "b.step", range(3), name="pinion")
     for name, product in (("a", "pinion"), ("b", "pinion, 3 of 29 teeth")):
-        assert f"PRODUCT('{product}','{product}'," in (tmp_path / f"{name}.step").read_text(encoding="ascii")
+        assert f"PRODUCT('{product}','{product}'," in (folder / f"{name}.step").read_text(encoding="ascii")
 
 
-def test_gmsh_shows_the_product_and_the_colours(tmp_path: Path) -> None:
+def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:
     """It reads no names of faces, FreeCAD neither; what it shows are the colours, flank by flank."""
-    pytest.importorskip("OCP")
     gmsh = pytest.importorskip("gmsh", reason="Gmsh's own library is not installed")
     from beveloid_geom.export._brep import COLOURS, GREY
 
-    write_step(PINION, tmp_path / "a.step", (0, 1), name="pinion")
+    write_step(PINION, folder / "a.step", (0, 1), name="pinion")
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.open(str(tmp_path / "a.step"))
+        gmsh.open(str(folder / "a.step"))
         [volume] = gmsh.model.getEntities(3)
         assert gmsh.model.getEntityName(*volume) == "Shapes/pinion, 2 of 29 teeth"
         seen = [gmsh.model.getColor(*face)[:3] for face in gmsh.model.getEntities(2)]
@@ -366,13 +304,12 @@ def test_gmsh_shows_the_product_and_the_colours(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_written_is_refused(
-    tmp_path: Path, member: Member, arguments: dict[str, Any], text: str
+    folder: Path, member: Member, arguments: dict[str, Any], text: str
 ) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
     with pytest.raises(ValueError, match=text) as caught:
-        write_step(member, tmp_path / "gear.step", **arguments)
+        write_step(member, folder / "gear.step", **arguments)
     assert "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
+    assert not list(folder.iterdir())
 
 
 def raising(error: BaseException, cause: BaseException | None) -> type:
@@ -418,7 +355,6 @@ def test_only_a_missing_kernel_is_told_to_be_missing(
     assert type(caught.value) is expected
 
 
-def test_a_folder_that_is_missing_is_an_os_error(tmp_path: Path) -> None:
-    pytest.importorskip("OCP", exc_type=ImportError)
+def test_a_folder_that_is_missing_is_an_os_error(folder: Path) -> None:
     with pytest.raises(OSError, match="nowhere"):
-        write_step(PINION, tmp_path / "nowhere" / "gear.step", (0,))
+        write_step(PINION, folder / "nowhere" / "gear.step", (0,))

@@ -32,7 +32,7 @@ PRECISION = {".stl": 4e-6, ".ply": 4e-6, ".obj": 6e-10}
 
 
 @lru_cache(maxsize=1)
-def flank() -> SurfaceMesh:
+def flank_surface() -> SurfaceMesh:
     """A flank with a scalar, a vector and a field on its faces."""
     surface = parts.flank_part(table1(), 0, "right", TOLERANCE, None, ())
     fields = {**surface.point_fields, "x_mm": surface.points[:, 0]}
@@ -50,7 +50,7 @@ def triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj"])
 def test_meshio_reads_what_trimesh_wrote(tmp_path: Path, suffix: str) -> None:
-    path, surface = tmp_path / f"flank{suffix}", flank()
+    path, surface = tmp_path / f"flank{suffix}", flank_surface()
     write_surface(surface, path)
     points, faces = triangles(path)
     assert len(faces) == len(surface.faces)
@@ -67,7 +67,7 @@ def test_meshio_reads_what_trimesh_wrote(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize("suffix", FIELD_FORMATS)
 def test_vtk_reads_the_fields(tmp_path: Path, suffix: str) -> None:
     """All digits; VTK neither wrote the file nor is meshio's writer."""
-    surface, path = flank(), tmp_path / f"flank{suffix}"
+    surface, path = flank_surface(), tmp_path / f"flank{suffix}"
     write_surface(surface, path)
     read = pv.read(path)
     np.testing.assert_array_equal(read.points, surface.points)
@@ -81,12 +81,12 @@ def test_vtk_reads_the_fields(tmp_path: Path, suffix: str) -> None:
 
 
 def test_vtp_with_normals_odd_names_and_no_fields(tmp_path: Path) -> None:
-    write_surface(flank(), tmp_path / "a.vtp")
+    write_surface(flank_surface(), tmp_path / "a.vtp")
     assert pv.read(tmp_path / "a.vtp").point_data.active_normals_name == "normals"
-    odd = replace(flank(), point_fields={'a <"&> b': flank().points[:, 1:2]})
+    odd = replace(flank_surface(), point_fields={'a <"&> b': flank_surface().points[:, 1:2]})
     write_surface(odd, tmp_path / "a.vtp")
     np.testing.assert_array_equal(pv.read(tmp_path / "a.vtp")['a <"&> b'], odd.points[:, 1])
-    bare = SurfaceMesh(flank().points, flank().faces, {}, {})
+    bare = SurfaceMesh(flank_surface().points, flank_surface().faces, {}, {})
     write_surface(bare, tmp_path / "b.vtp")
     assert pv.read(tmp_path / "b.vtp").n_cells == len(bare.faces)
 
@@ -165,17 +165,16 @@ LAYOUTS = {
 }
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("name", LAYOUTS)
-def test_pose_puts_both_flanks_at_the_contact(side: str, name: str) -> None:
+def test_pose_puts_both_flanks_at_the_contact(flank: str, name: str) -> None:
     design = table1((0.001, -0.001), LAYOUTS[name])
-    pose, path = meshing_pair(design, side), path_of_contact(design, side, 5)
+    pose, path = meshing_pair(design, flank), path_of_contact(design, flank, 5)
     np.testing.assert_allclose(pose.contact, path.point[2], rtol=0, atol=1e-9)
     normals = []
     for member in (0, 1):
         frame = pose.frames[member]
         l, u = ((path.l1, path.u1), (path.l2, path.u2))[member]
-        patch = flank_patch(design.members[member], side, l[2], u[2])
+        patch = flank_patch(design.members[member], flank, l[2], u[2])
         np.testing.assert_allclose(patch.point, pose.point[member], rtol=0, atol=1e-9)
         np.testing.assert_allclose(to_fixed(frame, pose.point[member]), pose.contact, rtol=0, atol=1e-9)
         normals.append(normals_to_fixed(frame, pose.normal[member]))
@@ -211,7 +210,7 @@ def test_pair_touches_at_the_contact(tmp_path: Path, suffix: str) -> None:
 
 
 def test_moving_a_surface_turns_its_normals() -> None:
-    pose, surface = meshing_pair(table1()), flank()
+    pose, surface = meshing_pair(table1()), flank_surface()
     moved = in_fixed(surface, pose.frames[1])
     back = np.linalg.inv(pose.frames[1][0])
     np.testing.assert_allclose(
@@ -227,16 +226,15 @@ def test_moving_a_surface_turns_its_normals() -> None:
 # Fields on flanks
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("member", [0, 1])
-def test_separation_is_least_at_the_contact(side: str, member: int) -> None:
+def test_separation_is_least_at_the_contact(flank: str, member: int) -> None:
     design = table1((0.001, -0.001))
-    pose, path = meshing_pair(design, side), path_of_contact(design, side, 3)
+    pose, path = meshing_pair(design, flank), path_of_contact(design, flank, 3)
     l, z = ((path.l1, path.pinion_z), (path.l2, path.gear_z))[member]
     nothing = np.zeros((1, 1, 3))
     at_contact = FlankGrid(nothing, nothing, l[1:2, None], z[1:2], 0.0)
     assert parts.separation_field(design, pose, member, at_contact) == pytest.approx(0.0, abs=1e-9)
-    grid = sample_flank(design.members[member], side, 1e-3)
+    grid = sample_flank(design.members[member], flank, 1e-3)
     field = parts.separation_field(design, pose, member, grid)
     known = field[np.isfinite(field)]
     assert 0.6 * field.size < known.size < field.size  # somewhere there is no flank opposite
@@ -288,7 +286,7 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", [".inp", "", ".stlx"])
 def test_unknown_suffix(tmp_path: Path, suffix: str) -> None:
     with pytest.raises(ValueError, match=re.escape(f"no writer of {suffix!r}: give one of .stl")):
-        write_surface(flank(), tmp_path / f"a{suffix}")
+        write_surface(flank_surface(), tmp_path / f"a{suffix}")
 
 
 def test_estimate_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

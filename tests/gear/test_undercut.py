@@ -37,10 +37,8 @@ UNDERCUT = {
     "concave": replace(FEW, tool=replace(FEW.tool, parabola=0.002)),
 }
 undercut_members = pytest.mark.parametrize("member", UNDERCUT.values(), ids=UNDERCUT)
-both_flanks = pytest.mark.parametrize("flank", ["right", "left"])
 
 
-@both_flanks
 @pytest.mark.parametrize("alpha_deg", [14.5, 20.0, 25.0])
 @pytest.mark.parametrize("tip_radius", [0.0, 0.3])
 @pytest.mark.parametrize("shift", [0.0, 0.4])
@@ -55,7 +53,6 @@ def test_spur_gears_are_undercut_below_the_handbooks_number_of_teeth(
         assert undercut_of(unchecked(member, teeth=teeth), flank, 2).undercut is expected
 
 
-@both_flanks
 @pytest.mark.parametrize("hand", [1.0, -1.0])
 def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
     flank: str, hand: float
@@ -72,7 +69,6 @@ def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
     assert found.worst == 0
 
 
-@both_flanks
 def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
     """Where the tool folds it; with enough teeth from its root on."""
     z = np.array([-10.0, 0.0, 10.0])
@@ -89,7 +85,6 @@ def on_flank(member: Member, flank: str, l: float, z: float) -> FloatArray:
 
 
 @undercut_members
-@both_flanks
 def test_the_flank_starts_where_the_round_ceases_to_cut_it(member: Member, flank: str) -> None:
     found = undercut_of(member, flank, 5)
     assert found.undercut

@@ -101,15 +101,6 @@ def test_mirrored_exchanged_and_scaled() -> None:
     assert float(mounted_backlash(scaled(design, 0.1)).normal) == pytest.approx(0.1 * own, abs=1e-7)
 
 
-def test_a_batch_is_its_cases() -> None:
-    offsets = np.array([-0.2, 0.0, 0.1])
-    batch = mounted_backlash(table1((-0.0005, -0.0005), Errors(offset=offsets)))
-    for k, offset in enumerate(offsets):
-        one = mounted_backlash(table1((-0.0005, -0.0005), Errors(offset=float(offset))))
-        assert batch.normal[k] == pytest.approx(float(one.normal), abs=1e-10)
-        assert batch.jammed[k] == one.jammed
-
-
 def test_what_is_not_known_has_a_name_and_no_number() -> None:
     few = table1()
     undercut = replace(few, pinion=replace(few.pinion, profile_shift=-1.2))
@@ -122,11 +113,6 @@ def test_what_is_not_known_has_a_name_and_no_number() -> None:
     assert deep.status == FirstStatus.MEETS_BOTTOM
     assert np.isnan(deep.normal)
     assert deep.jammed
-
-
-def test_a_kept_answer_cannot_be_written_to() -> None:
-    with pytest.raises(ValueError, match="read-only"):
-        mounted_backlash(table1()).normal[...] = 1.0
 
 
 def test_a_layout_without_backlash_is_not_jammed() -> None:
@@ -196,16 +182,6 @@ def test_hollow_flanks_are_estimates(parabola: tuple[float, float]) -> None:
     np.testing.assert_array_equal(np.isnan(found.normal), found.status == Tangency.UNKNOWN)
     known = ~np.isnan(found.normal)
     assert (exact < found.normal)[known].all()
-
-
-def test_by_tangency_one_by_one() -> None:
-    errors = drawn_errors(WIDE, 5, 0, 6)
-    for parabola in (NO_PARABOLA, (-0.0005, -0.0005)):
-        batch = tangent_backlash(mounted(table1(parabola), errors))
-        for k in range(len(errors)):
-            one = tangent_backlash(table1(parabola, Errors(*errors[k].tolist())))
-            assert float(one.normal) == pytest.approx(float(batch.normal[k]), abs=1e-10)
-            assert one.status == batch.status[k]
 
 
 def test_known_ends_spare_work_and_change_nothing() -> None:

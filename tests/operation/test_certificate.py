@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, certify, path_of_contact
-from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.status import Limit, Verdict
 from tests.oracle.table1 import table1
 
-BOTH = ["right", "left"]
 
-
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
 def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
@@ -65,7 +61,6 @@ def test_a_saddle_overlaps_close_by() -> None:
         assert bool(certify(path).curvature[1] < 0.0) == overlaps
 
 
-@pytest.mark.parametrize("flank", BOTH)
 def test_convex_flanks_hand_over(flank: str) -> None:
     """Both convex: contact in the middle of the path, the next pair's flanks before at its ends."""
     design = table1((-0.0005, -0.0005))
@@ -77,7 +72,6 @@ def test_convex_flanks_hand_over(flank: str) -> None:
     assert not proof.holds
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", [(0.001, -0.001), (0.0003, 0.0003)])
 def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: str) -> None:
     """Nothing on a grid over seven teeth lies lower, and the place that is named lies as low."""
@@ -110,12 +104,6 @@ def test_batches_and_positions_without_a_path() -> None:
     path = path_of_contact(design, "right", 11)
     proof = certify(path)
     assert proof.verdict.shape == (3, 11)
-    single = table1((0.001, -0.001), Errors(offset=0.3))
-    own = path_of_contact(single, "right", 11)
-    alone = certify(own)
-    assert np.array_equal(alone.verdict, proof.verdict[1])
-    rounding = rounding_error(own).max()  # each path has its own
-    assert np.abs(alone.separation - proof.separation[1]).max() < 2.0 * rounding < 1e-11
     lost = proof.verdict == Verdict.NOT_SOLVED
     assert np.array_equal(lost, path.status != 0)
     assert lost[2].all()
@@ -123,13 +111,3 @@ def test_batches_and_positions_without_a_path() -> None:
     given = path_of_contact(table1(), "right", l1=[-8.0, 0.0, 8.0])
     verdict = certify(given).verdict
     assert list(verdict) == [Verdict.NOT_SOLVED, Verdict.FIRST_CONTACT, Verdict.NOT_SOLVED]
-
-
-def test_no_path_is_no_certificate() -> None:
-    """A path that leaves the flanks has no positions."""
-    design = table1(errors=Errors(offset=9.0))
-    path = path_of_contact(design, "right")
-    assert path.l1.size == 0
-    proof = certify(path)
-    assert proof.verdict.shape == proof.separation.shape == (0,)
-    assert not proof.holds

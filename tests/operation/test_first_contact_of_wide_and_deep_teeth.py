@@ -12,23 +12,20 @@ from beveloid_geom import (
     Design,
     Errors,
     Member,
-    Pair,
     Tool,
     certify,
     contact_pattern,
     contact_ratio,
     first_contact,
     path_of_contact,
-    zero_backlash_layout,
 )
-from beveloid_geom.gear.flank import tip_parameter
-from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll, spread
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit, PatternStatus, Verdict
 from tests.oracle.table1 import table1
+from tests.stability.answers import changed, closed
 
 ALPHA = radians(20.0)
 
@@ -39,8 +36,8 @@ def wide(shaft_angle_error_deg: float) -> Design:
         Member(Tool(2.0, ALPHA), teeth, radians(helix), radians(cone), 0.1, 120.0)
         for teeth, helix, cone in ((87, 35.0, 1.0), (135, -28.0, 0.3))
     )
-    closed = zero_backlash_layout(Design(pinion, gear, Pair(100.0, 0.3)))
-    pair = Pair(float(closed.offset) + 0.05, float(closed.shaft_angle))
+    pair = closed(pinion, gear).pair
+    pair = replace(pair, offset=pair.offset + 0.05)
     return Design(pinion, gear, pair, Errors(shaft_angle=radians(shaft_angle_error_deg)))
 
 
@@ -53,7 +50,6 @@ def test_spread_is_that_of_the_trace_on_the_pitch_cylinder() -> None:
     assert spread(table1(), "right") < 1.0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("error", [-0.3, 0.1, 0.3])
 def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None:
     design = wide(error)
@@ -89,49 +85,10 @@ def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
     assert pitches == pytest.approx(2.0 * spread(design, "left") + ratio, abs=1e-9)
 
 
-def deep(parabolas: tuple[float, float], case: int) -> Design:
-    """Addenda of 1.1 and 1.2 modules: tips reach into fillets."""
-
-    def member(addendum: float, radius: float, parabola: float, *rest: float) -> Member:
-        return Member(Tool(6.0, ALPHA, addendum, tip_radius=radius, parabola=parabola), *rest)
-
-    if case == 0:
-        pinion = member(1.1, 0.2, parabolas[0], 18, 0.34600019746, 0.07046168693, 0.39836669704, 27.49457376)
-        gear = member(1.1, 0.2, parabolas[1], 57, 0.5663831086, 0.08822507566, 0.30885150948, 44.16790267)
-        errors = Errors(-0.215550946046, 0.00094464950862, -0.84317386818, -0.74894238244)
-        return Design(pinion, gear, Pair(261.39364509481, 0.93425489570), errors)
-    pinion = member(1.2, 0.2, parabolas[0], 30, -0.22669681106, 0.11660109487, 0.36188051763, 50.325425124)
-    gear = member(1.2, 0.05, parabolas[1], 39, 0.58727669004, 0.0752609018836, 0.2166125313, 36.5729152792)
-    return Design(pinion, gear, Pair(212.87641568718, 0.40581201596))
-
-
-@pytest.mark.parametrize(
-    ("case", "parabolas", "roll"),
-    [
-        (0, (0.0019399964568813923, 0.0005840622943679629), 0.17303919726566475),
-        (1, (-0.0010383744614208333, 0.001287273256901117), 0.44163995328155325),
-    ],
-)
-def test_tips_in_fillets_are_found(case: int, parabolas: tuple[float, float], roll: float) -> None:
-    """One-sided: at the pose found none of the pinion's points within its tip stands in the gear."""
-    design = deep(parabolas, case)
-    first = first_contact(design, "right", roll)
-    half = 0.5 * float(design.pinion.face_width)
-    z = half * np.linspace(-1.0, 1.0, 161)
-    low, high = surface_of(design.pinion, "right").bottom, tip_parameter(design.pinion, "right", z)
-    l = low + np.linspace(0.001, 1.0, 481)[:, None] * (high - low)
-    for pair in np.arange(-2, 3) + first.pair[0]:
-        rolls = float(first.pinion_roll[0]), float(first.gear_roll[0])
-        found = separation(design, "right", 0, l, z, *rolls, pair=int(pair))
-        assert found.distance[found.inside].min(initial=1.0) > -1e-6
-
-
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> None:
     """Deep tips: the verdict names what they do, the depth is that along the fillet's normal."""
-    design = table1()
-    pinion, gear = (replace(m, tool=replace(m.tool, addendum=1.2)) for m in design.members)
-    design = replace(design, pinion=pinion, gear=gear)
+    pinion, gear = (changed(member, addendum=1.2) for member in table1().members)
+    design = replace(table1(), pinion=pinion, gear=gear)
     path = path_of_contact(design, flank, 9)
     found = certify(path)
     deep = found.verdict == Verdict.INTERFERENCE

@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from beveloid_geom import Design, Errors, Member, Tool, path_of_contact
+from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
-from beveloid_geom.gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
+from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
 from beveloid_geom.operation.separation import Separation, separation
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored
 
 PARABOLAS = [(0.0, 0.0), (0.001, -0.001), (-0.004, 0.004)]
-BOTH = ["right", "left"]
 
 
 def frames(design: Design, rolls: tuple[float, float]) -> list[tuple[FloatArray, FloatArray]]:
@@ -59,7 +57,6 @@ def places(design: Design, flank: str, member: int, count: int, seed: int) -> tu
     ) * own.half_width
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 def test_surface_is_flank_and_fillet(parabola: tuple[float, float], flank: str) -> None:
     """One coordinate through both, against the modules that know each of them."""
@@ -99,7 +96,6 @@ def test_derivatives_are_those_of_the_surface(parabola: tuple[float, float]) -> 
     assert np.abs(across.square.imag / 1e-30 - cut.square_z).max() < 1e-10
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_profile_of_a_radius(parabola: tuple[float, float], flank: str) -> None:
@@ -118,7 +114,6 @@ def test_profile_of_a_radius(parabola: tuple[float, float], flank: str) -> None:
         assert np.isnan(profile_at(surface, (floor - 0.01) ** 2, z)).all()
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 def test_path_of_contact_has_no_gap(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola, Errors(0.02, radians(0.002), 0.1, -0.1))
@@ -134,7 +129,6 @@ def test_path_of_contact_has_no_gap(parabola: tuple[float, float], flank: str) -
 
 
 @pytest.mark.parametrize("member", [0, 1])
-@pytest.mark.parametrize("flank", BOTH)
 def test_distance_is_exact_without_parabola(flank: str, member: int) -> None:
     """Against foot points, also a third of a millimetre off and in overlap."""
     design = table1((0.0, 0.0), Errors(0.05, radians(0.01), 0.1, 0.2))
@@ -174,7 +168,6 @@ def turned_to_touch(design: Design, flank: str, met: Separation, rolls: tuple[fl
     return separation(design, flank, 1, met.other_l, met.other_z, rolls[0], gear_roll)
 
 
-@pytest.mark.parametrize("flank", BOTH)
 @pytest.mark.parametrize("parabola", PARABOLAS)
 def test_both_members_agree_where_they_meet(parabola: tuple[float, float], flank: str) -> None:
     """Also on fillets, from which the other member's flank is seen."""
@@ -191,21 +184,6 @@ def test_both_members_agree_where_they_meet(parabola: tuple[float, float], flank
     assert np.abs(back.angle[seen]).max() < 1e-10
     assert np.abs((back.other_l - l)[seen]).max() < 1e-8
     assert np.abs((back.other_z - z)[seen]).max() < 1e-10
-
-
-@pytest.mark.parametrize("parabola", PARABOLAS)
-def test_exchange_and_mirror_change_nothing(parabola: tuple[float, float]) -> None:
-    design = table1(parabola, Errors(0.1, radians(0.02), 0.3, -0.2))
-    path = path_of_contact(design, "right", 3)
-    rolls = float(path.pinion_roll[1]), float(path.gear_roll[1]) + 1e-4
-    l, z = places(design, "right", 0, 50, seed=1)
-    met = separation(design, "right", 0, l, z, *rolls)
-    swapped = separation(exchanged(design), "right", 1, l, z, rolls[1], rolls[0])
-    image = separation(mirrored(design), "left", 0, l, z, -rolls[0], -rolls[1])
-    for other in (swapped, image):
-        assert np.abs(other.distance - met.distance).max() < 1e-11
-        assert np.abs(other.other_l - met.other_l).max() < 1e-10
-        assert np.array_equal(other.inside, met.inside)
 
 
 def test_pairs_are_turned_by_pitches() -> None:
@@ -254,13 +232,6 @@ def test_no_partner_is_named() -> None:
     met = separation(design, "right", 0, surface.highest, 0.0, 0.18, -0.11)
     assert np.isnan(met.angle)
     assert not met.inside
-
-
-def test_undercut_is_noticed() -> None:
-    tool = Tool(6.0, radians(20.0))
-    for teeth, undercut in ((12, True), (16, True), (18, False), (30, False)):
-        surface: Surface = surface_of(Member(tool, teeth, 0.0, 0.0, 0.0, 20.0), "right")
-        assert surface.undercut == undercut
 
 
 def test_members_of_arrays_are_refused() -> None:

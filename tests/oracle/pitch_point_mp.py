@@ -1,4 +1,4 @@
-"""The pitch point of a pair and base cylinders at 60 digits, by `reference.five_equations_mp`."""
+"""The pitch point of a pair at 60 digits, by `reference.five_equations_mp`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from beveloid_geom import Design, Errors, Member
-from beveloid_geom.reference.five_equations_mp import MP, Mpf, flank_surface, solve_mp
+from beveloid_geom import Design, Errors
+from beveloid_geom.reference.five_equations_mp import MP, Mpf, solve_mp
 from beveloid_geom.reference.pitch_region import hand_of_pair, pitch_guess, pitch_region
 
 
@@ -62,11 +62,3 @@ def mounting_mp(design: Design) -> MountingMp:
         pitch_point=(x, y, z),
         gap=MP.sqrt(separation @ separation),
     )
-
-
-def base_cylinder_mp(member: Member, flank: str, el: float = 0.0, u: float = 0.0) -> tuple[Mpf, Mpf]:
-    """Radius of the cylinder that the flank's normal touches, and arcsin of its z component,
-    at one point of the flank; constant over an unmodified one."""
-    point, normal = flank_surface(member, flank)(MP.mpf(el), MP.mpf(u), MP.zero)
-    across = MP.sqrt(normal[0] ** 2 + normal[1] ** 2)
-    return abs(point[0] * normal[1] - point[1] * normal[0]) / across, MP.asin(normal[2])

@@ -3,27 +3,25 @@ properties that hold whatever the numbers."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
-from math import acos, asin, cos, radians, sin
+from math import radians
 
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member
+from beveloid_geom import Design, Errors
 from beveloid_geom.reference.five_equations_math import solve_math
 from beveloid_geom.reference.five_equations_mp import (
     MP,
     ContactMp,
-    flank_surface,
     reference_radius,
     solve_mp,
     zero_shift,
 )
-from beveloid_geom.reference.pitch_region import Guess, pitch_guess, pitch_region
-from tests.symmetry import mirrored
+from beveloid_geom.reference.pitch_region import Guess, pitch_guess
+from tests.stability.answers import changed, closed
 
-from .pitch_point_mp import MountingMp, base_cylinder_mp, mounting_mp
+from .pitch_point_mp import MountingMp, mounting_mp
 from .table1 import table1
 
 MISALIGNED = Errors(offset=-0.3, shaft_angle=radians(0.01), pinion_axial=0.4, gear_axial=-0.7)
@@ -62,7 +60,6 @@ def along_the_path(design: Design, flank: str, count: int) -> tuple[np.ndarray, 
 
 
 @pytest.mark.parametrize(("parabola", "errors"), CASES)
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_scalar_math_agrees_with_60_digits(flank: str, parabola: tuple[float, float], errors: Errors) -> None:
     design, mounting = table1(parabola, errors), table1_distances()
     rolls, guess = along_the_path(design, flank, 9)
@@ -93,124 +90,6 @@ def test_table1_mounting() -> None:
 
 
 @pytest.mark.parametrize(
-    ("member", "flank", "radius", "helix_deg"),
-    [
-        ("pinion", "right", 89.833291, -24.487012),
-        ("pinion", "left", 88.331788, 22.252380),
-        ("gear", "right", 128.678252, 9.647257),
-        ("gear", "left", 128.896749, -10.202787),
-    ],
-)
-def test_base_cylinders(member: str, flank: str, radius: float, helix_deg: float) -> None:
-    gear: Member = getattr(table1(), member)
-    for el, u in ((-4.0, 10.0), (0.0, 0.0), (3.0, -20.0)):  # constant over an involute helicoid
-        base_radius, base_helix = base_cylinder_mp(gear, flank, el, u)
-        assert float(base_radius) == pytest.approx(radius, abs=1e-6)
-        assert float(MP.degrees(base_helix)) == pytest.approx(helix_deg, abs=1e-6)
-        # r_b cos(beta_b) = m_n N cos(alpha) / 2, exactly.
-        expected = 3 * gear.teeth * MP.cos(MP.mpf(gear.tool.normal_pressure_angle))
-        assert abs(base_radius * MP.cos(base_helix) - expected) < MP.mpf(10) ** -50
-
-
-@pytest.mark.parametrize("flank", ["right", "left"])
-def test_normal_is_square_to_the_surface_and_outward(flank: str) -> None:
-    surface = flank_surface(table1((0.01, 0.0)).pinion, flank)
-    step, at = MP.mpf(10) ** -25, (MP.mpf(2.5), MP.mpf(1.0), MP.zero)
-    point, normal = surface(*at)
-    for moved in ((at[0] + step, at[1], at[2]), (at[0], at[1] + step, at[2])):
-        tangent = [(x - y) / step for x, y in zip(surface(*moved)[0], point, strict=True)]
-        assert abs(sum(t * n for t, n in zip(tangent, normal, strict=True))) < MP.mpf(10) ** -20
-    assert abs(sum(n * n for n in normal) - 1) < MP.mpf(10) ** -50
-    # Out of the tooth, whose middle is the x axis at roll 0: away from it on either flank.
-    assert normal[1] * point[1] > 0
-
-
-@pytest.mark.parametrize("flank", ["right", "left"])
-def test_unmodified_flanks_transmit_exactly_under_any_misalignment(flank: str) -> None:
-    design, mounting = table1(errors=MISALIGNED), table1_distances()
-    guess = pitch_guess(design, flank)
-    angles = []
-    for l1 in (-5.0, 0.0, 5.0):
-        contact = solve_mp(design, flank, guess, ("l1", l1), mounting)
-        angles.append(contact.phi2 + MP.mpf(29) / 45 * contact.phi1)
-    assert max(angles) - min(angles) < MP.mpf(10) ** -50
-
-
-def test_fixed_roll_and_fixed_flank_parameter_give_one_contact() -> None:
-    design, mounting = table1((0.001, -0.001)), table1_distances()
-    by_l1 = solve_mp(design, "right", pitch_guess(design, "right"), ("l1", 2.5), mounting)
-    by_roll = solve_mp(design, "right", six(by_l1), ("phi1", by_l1.phi1), mounting)
-    assert abs(by_roll.l1 - MP.mpf(2.5)) < MP.mpf(10) ** -45
-
-
-@pytest.mark.parametrize(("flank", "opposite"), [("right", "left"), ("left", "right")])
-def test_mirrored_pair_has_the_mirrored_contact(flank: str, opposite: str) -> None:
-    design = table1((0.001, -0.001), MISALIGNED)
-    image = mirrored(design)
-    there = mounting_mp(image)
-    assert float(there.dw1) == pytest.approx(table1_distances()[0], abs=1e-12)
-    mounting = table1_distances()
-    here = solve_mp(design, flank, pitch_guess(design, flank), ("l1", 1.5), mounting)
-    across = solve_mp(image, opposite, pitch_guess(image, opposite), ("l1", 1.5), mounting)
-    for name, sign in (("u1", 1), ("l2", 1), ("u2", 1), ("phi1", -1), ("phi2", -1)):
-        assert abs(getattr(across, name) - sign * getattr(here, name)) < MP.mpf(10) ** -45
-    for axis, sign in enumerate((1, -1, 1)):
-        assert abs(across.point[axis] - sign * here.point[axis]) < MP.mpf(10) ** -45
-        assert abs(across.normal[axis] - sign * here.normal[axis]) < MP.mpf(10) ** -45
-
-
-@pytest.mark.parametrize("flank", ["right", "left"])
-def test_cone_angle_zero_is_the_limit_of_a_small_one(flank: str) -> None:
-    """Ties the paper's zero-shift section, with its turn and its u, to the radial displacement."""
-
-    def crossed_helical(cone_angle: float) -> Design:
-        members = (
-            replace(member, cone_angle=cone_angle, tool=replace(member.tool, parabola=a))
-            for member, a in zip(table1().members, (0.001, -0.0005), strict=True)
-        )
-        pinion, gear = members
-        return replace(table1(), pinion=pinion, gear=gear)
-
-    limit, near = crossed_helical(0.0), crossed_helical(1e-15)
-    mounting, guess = pitch_region(limit).mounting, pitch_guess(limit, flank)
-    exact = solve_mp(limit, flank, guess, ("l1", 1.0), mounting)
-    close = solve_mp(near, flank, guess, ("l1", 1.0), mounting)
-    assert zero_shift(near.pinion).height > 1e14
-    for name in ("u1", "l2", "u2", "phi1", "phi2"):
-        assert abs(getattr(close, name) - getattr(exact, name)) < 1e-10
-    rolls = np.array([float(exact.phi1)])
-    scalar = solve_math(limit, flank, rolls, six(exact), mounting)
-    assert max(abs(x - y) for x, y in zip(exact.point, scalar.point[0].tolist(), strict=True)) < 1e-10
-
-
-def closing_design(
-    helix_deg: tuple[float, float], cone_deg: tuple[float, float], working_deg: float
-) -> Design:
-    """Table 1's teeth with other angles, and the offset and shaft angle at which the right and
-    left lines of contact meet, in closed form from one working normal pressure angle."""
-    table, alpha, working = table1(), radians(20.0), radians(working_deg)
-    cones, helices, radii = [], [], []
-    for beta, gamma, member in zip(
-        map(radians, helix_deg), map(radians, cone_deg), table.members, strict=True
-    ):
-        cone = asin(sin(alpha) * sin(gamma) / sin(working))
-        helix = asin(cos(alpha) * sin(beta) * cos(gamma) / (cos(working) * cos(cone)))
-        cones.append(cone)
-        helices.append(helix)
-        radii.append(3.0 * float(member.teeth) * cos(alpha) / (cos(working) * cos(helix)))
-    total = abs(sum(helices))
-    shaft = acos(cos(cones[0]) * cos(cones[1]) * cos(total) - sin(cones[0]) * sin(cones[1]))
-    offset = (radii[0] * cos(cones[1]) + radii[1] * cos(cones[0])) * sin(total) / sin(shaft)
-    pinion, gear = (
-        replace(member, helix_angle=radians(beta), cone_angle=radians(gamma))
-        for member, beta, gamma in zip(table.members, helix_deg, cone_deg, strict=True)
-    )
-    return replace(
-        table, pinion=pinion, gear=gear, pair=replace(table.pair, offset=offset, shaft_angle=shaft)
-    )
-
-
-@pytest.mark.parametrize(
     ("helix_deg", "cone_deg", "signs"),
     [
         ((25.0, -10.57), (3.0, 0.8), (1, 1)),
@@ -224,7 +103,8 @@ def closing_design(
 def test_lines_of_a_closing_design_meet(
     helix_deg: tuple[float, float], cone_deg: tuple[float, float], signs: tuple[int, int]
 ) -> None:
-    design = closing_design(helix_deg, cone_deg, 20.6)
+    angles = zip(table1().members, helix_deg, cone_deg, strict=True)
+    design = closed(*(changed(m, helix_angle=radians(b), cone_angle=radians(c)) for m, b, c in angles))
     mounting = mounting_mp(design)
     assert mounting.gap < 1e-9  # the inputs are rounded to doubles
     distances = float(mounting.dw1), float(mounting.dw2)

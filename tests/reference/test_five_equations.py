@@ -14,15 +14,11 @@ from beveloid_geom import (
     ContactPath,
     Design,
     Errors,
-    Member,
     Pair,
     Status,
-    Tool,
     path_of_contact,
-    zero_backlash_layout,
 )
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference import five_equations
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.reference.five_equations_curve import (
@@ -30,60 +26,36 @@ from beveloid_geom.reference.five_equations_curve import (
     five_equations_of,
     follow_five_equations,
 )
-from beveloid_geom.reference.five_equations_mp import solve_mp
 from tests.contact.test_path import NUMBERS, five_equation_residual
-from tests.contact.test_path_found_by_search import FROM_AFAR
+from tests.contact.test_path_search import FROM_AFAR
 from tests.oracle.refined import Refined, refine
+from tests.oracle.sixty_digits import SIX, off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
-from tests.stability.named_designs import SPLIT, Named
+from tests.stability.named_designs import CROSSING, OTHER, SPLIT, Named
+from tests.stability.test_line_contact import COEFFICIENTS
 from tests.symmetry import exchanged
 
 L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
 
 
-def steep(pinion_deg: float, gear_deg: float) -> Design:
-    """Table 1 with a = (-0.002, 0.002) and other cones, in the layout that closes."""
-    design = table1((-0.002, 0.002))
-    pinion, gear = (
-        replace(member, cone_angle=radians(cone))
-        for member, cone in zip(design.members, (pinion_deg, gear_deg), strict=True)
-    )
-    layout = zero_backlash_layout(replace(design, pinion=pinion, gear=gear))
-    return Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
-
-
 def refined(design: Design, path: ContactPath) -> Refined:
-    names = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
-    return refine(design, path.flank, *(getattr(path, name) for name in names))
+    return refine(design, path.flank, **{name: getattr(path, name) for name in SIX})
 
 
-def error_at_60_digits(design: Design, path: ContactPath, held: str, positions: list[int]) -> float:
-    """Largest difference (mm, rad) from 60 digits at the same l1, or at the same pinion roll."""
-    distance, worst = mounting_of(design).distance, 0.0
-    for k in positions:
-        rows = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
-        guess = tuple(float(row[k]) for row in rows)
-        fixed = (held, guess[0] if held == "l1" else guess[4])
-        exact = solve_mp(design, path.flank, guess, fixed, (float(distance[0]), float(distance[1])))
-        same = (exact.l1, exact.u1, exact.l2, exact.u2, exact.phi1, exact.phi2, *exact.point)
-        worst = max(worst, *(abs(float(e - x)) for e, x in zip(same, (*guess, *path.point[k]), strict=True)))
-    return worst
-
-
-@pytest.mark.parametrize("a", [0.0004, 0.0005, 0.0006, 0.001])
-def test_a_roll_that_turns_back_is_followed(a: float) -> None:
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_approximate_line_contact_is_followed_where_the_roll_turns_back_too(a: float) -> None:
     design = table1((a, a))
     ours, other = path_of_contact_five_equations(design, points=7), path_of_contact(design, points=7)
     for name in NUMBERS:
         np.testing.assert_allclose(getattr(ours, name), getattr(other, name), atol=1e-10, err_msg=name)
     np.testing.assert_array_equal(ours.ends.limit, other.ends.limit)
     assert ours.ends.contact_ratio == pytest.approx(float(other.ends.contact_ratio), abs=1e-12)
-    assert error_at_60_digits(design, ours, "l1", [0, 3]) < 2e-11
+    assert max(off_by(ours, k, "l1")[0] for k in (0, 3)) < 2e-11
 
 
 def test_a_path_that_crosses_nx_0() -> None:
-    design = steep(4.11, 1.98)
+    design = CROSSING["4.11/1.98 deg"]
     path = path_of_contact_five_equations(design, points=9)
     assert (path.status == Status.SOLVED).all()
     assert path.normal[0, 0] < -0.002
@@ -91,7 +63,7 @@ def test_a_path_that_crosses_nx_0() -> None:
     assert five_equation_residual(design, path) < 1e-12
     assert margins(design, path).min() > -1e-10
     assert path.ends.contact_ratio == pytest.approx(1.2536141506, abs=1e-9)
-    assert error_at_60_digits(design, path, "phi1", [0, 1, 2]) < 1e-10
+    assert max(off_by(path, k)[0] for k in (0, 1, 2)) < 1e-10
 
 
 def test_an_l1_that_turns_back_has_two_contacts() -> None:
@@ -103,7 +75,7 @@ def test_an_l1_that_turns_back_has_two_contacts() -> None:
     steps = np.diff(path.pinion_roll)
     np.testing.assert_allclose(steps, steps.mean(), atol=1e-13)
     assert five_equation_residual(L1_TURNS, path) < 1e-12
-    assert error_at_60_digits(L1_TURNS, path, "phi1", [0, turn]) < 1e-11
+    assert max(off_by(path, k)[0] for k in (0, turn)) < 1e-11
 
 
 @pytest.mark.parametrize("case", [SPLIT[0], SPLIT[2]], ids=["first", "third"])
@@ -143,10 +115,7 @@ def test_a_path_that_leaves_and_comes_back_is_in_pieces(parabola: tuple[float, f
 
 def test_almost_parallel_axes_with_a_path_in_a_thread_of_l1() -> None:
     """Shaft angle 0.24 deg: l1 runs over 0.0011 mm while the contact runs over the whole face."""
-    tool = Tool(2.674174420370804, 0.35771465159433397)
-    pinion = Member(replace(tool, parabola=-0.0034813824), 31, -0.2979215780, 0.0, 0.0218740396, 17.4895193)
-    gear = Member(tool, 70, 0.3021235629, 0.0, 0.3690762276, 26.1825386)
-    design = Design(pinion, gear, Pair(142.4181478149, 0.0042323378, 0.0, 0.0))
+    design = OTHER["almost parallel, its path a thread of l1"].design
     path = path_of_contact_five_equations(design, "left", 3)
     assert (path.status == Status.SOLVED).all()
     assert np.ptp(path.l1) < 0.0012
@@ -176,6 +145,8 @@ def test_the_start_does_not_rest_on_the_one_equation(design: Design, monkeypatch
 def test_points_are_checked() -> None:
     with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
         path_of_contact_five_equations(table1(), points=1)
+    with pytest.raises(ValueError, match="single designs"):
+        path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
 
 
 def test_no_contact_is_an_empty_path() -> None:
@@ -186,7 +157,6 @@ def test_no_contact_is_an_empty_path() -> None:
         assert path_of_contact_five_equations(design).l1.size == 0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (-0.002, 0.002), (0.0002, 0.0002)])
 def test_the_one_equation_is_on_the_curve(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))

@@ -21,7 +21,6 @@ from beveloid_geom.gear.flank import (
     undercut_margin,
 )
 from beveloid_geom.shapes.sampling import (
-    FlankGrid,
     Sheet,
     falling_diagonals,
     flank_sheet,
@@ -29,6 +28,7 @@ from beveloid_geom.shapes.sampling import (
     grid_of,
     series_of,
 )
+from tests.oracle.surface_distance import distance_bound, inside_triangles
 from tests.oracle.table1 import table1
 
 PINION, GEAR = table1().members
@@ -57,42 +57,12 @@ FLANKS = {
 all_flanks = pytest.mark.parametrize(("member", "flank"), FLANKS.values(), ids=FLANKS)
 
 
-def inside_triangles(grid: FlankGrid, count: int, seed: int = 1) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (n, 3) in all triangles, at edges and inside, with the l and z interpolated there."""
-    faces = grid_faces(grid.points, grid.normals)
-    weights = np.random.default_rng(seed).dirichlet((1.0, 1.0, 1.0), count)
-    weights = np.concatenate((weights, [[0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]]))
-    z = np.broadcast_to(grid.z, grid.l.shape)
-    l, z = (np.einsum("kc,mc->mk", weights, values.reshape(-1)[faces]).ravel() for values in (grid.l, z))
-    points = np.einsum("kc,mci->mki", weights, grid.points.reshape(-1, 3)[faces])
-    return points.reshape(-1, 3), l, z
-
-
-def distance_bound(
-    member: Member, flank: str, points: FloatArray, l: FloatArray, z: FloatArray
-) -> FloatArray:
-    """Distance from a point of the analytic flank, by damped Newton on (l, u) from the interpolated
-    parameters: the distance from the flank, or more where Newton does not get there."""
-    u = trace_parameter(member, flank, l, z)
-    damping = 1e-4 * np.eye(2)
-    best = np.full(len(points), np.inf)
-    for _ in range(25):
-        patch = flank_patch(member, flank, l, u)
-        tangents = np.stack((patch.tangent_l, patch.tangent_u), axis=-1)
-        away = points - patch.point
-        best = np.minimum(best, np.linalg.norm(away, axis=1))
-        metric = np.einsum("nia,nib->nab", tangents, tangents) + damping
-        step = np.linalg.solve(metric, np.einsum("nia,ni->na", tangents, away)[..., None])[..., 0]
-        l, u = l + step[:, 0], u + step[:, 1]
-    return best
-
-
 @pytest.mark.slow
 @all_flanks
 @pytest.mark.parametrize("tolerance", [0.05, 0.01, 0.001])
 def test_triangles_stay_within_the_tolerance(member: Member, flank: str, tolerance: float) -> None:
     grid = sample_flank(member, flank, tolerance)
-    distance = distance_bound(member, flank, *inside_triangles(grid, 25))
+    distance = distance_bound(flank_sheet(member, flank), *inside_triangles(grid, grid.l, 25))
     assert distance.max() <= tolerance
     assert distance.max() == pytest.approx(grid.deviation, rel=0.05)
 
@@ -104,7 +74,7 @@ def test_undercut_flanks_are_sampled_along_their_normals_only(tolerance: float) 
     assert undercut_margin(undercut, "right") < 0.0
     grid = sample_flank(undercut, "right", tolerance)
     assert grid.deviation <= tolerance
-    distance = distance_bound(undercut, "right", *inside_triangles(grid, 25))
+    distance = distance_bound(flank_sheet(undercut, "right"), *inside_triangles(grid, grid.l, 25))
     assert distance.max() <= 2.5 * tolerance
     assert np.quantile(distance, 0.98) <= tolerance
 

@@ -131,7 +131,6 @@ def test_inner_nodes_have_four_cells_and_two_nodes_of_the_outline_three(
         assert node in section.boundary[name]
 
 
-@pytest.mark.parametrize("flank", ["left", "right"])
 def test_three_cells_share_the_middle_of_a_fillet(flank: str) -> None:
     section = section_of(outline_of(PINION, 2, 40, 40, 20, nz=3), 45.0)
     fillet = section.boundary[f"{flank} fillet"]

@@ -83,6 +83,14 @@ def checked_path(design: Design, flank: str = "right", points: int = 21) -> Cont
     return path
 
 
+def assert_no_path(design: Design, flank: str, status: Status) -> None:
+    """No position, the status that says why, and a contact ratio of 0, or none where nothing is defined."""
+    path = checked_path(design, flank)
+    assert path.l1.size == 0
+    assert path.ends.status == status
+    np.testing.assert_equal(float(path.ends.contact_ratio), np.nan if status == Status.UNDEFINED else 0.0)
+
+
 def solved_path(design: Design, flank: str = "right", points: int = 21) -> ContactPath:
     """The path of contact of a pair that has one, checked."""
     path = checked_path(design, flank, points)

@@ -7,6 +7,7 @@ enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `ra
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from beveloid_geom import ContactPath, Design, Member
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray, Quantity
 
 Vector = tuple[FloatArray, FloatArray, FloatArray]
+Cases = NDArray[np.int_]
 
 
 class Generated(NamedTuple):
@@ -190,7 +192,7 @@ class Found(NamedTuple):
     """Contacts that a search came upon, one row each: the case, flank parameters, sign of the common
     normal's x component, and the least margin (mm) to the limits of both flanks."""
 
-    case: NDArray[np.int_]
+    case: Cases
     l1: FloatArray
     l2: FloatArray
     sign: FloatArray
@@ -234,24 +236,43 @@ def search(design: Design, flank: str, distance: FloatArray, points: int = 32, t
     moving = grid[0 if turned else 1]
     parts = []
     for sign in (1.0, -1.0):
+        scan = Scan(design, flank, distance, sign, turned)
         with np.errstate(all="ignore"):
             height = generators(design, flank, l1, l2, sign, distance).height.reshape(grid.shape[1:])
         real = np.isfinite(height)
         case, row, cell = np.nonzero(height[..., :-1] * height[..., 1:] < 0.0)
         fixed = grid[1 if turned else 0][case, row, cell]
         bounds = [(moving[case, row, cell + k], height[case, row, cell + k]) for k in (0, 1)]
-        parts.append(_refined(design, flank, distance, sign, case, fixed, bounds, turned))
+        parts.append(_refined(scan, case, fixed, bounds))
         # Between the last node with a common normal and the place where it vanishes.
         case, row, cell = np.nonzero(real[..., :-1] != real[..., 1:])
         ahead = real[case, row, cell + 1].astype(int)
         fixed = grid[1 if turned else 0][case, row, cell]
         good, bad = moving[case, row, cell + ahead], moving[case, row, cell + 1 - ahead]
-        edge, at_edge = _edge(design, flank, distance, sign, case, fixed, good, bad, turned)
+        edge, at_edge = _edge(scan, case, fixed, good, bad)
         start = height[case, row, cell + ahead]
         crossed = np.flatnonzero(start * at_edge < 0.0)
         bounds = [(good[crossed], start[crossed]), (edge[crossed], at_edge[crossed])]
-        parts.append(_refined(design, flank, distance, sign, case[crossed], fixed[crossed], bounds, turned))
+        parts.append(_refined(scan, case[crossed], fixed[crossed], bounds))
     return joined(parts)
+
+
+class Scan(NamedTuple):
+    """What a search goes over: one flank and one sign of n_x, with l2 moving at fixed l1, or `turned`."""
+
+    design: Design
+    flank: str
+    distance: FloatArray
+    sign: float
+    turned: bool
+
+    def both(self, moving: FloatArray, fixed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return (moving[:, None], fixed[:, None]) if self.turned else (fixed[:, None], moving[:, None])
+
+    def lines(self, case: Cases, moving: FloatArray, fixed: FloatArray) -> Lines:
+        part = cases_of(self.design, case)
+        with np.errstate(all="ignore"):
+            return generators(part, self.flank, *self.both(moving, fixed), self.sign, self.distance[:, case])
 
 
 def joined(parts: list[Found]) -> Found:
@@ -260,95 +281,69 @@ def joined(parts: list[Found]) -> Found:
 
 
 def _edge(
-    design: Design,
-    flank: str,
-    distance: FloatArray,
-    sign: float,
-    case: NDArray[np.int_],
-    fixed: FloatArray,
-    good: FloatArray,
-    bad: FloatArray,
-    turned: bool,
+    scan: Scan, case: Cases, fixed: FloatArray, good: FloatArray, bad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The last place with a common normal between a `good` and a `bad` one, and the height there."""
-    part = cases_of(design, case)
-    angle, place = shaft_angle(part), distance[:, case]
-
-    def both(moving: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return (moving[:, None], fixed[:, None]) if turned else (fixed[:, None], moving[:, None])
-
+    part = cases_of(scan.design, case)
     for _ in range(50):
         middle = 0.5 * (good + bad)
-        l1, l2 = both(middle)
-        racks = rack_at(part.pinion, flank, l1), rack_at(part.gear, flank, l2)
-        real = common_normal(*racks, angle)[0][:, 0] > 0.0
+        l1, l2 = scan.both(middle, fixed)
+        racks = rack_at(part.pinion, scan.flank, l1), rack_at(part.gear, scan.flank, l2)
+        real = common_normal(*racks, shaft_angle(part))[0][:, 0] > 0.0
         good, bad = np.where(real, middle, good), np.where(real, bad, middle)
-    with np.errstate(all="ignore"):
-        return good, generators(part, flank, *both(good), sign, place).height[:, 0]
+    return good, scan.lines(case, good, fixed).height[:, 0]
 
 
 def _refined(
-    design: Design,
-    flank: str,
-    distance: FloatArray,
-    sign: float,
-    case: NDArray[np.int_],
-    fixed: FloatArray,
-    bounds: list[tuple[FloatArray, FloatArray]],
-    turned: bool,
+    scan: Scan, case: Cases, fixed: FloatArray, bounds: list[tuple[FloatArray, FloatArray]]
 ) -> Found:
     """The roots between `bounds` (place and height), by bisection from the chord's guess on."""
     (low, f_low), (high, f_high) = bounds
     guess = low - f_low * (high - low) / (f_high - f_low)
-    module = np.broadcast_to(design.pinion.tool.normal_module, distance.shape[1:])
+    module = np.broadcast_to(scan.design.pinion.tool.normal_module, scan.distance.shape[1:])
     for step in range(PASSES):
-        part, place = cases_of(design, case), distance[:, case]
-        l1, l2 = (guess, fixed) if turned else (fixed, guess)
-        l1, l2 = l1[:, None], l2[:, None]
-        with np.errstate(all="ignore"):
-            lines = generators(part, flank, l1, l2, sign, place)
+        lines, (l1, l2) = scan.lines(case, guess, fixed), scan.both(guess, fixed)
+        height = lines.height[:, 0]
         if step in (PRUNED, PASSES - 1):
-            each = own_margins(part.pinion, flank, l1, lines.u1), own_margins(part.gear, flank, l2, lines.u2)
+            pinion, gear = cases_of(scan.design, case).members
+            with np.errstate(all="ignore"):
+                each = (
+                    own_margins(pinion, scan.flank, l1, lines.u1),
+                    own_margins(gear, scan.flank, l2, lines.u2),
+                )
             margin = np.concatenate(each).min(axis=0)[:, 0]
             near = margin > (-0.5 * module[case] if step == PRUNED else -np.inf)
-            values = (case, fixed, low, high, f_low, guess, margin)
-            case, fixed, low, high, f_low, guess, margin = (value[near] for value in values)
-            height = lines.height[near, 0]
-        else:
-            height = lines.height[:, 0]
+            values = (case, fixed, low, high, f_low, guess, margin, height)
+            case, fixed, low, high, f_low, guess, margin, height = (value[near] for value in values)
         if step == PASSES - 1:
             break
         above = np.signbit(height) == np.signbit(f_low)
         low, high = np.where(above, guess, low), np.where(above, high, guess)
         guess = 0.5 * (low + high)
-    l1, l2 = (guess, fixed) if turned else (fixed, guess)
-    return Found(case, l1, l2, np.full(case.shape, sign), margin)
+    l1, l2 = (guess, fixed) if scan.turned else (fixed, guess)
+    return Found(case, l1, l2, np.full(case.shape, scan.sign), margin)
+
+
+def mapped(change: Callable[..., Any], *parts: Any) -> Any:
+    """A design, a path or any other dataclass whose numbers are made of those of `parts` by `change`."""
+    values = {}
+    for item in fields(parts[0]):
+        column = [getattr(part, item.name) for part in parts]
+        if hasattr(column[0], "__dataclass_fields__"):
+            values[item.name] = mapped(change, *column)
+        else:
+            values[item.name] = None if column[0] is None else change(*column)
+    return type(parts[0])(**values)
 
 
 def cases_of(part: Any, index: Any) -> Any:
     """The cases `index` of an array design of one batch axis, or of any of its parts."""
-    values = {}
-    for item in fields(part):
-        value = getattr(part, item.name)
-        if hasattr(value, "__dataclass_fields__"):
-            value = cases_of(value, index)
-        elif value is not None and np.ndim(value):
-            value = value[index]
-        values[item.name] = value
-    return type(part)(**values)
+    return mapped(lambda value: value[index] if np.ndim(value) else value, part)
 
 
 def batch_of_one(part: Any) -> Any:
     """A single design, or any of its parts, as a batch of one."""
-    values = {}
-    for item in fields(part):
-        value = getattr(part, item.name)
-        if hasattr(value, "__dataclass_fields__"):
-            value = batch_of_one(value)
-        elif value is not None:
-            value = np.array([value], dtype=float)
-        values[item.name] = value
-    return type(part)(**values)
+    return mapped(lambda value: np.array([value], dtype=float), part)
 
 
 def off_path(path: ContactPath, found: Found) -> FloatArray:

@@ -15,11 +15,12 @@ from tests.oracle.table1 import table1
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """A design and the flank looked at; the limits at which a path in pieces ends."""
+    """A design and the flank looked at; the limits at which a path in pieces ends; a roll (rad)."""
 
     design: Design
     flank: Any
     ends: tuple[Limit, ...] = ()
+    roll: float = 0.0
 
 
 def read(name: str) -> dict[str, Any]:
@@ -34,7 +35,8 @@ def named(row: dict[str, Any]) -> Named:
     offset, shaft, *mounting = row["pair"]
     error, turned, *axial = row["errors"]
     pair, errors = Pair(offset, radians(shaft), *mounting), Errors(error, radians(turned), *axial)
-    return Named(Design(member(*row["pinion"]), member(*row["gear"]), pair, errors), row["flank"])
+    design = Design(member(*row["pinion"]), member(*row["gear"]), pair, errors)
+    return Named(design, row["flank"], roll=row.get("roll", 0.0))
 
 
 def in_pieces(row: dict[str, Any]) -> Named:
@@ -50,5 +52,7 @@ GROUPS = {
     group: {name: named(row) for name, row in rows.items()}
     for group, rows in read("named_designs.toml").items()
 }
-LOST, SECOND_PATH, OTHER = (GROUPS[name] for name in ("lost", "second_path", "other"))
+LOST, SECOND_PATH, OTHER, HARD = (GROUPS[name] for name in ("lost", "second_path", "other", "first_contact"))
+CROSSING = {name: case.design for name, case in GROUPS["crossing"].items()}
+"""Steep cones mounted so that n_x changes its sign on the flank."""
 SPLIT = [in_pieces(row) for row in read("paths_in_pieces.toml")["pieces"]]

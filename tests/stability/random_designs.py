@@ -11,7 +11,7 @@ helices of both signs up to the limits of a design file.
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -19,8 +19,9 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.design.model import unchecked
+from beveloid_geom.pair.closing import ClosedLayout, closed_layout
 
-from .five_residuals import Vector, cases_of, flank_at, rack_at
+from .five_residuals import Vector, cases_of, flank_at, mapped, rack_at
 
 Kind = Literal["usual", "fitted", "strained", "touching", "wild"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -141,50 +142,20 @@ def usual(rng: np.random.Generator, size: int) -> Design:
 
 
 def fitted(rng: np.random.Generator, size: int, members: tuple[Member, Member] | None = None) -> Design:
-    """Pairs that close without backlash: with the working pressure angle drawn, working cone and
-    helix angles and radii follow, and of them the layout; the gear's profile shift then takes up the
-    backlash, which is linear in it."""
+    """Pairs that close without backlash: with the working pressure angle drawn, the layout follows; the
+    gear's profile shift then takes up the backlash, which is linear in it."""
     pinion, gear = random_members(rng, size) if members is None else members
     aw = pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.5, size)
-    cones, helices, radii, thickness = [], [], [], []
-    for member in (pinion, gear):
-        alpha, gamma = member.tool.normal_pressure_angle, member.cone_angle
-        cone = np.arcsin(np.sin(alpha) * np.sin(gamma) / np.sin(aw))
-        helix = np.cos(alpha) * np.cos(gamma) * np.sin(member.helix_angle) / (np.cos(aw) * np.cos(cone))
-        helix = np.arcsin(helix)
-        lever = 0.5 * member.tool.normal_module * member.teeth * np.cos(alpha)
-        cones.append(cone)
-        helices.append(helix)
-        radii.append(lever / (np.cos(aw) * np.cos(helix)))
-        thickness.append(_thickness(member, aw, cone, helix, radii[-1]))
-    thicker = replace(gear, profile_shift=gear.profile_shift + 1.0)
-    growth = _thickness(thicker, aw, cones[1], helices[1], radii[1]) - thickness[1]
-    missing = (2.0 * np.pi - pinion.teeth * thickness[0]) / gear.teeth - thickness[1]
-    gear = unchecked(gear, profile_shift=gear.profile_shift + missing / growth)
-    cos_d = np.cos(cones[0]) * np.cos(cones[1]) * np.cos(helices[0] + helices[1])
-    cos_d = cos_d - np.sin(cones[0]) * np.sin(cones[1])
-    reach = radii[0] * np.cos(cones[1]) + radii[1] * np.cos(cones[0])
-    hand = np.where(pinion.helix_angle + gear.helix_angle < 0.0, -1.0, 1.0)
-    offset = hand * reach * np.sin(helices[0] + helices[1]) / np.sqrt(1.0 - cos_d * cos_d)
-    return Design(pinion, gear, drawn_pair(offset=offset, shaft_angle=np.arccos(cos_d)), no_errors(size))
 
+    def laid_out(shift: float) -> ClosedLayout:
+        thicker = unchecked(gear, profile_shift=gear.profile_shift + shift)
+        return closed_layout(Design(pinion, thicker, Pair(1.0, 1.0)), aw)
 
-def _thickness(
-    member: Member, aw: FloatArray, cone: FloatArray, helix: FloatArray, radius: FloatArray
-) -> FloatArray:
-    """Angle (rad) between the unmodified flanks of a tooth at the pitch point."""
-    plain = replace(member, tool=replace(member.tool, parabola=0.0))
-    angle: FloatArray = np.zeros_like(aw)
-    for flank, sign in (("left", 1.0), ("right", -1.0)):
-        rack = rack_at(plain, flank, np.zeros((len(aw), 1)))
-        nx, ny, nz = (part[:, 0] for part in rack.normal)
-        x, y, z = (part[:, 0] for part in rack.point)
-        pitch_radius = rack.pitch_radius[:, 0]
-        radial = (np.sin(aw) + np.sin(cone) * nz) / np.cos(cone)
-        around = -sign * np.cos(aw) * np.cos(helix)
-        drawn = nx * (pitch_radius + x) + ny * y + nz * z - radius * radial
-        angle += sign * (np.arctan2(around, radial) - np.arctan2(ny, nx) - drawn / (pitch_radius * ny))
-    return angle
+    layout = laid_out(0.0)
+    taken_up = layout.normal_backlash - laid_out(1.0).normal_backlash
+    gear = unchecked(gear, profile_shift=gear.profile_shift + layout.normal_backlash / taken_up)
+    pair = drawn_pair(offset=layout.offset, shaft_angle=layout.shaft_angle)
+    return Design(pinion, gear, pair, no_errors(size))
 
 
 def drawn_pair(**values: FloatArray) -> Pair:
@@ -294,19 +265,5 @@ def random_designs(kind: Kind, size: int, seed: int, flank: Flank = "right") -> 
             kept = np.flatnonzero(valid(drawn))
         parts.append(cases_of(drawn, kept))
         found += kept.size
-    designs: Design = cases_of(joined(parts), slice(size))
+    designs: Design = cases_of(mapped(lambda *columns: np.concatenate(columns), *parts), slice(size))
     return designs
-
-
-def joined(parts: list[Any]) -> Any:
-    """One batch of several."""
-    values: dict[str, Any] = {}
-    for item in fields(parts[0]):
-        column = [getattr(part, item.name) for part in parts]
-        if column[0] is None:
-            values[item.name] = None
-        elif hasattr(column[0], "__dataclass_fields__"):
-            values[item.name] = joined(column)
-        else:
-            values[item.name] = np.concatenate(column)
-    return type(parts[0])(**values)

@@ -15,13 +15,13 @@ from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 from beveloid_geom.shapes import mesh_contact as proximity
-from tests.contact.test_path_search import CROSSING, TURNING
+from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
 
 from . import test_line_contact as line_contact, test_meshes as meshes
 from .answers import at_shaft_angle, changed, closed, held
-from .named_designs import LOST, SPLIT
+from .named_designs import CROSSING, LOST, SPLIT
 from .outcomes import Case, Said, Situation, all_notes, checked
 from .test_cones_and_helices import PLAIN, with_cones
 from .test_shaft_angles import fold, folding, right_angled

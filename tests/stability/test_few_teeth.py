@@ -40,6 +40,7 @@ from beveloid_geom.shapes.section import section_of, section_size
 from beveloid_geom.status import FirstStatus, RatioStatus
 from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
+from tests.shapes.test_solid import assert_closed
 
 from .answers import FLANKS, changed, closed
 
@@ -168,7 +169,6 @@ def test_the_gear_may_have_the_few_teeth(teeth: int, axial: float) -> None:
     assert_first_contacts(design.with_errors(Errors(offset=0.3, gear_axial=axial)), 0.03, 0.03)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("face", [5.0, 20.0])
 def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     """Its next turns stand at other teeth of the gear, and overlap nothing."""
@@ -331,11 +331,7 @@ def test_a_single_tooth_makes_no_solid() -> None:
 def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
     """They wind by up to a turn and a half along the face; half a turn is a pitch."""
     solid = gear_solid(few(2, helix, face, 0.5, 0.0), 0.1)
-    edges = solid.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    assert len(np.unique(edges, axis=0)) == len(edges)
-    np.testing.assert_array_equal(np.unique(edges, axis=0), np.unique(edges[:, ::-1], axis=0))
-    a, b, c = np.moveaxis(solid.points[solid.faces], 1, 0)
-    assert np.einsum("ni,ni->n", np.cross(a, b), c).sum() > 0.0
+    assert_closed(solid, 1)
     x, y, _ = solid.points.T
     turned = np.lexsort(np.round(np.stack((-x, -y, solid.points[:, 2])), 6))
     same = np.lexsort(np.round(np.stack((x, y, solid.points[:, 2])), 6))

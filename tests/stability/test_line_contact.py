@@ -15,29 +15,15 @@ from beveloid_geom import ContactPath, Design, Status, certify, first_contact, m
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse, relative_curvature
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
 from beveloid_geom.status import EllipseStatus, FirstStatus, Verdict
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
 
-COEFFICIENTS = (
-    0.0,
-    0.0002,
-    0.0003,
-    0.00037,
-    0.0004,
-    0.00045,
-    0.0005,
-    0.00055,
-    0.00059,
-    0.0006,
-    0.0008,
-    0.001,
-)
 TURNING = (0.0004, 0.00045, 0.0005, 0.00055)
 """Those whose curvature changes sign on the path."""
+COEFFICIENTS = (0.0, 0.0002, 0.0003, 0.00037, *TURNING, 0.00059, 0.0006, 0.0008, 0.001)
 FOLDS = (0.00045, 0.0005)
 """Those that are looked at closely: the fold on either side of the middle of the face."""
 
@@ -256,24 +242,3 @@ def test_cycles_over_the_range() -> None:
         error = first_contact(concave(x), "right", roll).transmission_error
         assert np.ptp(error) <= cycle.peak_to_peak + 1e-13
         assert np.ptp(error) > 0.95 * cycle.peak_to_peak
-
-
-@pytest.mark.parametrize("a", COEFFICIENTS)
-def test_the_five_equations_follow_or_say_so(a: float) -> None:
-    """They step in roll: where that turns back, on the path or just beyond its end, they stop by name."""
-    path, five = path_of_contact(concave(a), points=5), by_five_equations(a)
-    if isinstance(five, str):
-        assert "lose the contact" in five
-        assert 0.00037 <= a <= 0.0006
-        return
-    assert np.abs(five.point - path.point).max() < 1e-9
-    assert np.abs(five.normal - path.normal).max() < 1e-12
-    assert five.ends.contact_ratio == pytest.approx(float(path.ends.contact_ratio), abs=1e-11)
-
-
-def by_five_equations(a: float) -> ContactPath | str:
-    """Their path, or what they say without one."""
-    try:
-        return path_of_contact_five_equations(concave(a), points=5)
-    except ArithmeticError as fault:
-        return str(fault)

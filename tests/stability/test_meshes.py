@@ -36,6 +36,15 @@ EPS = float(np.finfo(float).eps)
 FLANKS = ("right", "left")
 
 
+def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> MeshContact:
+    """Facets within their doubt, the polish the contact of the path; the former."""
+    at = pose_at(path, k)
+    rough = mesh_contact(design, path.flank, tolerance, **at, polish=False)
+    assert np.linalg.norm(rough.point - path.point[k]) <= rough.doubt
+    assert check_polished(mesh_contact(design, path.flank, tolerance, **at), path, k)
+    return rough
+
+
 def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
     """The contact of the path within its doubt, or none; whether it was found."""
     if found.status != Status.SOLVED:
@@ -47,7 +56,6 @@ def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("tolerance", [5.0, 1.0, 0.1])
 def test_far_too_coarse(tolerance: float, flank: str) -> None:
     """Down to one cell. Facets are off by centimetres and say so by their doubt; with the polish it is the
@@ -56,12 +64,10 @@ def test_far_too_coarse(tolerance: float, flank: str) -> None:
     assert sample_flank(design.pinion, flank, 5.0).l.shape == (2, 2)
     path = path_of_contact(design, flank, 7)
     for k in (1, 3, 5):
-        rough = mesh_contact(design, flank, tolerance, **pose_at(path, k), polish=False)
+        rough = check_both(design, path, k, tolerance)
         assert rough.status == Status.SOLVED
-        away = np.linalg.norm(rough.point - path.point[k])
-        assert 0.1 < away <= rough.doubt
+        assert np.linalg.norm(rough.point - path.point[k]) > 0.1
         assert abs(rough.separation) <= 2.0 * tolerance
-        assert check_polished(mesh_contact(design, flank, tolerance, **pose_at(path, k)), path, k)
 
 
 def test_doubt_of_facets_covers_the_contact() -> None:
@@ -161,9 +167,7 @@ def test_slender_triangles(width: float) -> None:
     assert path.status[1] == Status.SOLVED
     assert slenderness(flank_mesh(design.pinion, "left", 1.0)) > 10.0 / width  # 11.6 mm deep
     for tolerance in (1.0, 0.01, 0.001):
-        rough = mesh_contact(design, "left", tolerance, **pose_at(path, 1), polish=False)
-        assert np.linalg.norm(rough.point - path.point[1]) <= rough.doubt
-        assert check_polished(mesh_contact(design, "left", tolerance, **pose_at(path, 1)), path, 1)
+        check_both(design, path, 1, tolerance)
 
 
 @pytest.mark.parametrize("slender", [1.0, 1e4, 1e6, 1e8])
@@ -183,7 +187,6 @@ def test_closest_points_on_slender_triangles_far_away(slender: float, shift: flo
     assert weights.min() > -1e-9
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_both_members_moved_ten_metres(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Meshes are searched in the members' own frames, so that only the pose loses digits: 2e-12 mm."""
     design = table1((0.001, -0.001))
@@ -221,7 +224,6 @@ def in_single_precision(member: Member, flank: str, tolerance: float) -> FlankMe
     return replace(mesh, grid=replace(mesh.grid, points=points))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_vertices_in_single_precision(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are off by up to 8e-6 mm a coordinate, which is added to the tolerance of the facets; the
     polish undoes it."""
@@ -229,10 +231,8 @@ def test_vertices_in_single_precision(flank: str, monkeypatch: pytest.MonkeyPatc
     path, off = path_of_contact(design, flank, 5), 1.5 * float(np.spacing(np.float32(150.0)))
     exact = mesh_contact(design, flank, 0.003, **pose_at(path, 2), polish=False)
     monkeypatch.setattr(proximity, "flank_mesh", in_single_precision)
-    rough = mesh_contact(design, flank, 0.003, **pose_at(path, 2), polish=False)
+    rough = check_both(design, path, 2, 0.003)
     assert abs(rough.separation - exact.separation) <= 2.0 * off
-    assert np.linalg.norm(rough.point - path.point[2]) <= rough.doubt
-    assert check_polished(mesh_contact(design, flank, 0.003, **pose_at(path, 2)), path, 2)
 
 
 def test_single_precision_far_away_is_refused_where_triangles_vanish() -> None:
@@ -262,7 +262,6 @@ def alike(parabola: float, teeth: int = 30) -> Design:
     return Design(member, member, Pair(offset, np.radians(40.0)))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("tolerance", [1.0, 0.05, 0.002])
 def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
     """Both members' vertices are as near, to rounding. The facets give one of them, their doubt covers
@@ -277,12 +276,9 @@ def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
             for j in (0, 1)
         ]
         assert abs(least[0] - least[1]) < 1e-12
-        rough = mesh_contact(design, flank, tolerance, **at, polish=False)
-        assert np.linalg.norm(rough.point - path.point[0]) <= rough.doubt
-        assert check_polished(mesh_contact(design, flank, tolerance, **at), path, 0)
+        check_both(design, path, 0, tolerance)
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 def test_ties_between_edges_are_no_tangency(flank: str) -> None:
     """Both concave, turned into each other at the pitch point: the tips of both are as near. Polished:
     no contact, by name; facets: a place at a tip whose doubt covers that at the other."""
@@ -296,7 +292,6 @@ def test_ties_between_edges_are_no_tangency(flank: str) -> None:
         assert rough.separation <= min(np.nanmin(part) for part in least) + 0.006
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("parabola", [0.0, -0.001, 0.001])
 def test_teeth_that_are_as_near(parabola: float, flank: str) -> None:
     """Midway between two pitches two tooth pairs, or two edges, touch together. The roll is that of either

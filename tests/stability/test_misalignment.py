@@ -17,7 +17,6 @@ from beveloid_geom import (
     mesh_cycle,
     path_of_contact,
 )
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.equation import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.first_contact import middle_roll
@@ -30,7 +29,6 @@ from tests.stability.five_residuals import margins
 
 from .named_designs import SPLIT, Named
 
-FLANKS = ("right", "left")
 OFF = (
     Errors(offset=20.0),
     Errors(offset=1.3),
@@ -93,7 +91,6 @@ def test_the_cycle_without_a_path() -> None:
 
 @pytest.mark.parametrize("where", ["pinion", "gear"])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
-@pytest.mark.parametrize("flank", FLANKS)
 def test_off_one_member_only(flank: str, way: float, where: str) -> None:
     """A member moved along its axis: the path stays where it is and leaves that member's face alone, at
     the end named, then all of it."""
@@ -118,13 +115,13 @@ def test_off_one_member_only(flank: str, way: float, where: str) -> None:
 
 def test_the_ratio_falls_to_zero_without_a_step() -> None:
     """Over the last 0.04 mm of offset, to the corner of the pinion's heel and tip."""
-    offset = np.linspace(1.2, 1.2402, 41)
+    offset = np.array([*np.linspace(1.2, 1.239, 40), 1.2399, 1.2402])
     ends = path_ends(table1(errors=Errors(offset=offset)))
     ratio = ends.contact_ratio
     assert (np.diff(ratio) <= 0.0).all()
     assert np.abs(np.diff(ratio)).max() < 0.01
     assert ratio[0] > 0.1
-    assert ratio[-1] == 0.0
+    assert ratio[-1] == 0.0 < ratio[-2] < 1e-3
     assert (ends.status[:-1] == Status.SOLVED).all()
     assert ends.status[-1] == Status.OFF_FLANK
     assert (ends.limit[:-1] == (Limit.PINION_HEEL, Limit.PINION_TIP)).all()
@@ -138,10 +135,6 @@ def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
     inside = (path.status == Status.SOLVED) & (margins(design, path).min(axis=0) >= 0.0)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
     return [(float(l1[i]), float(l1[j - 1])) for i, j in edges.reshape(-1, 2)]
-
-
-def roll_at(design: Design, flank: str, l1: FloatArray) -> FloatArray:
-    return path_of_contact(design, flank, l1=l1).pinion_roll
 
 
 @pytest.mark.parametrize("case", SPLIT, ids=lambda case: "-".join(str(end) for end in case.ends))
@@ -163,7 +156,7 @@ def test_two_pieces(case: Named) -> None:
     taken = np.sort(ends.l1)
     if len(sampled) == 2:
         ways = (np.linspace(first, last, 201) for first, last in sampled)
-        spans = [float(np.ptp(roll_at(design, case.flank, way))) for way in ways]
+        spans = [float(np.ptp(path_of_contact(design, case.flank, l1=way).pinion_roll)) for way in ways]
         longest = sampled[int(np.argmax(spans))]
         assert np.abs(np.array(longest) - taken).max() < 20.0 * step
     else:  # they are closer to each other than the samples, or one is shorter than their distance

@@ -34,6 +34,8 @@ from beveloid_geom.operation.pieces import SETTLED
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
 from beveloid_geom.status import FirstStatus, PatternStatus
+from tests.operation.test_first_contact import EDGES
+from tests.operation.test_separation import PARABOLAS
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
 from tests.symmetry import exchanged, mirrored, scaled
@@ -50,6 +52,8 @@ DESIGNS = {
     "approximate line contact": (0.0003, 0.0003),
     "convex": (-0.0005, -0.0005),
 }
+
+FIRST = {name: table1(parabola, Errors(0.05, 1e-4, 0.1, -0.2)) for name, parabola in DESIGNS.items()} | EDGES
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,6 @@ def test_ends_and_ratios(parabola: tuple[float, float], offset: float, flank: st
     assert not (np.abs(np.sort(other.l2) - np.sort(ends.l1)) > bound[:2].max()).any()
 
 
-@pytest.mark.parametrize("flank", OTHER)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_paths_of_exchanged_members(name: str, flank: str) -> None:
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
@@ -181,12 +184,11 @@ def cycle_rolls(design: Design, flank: str, count: int = 7) -> FloatArray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", OTHER)
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("name", FIRST)
 def test_first_contacts(name: str, flank: str) -> None:
     """Which teeth, which edges and fillets, where, and at what roll. Tooth pairs number the other way
     round with the members exchanged or mirrored."""
-    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
+    design = FIRST[name]
     first = first_contact(design, flank, cycle_rolls(design, flank))
     assert (first.status == FirstStatus.SOLVED).all()
 
@@ -218,7 +220,6 @@ def test_first_contacts(name: str, flank: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", OTHER)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_certificates(name: str, flank: str) -> None:
     """Verdicts are the same; separations to rounding of the rolls, but where an edge of one member
@@ -261,7 +262,6 @@ def test_mesh_cycles() -> None:
     assert abs(swapped.peak_to_peak * 29.0 / 45.0 - cycle.peak_to_peak) <= bound
 
 
-@pytest.mark.parametrize("flank", OTHER)
 @pytest.mark.parametrize("name", DESIGNS)
 def test_contacts_of_meshes(name: str, flank: str) -> None:
     """Polished: within the doubt that either states. Of the facets, the same grids have the same
@@ -296,9 +296,9 @@ def test_contacts_of_meshes(name: str, flank: str) -> None:
             assert np.nanmax(np.abs(apart)) <= noise, seen.name
 
 
-@pytest.mark.parametrize("flank", OTHER)
-def test_least_separation_by_turning(flank: str) -> None:
-    design = table1((0.001, -0.001), Errors(0.05, 1e-4, 0.1, -0.2))
+@pytest.mark.parametrize("parabola", PARABOLAS)
+def test_least_separation_by_turning(parabola: tuple[float, float], flank: str) -> None:
+    design = table1(parabola, Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 3)
     l, z = np.meshgrid(np.linspace(-5.0, 5.0, 9), np.linspace(-24.0, 24.0, 7), indexing="ij")
     pinion, gear = path.pinion_roll[1], path.gear_roll[1]
@@ -319,7 +319,6 @@ def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", OTHER)
 def test_contact_patterns(flank: str) -> None:
     """Of an unmodified pair, whose operation is not interpolated; the marking compound scales too."""
     design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
@@ -339,7 +338,6 @@ def test_contact_patterns(flank: str) -> None:
             assert abs(same.area / k**2 - one.area) <= one.least.size * noise / 0.00635 * one.area
 
 
-@pytest.mark.parametrize("flank", OTHER)
 def test_patterns_over_other_rolls(flank: str) -> None:
     """The least separation does not hang on the rolls at which it is sampled first."""
     design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0

@@ -17,8 +17,7 @@ from .situations import SITUATIONS
 from .table import HEADINGS, Row, line, markdown, row as run
 
 PAGE = (Path(__file__).parent / "README.md").read_text(encoding="utf-8")
-SECTION = PAGE
-TABLE = [text for text in SECTION.splitlines() if text.startswith("|")]
+TABLE = [text for text in PAGE.splitlines() if text.startswith("|")]
 STATUS = re.compile(r"`[A-Z_]+`|refused")
 ROUNDING = 2e-13
 """rad"""
@@ -33,7 +32,7 @@ def words(row: Row, method: str) -> list[str]:
 def test_the_page_has_every_situation() -> None:
     assert len(TABLE) == 2 + len(SITUATIONS)
     assert TABLE[:2] == [text for _, text in zip("12", markdown(), strict=False)]
-    assert f"{len(SITUATIONS)} situations" in " ".join(SECTION.split())
+    assert f"{len(SITUATIONS)} situations" in " ".join(PAGE.split())
 
 
 @pytest.mark.slow

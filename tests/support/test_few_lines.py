@@ -47,14 +47,8 @@ def test_what_is_shown_of_an_array() -> None:
     lost = bg.path_of_contact(table1(), l1=[0.0, 1e3])
     assert ", 1 NaN" in next(line for line in repr(lost).splitlines() if " u2 " in line)
     assert "[0]" in repr(bg.path_of_contact(table1(errors=bg.Errors(offset=9.0))))
-    assert few_lines(bg.Errors(offset=np.zeros((4, 5)))).splitlines()[1].split()[1:] == [
-        "[4",
-        "x",
-        "5]",
-        "0",
-        "...",
-        "0",
-    ]
+    shown = few_lines(bg.Errors(offset=np.zeros((4, 5)))).splitlines()[1]
+    assert " ".join(shown.split()[1:]) == "[4 x 5] 0 ... 0"
 
 
 @pytest.mark.parametrize("name", ["path", "cycle", "design"])

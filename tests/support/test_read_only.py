@@ -22,12 +22,11 @@ import pytest
 import beveloid_geom
 import beveloid_viz
 from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash, path_of_contact
-from beveloid_geom.contact.equation import _kept_flanks, pairing_of
+from beveloid_geom.contact.equation import _kept_flanks
 from beveloid_geom.gear.tooth_side import _kept_surface
 from beveloid_geom.operation.backlash import _kept_backlash
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import mesh_separation
 from beveloid_geom.studies.claims import Case
 from beveloid_geom.support.chebyshev import _derivation
 from beveloid_geom.support.read_only import kept, read_only
@@ -129,28 +128,6 @@ def test_functions_are_called_once() -> None:
     assert squares.__name__ == "squares"
     with pytest.raises(ValueError, match="read-only"):
         squares(3)[0] = 1
-
-
-def test_writing_to_a_separation_moves_no_other() -> None:
-    """It did, by millimetres: the grid was that of the mesh which is kept."""
-    pose = {"pinion_roll": 0.1, "gear_roll": -0.06}
-    first = mesh_separation(TABLE, "right", 0, 0.05, **pose, polish=False)
-    before = {name: value.copy() for name, value in vars(first).items()}
-    for array in vars(first).values():
-        if array.flags.writeable:
-            array += 1
-        else:
-            with pytest.raises(ValueError, match="read-only"):
-                array += 1
-    again = mesh_separation(TABLE, "right", 0, 0.05, **pose, polish=False)
-    for name, value in before.items():
-        np.testing.assert_array_equal(value, getattr(again, name))
-
-
-def test_writing_to_a_pairing_or_a_mounting_is_refused() -> None:
-    for array in (mounting_of(TABLE).distance, pairing_of(TABLE, "left").rack.normal):
-        with pytest.raises(ValueError, match="read-only"):
-            array[...] = 0.0
 
 
 RESULTS: dict[str, Callable[[Design], Any]] = {

@@ -266,4 +266,4 @@ def test_thickness_of_helical_teeth(
         float(half_thickness_angle(gear, flank, tip_parameter(gear, flank, 0.0), 0.0))
         for flank in ("right", "left")
     )
-    assert both * float(tip_radius(gear, 0.0)) == pytest.approx(float(tip_thickness(gear, 0.0)))
+    assert both * float(tip_radius(gear, 0.0)) == pytest.approx(float(tip_thickness(gear, 0.0)), rel=1e-12)

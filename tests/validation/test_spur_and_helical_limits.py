@@ -83,7 +83,6 @@ def active_points(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
     return low + (high - low) * np.linspace(0.0, 1.0, 13)[:, None], np.broadcast_to(z, (13, 7))
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("name", MEMBERS)
 def test_flanks_are_involute_helicoids(name: str, flank: str) -> None:
     member = MEMBERS[name]
@@ -106,7 +105,6 @@ def test_flanks_are_involute_helicoids(name: str, flank: str) -> None:
     )
 
 
-@pytest.mark.parametrize("flank", FLANKS)
 @pytest.mark.parametrize("name", MEMBERS)
 def test_base_cylinders(name: str, flank: str) -> None:
     """r_b = r_P cos(a_t), tan(b_b) = tan(b_f) cos(a_t); right hand positive, unlike the axial component

@@ -185,6 +185,7 @@ def test_a_name_cannot_become_code(page: Page, text: str) -> None:
         (("tca", "--flank", "right"), "tca.right"),
         (("tca", "--flank", "left"), "tca.left"),
         (("operation", "--flank", "right"), "operation.right"),
+        (("operation", "--flank", "left"), "operation.left"),
         (("sliding", "--flank", "left", "--points", "101"), "sliding.left"),
         (("pattern",), "pattern.right"),
         (("sensitivity", "--flank", "right"), "sensitivity.right"),

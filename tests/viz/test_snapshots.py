@@ -32,11 +32,13 @@ from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
 from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts.recipe import Drawing, Recipe
+from beveloid_viz.parts.recipe import Drawing
 from beveloid_viz.parts.solved import SolvedPath
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
+
+from .pages import recipe_of
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZE = (800, 600)
@@ -67,12 +69,8 @@ def _short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "SETTINGS", few)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_maps, "STEPS", 7)
-        patch.setattr(fig_maps, "FIRST_STEPS", 3)
+        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 3)
         yield
-
-
-def recipe_of(name: str) -> Recipe[Any]:
-    return next(figure for figure in FIGURES if figure.name == name).recipe()
 
 
 @cache

@@ -15,11 +15,11 @@ from matplotlib.transforms import Bbox
 from beveloid_geom import builtin_design
 from beveloid_geom.studies import comparison
 from beveloid_geom.studies.comparison import Row
-from beveloid_viz.figures.methods import (
-    speed_accuracy as fig_speed,
-)
+from beveloid_viz.figures.methods import speed_accuracy as fig_speed
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.theme import Page
+
+from .pages import page_of, words
 
 NAN = float("nan")
 SETTINGS: Any = comparison.Settings
@@ -52,8 +52,7 @@ def case_of(shift: float, *lost: str) -> fig_speed.SpeedCase:
 
 
 def drawn(data: tuple[fig_speed.SpeedCase, ...], size: theme.Size) -> Page:
-    with theme.style():
-        return fig_speed.draw(data, size).page
+    return page_of(fig_speed.draw, data, size)
 
 
 def boxes(axes: Axes) -> list[Bbox]:
@@ -97,10 +96,9 @@ def test_what_failed_is_named_once_below_the_panels() -> None:
     lost = ("mesh, polished", "Newton on F", "one equation, given l1")
     data = (case_of(0.2), case_of(0.2, *lost), *(case_of(0.2),) * 2)
     page = drawn(data, (1200, 900))
-    words = " ".join(" ".join(text.get_text().split()) for text in page.texts)
     named = "(b) mesh, then polish (all); one equation, Newton (all); one equation, l1 given (all)."
-    assert words.count(named) == 1
-    assert words.count("Not found at") == 1
+    assert words(page).count(named) == 1
+    assert words(page).count("Not found at") == 1
     assert not any("ot found" in text.get_text() for axes in page.axes for text in axes.texts)
     assert fig_speed.failures((case_of(0.2),) * 4) == ""
 
@@ -114,7 +112,7 @@ def test_methods_that_never_get_there_are_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("turns", "words"),
+    ("turns", "said"),
     [
         ((200.0, 1e-9, 1e-9, 1e-9), "1 Newton step does"),
         ((200.0, 3.0, 1e-9, 1e-9), "2 Newton steps do"),
@@ -122,16 +120,16 @@ def test_methods_that_never_get_there_are_named() -> None:
         ((1e-9, 1e-9, 1e-9, 1e-9), ""),
     ],
 )
-def test_newton_steps_count_until_the_rolls_are_exact_too(turns: tuple[float, ...], words: str) -> None:
+def test_newton_steps_count_until_the_rolls_are_exact_too(turns: tuple[float, ...], said: str) -> None:
     """Without parabola the point is exact before any step, and the rolls are not."""
     case = case_of(0.2)
     steps = [row("Newton on F", "iterations", n, 1e-6, 1e-13) for n in range(len(turns))]
     exact = [replace(r, transmission_error_arcsec=turn) for r, turn in zip(steps, turns, strict=True)]
     rows = (*(r for r in case.rows if not r.method.startswith("Newton")), *exact)
     text = fig_speed.finding((replace(case, rows=rows),))
-    assert words in text
+    assert said in text
     assert "0 Newton" not in text
-    assert ("Newton" in text) is bool(words)
+    assert ("Newton" in text) is bool(said)
 
 
 def test_panels_hold_every_mark() -> None:
@@ -143,7 +141,7 @@ def test_panels_hold_every_mark() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "error", "words"),
+    ("wrong", "error", "said"),
     [
         (lambda: SETTINGS(batches=(0,)), ValueError, "batches must be at least 1, got 0"),
         (lambda: SETTINGS(batches=7), TypeError, "batches must be a tuple of numbers, got 7"),
@@ -156,9 +154,9 @@ def test_panels_hold_every_mark() -> None:
     ],
 )
 def test_wrong_input_has_one_clear_line(
-    wrong: Callable[[], object], error: type[Exception], words: str
+    wrong: Callable[[], object], error: type[Exception], said: str
 ) -> None:
     with pytest.raises(error) as caught:
         wrong()
-    assert words in str(caught.value)
+    assert said in str(caught.value)
     assert "\n" not in str(caught.value)

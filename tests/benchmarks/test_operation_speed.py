@@ -1,11 +1,11 @@
-"""Speed of separations and first contacts, as ratios in one run.
+"""Speed of separations, first contacts and what stands on them, as ratios in one run.
 
-    python -m pytest tests/benchmarks/test_first_contact_speed.py -m benchmark -s
+    OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_operation_speed.py -m benchmark -s
 
-The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which
-gives the same distance on unmodified flanks. The reference for first contacts is a search without
-derivatives, as it is done on grids: the least of the approach over all teeth on 101 x 101 points,
-which finds it to about a tenth of a micrometre and its place to tenths of a millimetre.
+The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which gives
+the same distance on unmodified flanks. The reference for first contacts is a search without derivatives,
+as it is done on grids: the least of the approach over all teeth on 101 x 101 points, which finds it to about
+a tenth of a micrometre and its place to tenths of a millimetre.
 
 What stands on first contacts is stated in paths of contact of 101 positions, all with errors that are new
 each time, by the processor's time of one core.
@@ -22,14 +22,18 @@ import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.separation import separation
-from tests.benchmarks.timing import best
+from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
+from tests.benchmarks.timing import best, told
 from tests.operation.test_separation import foot_distance
 from tests.oracle.table1 import table1
+from tests.shapes.test_mesh_contact import pose_at
 
 pytestmark = pytest.mark.benchmark
 
@@ -53,7 +57,6 @@ def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
     assert slow / seconds > 300.0
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002)])
 def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola)
@@ -101,6 +104,7 @@ def test_operation_in_paths_of_contact() -> None:
         "operating ratio": (operating_ratio, 60.0),
         "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 45.0),
         "pattern of both members": (contact_pattern, 130.0),
+        "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
     seconds(path, 3)
     for name, (work, most) in works.items():
@@ -108,3 +112,31 @@ def test_operation_in_paths_of_contact() -> None:
         ratio = seconds(work, 5) / seconds(path, 30)
         print(f"\n{name}: {ratio:.1f} paths")
         assert ratio < most, name
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.001, 0.0001])
+def test_meshes_against_flanks(tolerance: float) -> None:
+    design = table1((0.001, -0.001))
+    path = path_of_contact(design, "right", 3)
+    pose = pose_at(path, 1)
+
+    def sample() -> None:
+        flank_mesh.cache_clear()
+        flank_mesh(design.pinion, "right", tolerance)
+
+    apart = partial(mesh_separation, design, "right", 0, tolerance, **pose)
+    mesh = flank_mesh(design.pinion, "right", tolerance)
+    turned = partial(separation, design, "right", 0, mesh.grid.l, np.tile(mesh.grid.z, (len(mesh.grid.l), 1)))
+    apart(polish=False)
+    found = told(
+        f"{tolerance:g} mm, {mesh.grid.l.size} points of the pinion",
+        {
+            "sampling one flank": (sample, 3, 1),
+            "separation by facets": (partial(apart, polish=False), 5, 1),
+            "separation, polished": (apart, 5, 1),
+            "separation by turning to touch": (partial(turned, **pose), 5, 1),
+            "contact, polished": (partial(mesh_contact, design, "right", tolerance, **pose), 5, 1),
+            "path of contact, 101 points": (partial(path_of_contact, design, "right"), 20, 1),
+        },
+    )
+    assert found["contact, polished"] > found["path of contact, 101 points"]

@@ -1,0 +1,210 @@
+"""What single commands print besides what all of them have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beveloid_geom import (
+    Status,
+    builtin_design,
+    contact_pattern,
+    path_sensitivity,
+)
+from beveloid_geom.design.file import builtin_text
+from beveloid_geom.status import Limit
+from tests.cli.running import rows_of, run, strict_json
+from tests.cli.test_results import MODIFIED, OFFSET, printed, studied
+
+
+def test_what_matters_most_stands_last() -> None:
+    """The positions of `tca` do not scroll its summary away."""
+    lines = run("tca", *MODIFIED, "--points", "200").stdout.splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("  layout"))
+    assert start > 200
+    assert lines[-1].startswith(" " * 21) or lines[-1].startswith("  note ")
+    assert any(line.startswith("  contact ratio      1.816308") for line in lines[start:])
+
+
+def test_csv_of_a_path_has_vectors_by_axis() -> None:
+    rows, data = rows_of(printed("tca", "csv")), strict_json(printed("tca", "json").stdout)
+    points = [[float(row[f"point_{axis}_mm"]) for axis in "xyz"] for row in rows]
+    assert points == data["path"]["point"]
+    assert {"normal_z", "separation_mm", "mounted_backlash_mm"} <= set(rows[0])
+
+
+def test_csv_of_a_pattern_has_its_points() -> None:
+    found = contact_pattern(builtin_design().with_parabola(0.001, -0.001), "left", 0.01, resolution=2.0)
+    for member, side in (("pinion", found.pinion), ("gear", found.gear)):
+        own = [row for row in rows_of(printed("pattern", "csv")) if row["member"] == member]
+        least = np.array([float(row["least_mm"] or "nan") for row in own])
+        np.testing.assert_array_equal(least, side.least.ravel())
+        assert [row["marked"] == "1" for row in own] == side.marked.ravel().tolist()
+        assert {float(row["area_mm2"]) for row in own} == {side.area}
+
+
+def test_csv_of_a_sensitivity_has_a_row_for_each_quantity() -> None:
+    rows, data = rows_of(printed("sensitivity", "csv")), strict_json(printed("sensitivity", "json").stdout)
+    assert len(rows) == 5 * 6 + 3 + 3
+    heads = ("by_offset_per_mm", "by_shaft_angle_per_rad", "by_pinion_axial_per_mm", "by_gear_axial_per_mm")
+    by = {(row["quantity"], row["place"], row["member"]): row for row in rows}
+    for key, expected in (
+        (("z_mm", "leave", "gear"), data["z_by"][2][1]),
+        (("square_shift_mm", "middle", "pinion"), data["square_shift_by"][1][0]),
+        (("pinion_roll_rad", "enter", "pinion"), data["pinion_roll_by"][0]),
+        (("peak_to_peak_rad", "", ""), data["peak_to_peak_by"]),
+        (("mounted_backlash_mm", "", ""), data["mounted_backlash_by"]),
+    ):
+        assert [float(by[key][head]) for head in heads] == expected
+    assert float(by["z_mm", "leave", "gear"]["value"]) == data["z"][2][1]
+    assert by["face_shift_mm", "middle", "gear"]["value"] == ""
+
+
+def test_text_of_a_sensitivity_is_for_the_errors_named() -> None:
+    line = next(
+        text for text in printed("sensitivity").stdout.splitlines() if "pinion, along the face" in text
+    )
+    found = path_sensitivity(builtin_design().with_parabola(0.001, -0.001), "left").face_shift_by[1, 0]
+    expected = found * (0.1, np.radians(0.01), 0.1, 0.1)
+    assert [float(value) for value in line.split("mm")[1].split()] == pytest.approx(expected, abs=1e-6)
+
+
+def test_csv_of_a_tolerance_study_has_its_mountings() -> None:
+    rows, found = rows_of(printed("tolerance", "csv")), studied().mountings
+    np.testing.assert_array_equal([float(row["shaft_angle_error_rad"]) for row in rows], found.errors[:, 1])
+    assert [row["status"] for row in rows] == [Status(code).name.lower() for code in found.status]
+    lost = next(row for row in rows if row["status"] == "off_flank")
+    assert (lost["enter"], lost["gear_z_leave_mm"], lost["contact_ratio"]) == ("", "", "0.0")
+    for row, limit, radius in zip(rows, found.limit[:, 0], found.pinion_r[:, 1], strict=True):
+        if row["status"] == "solved":
+            assert row["enter"] == Limit(limit).name.lower()
+            assert float(row["pinion_r_middle_mm"]) == pytest.approx(radius, rel=1e-9)
+
+
+def test_text_of_a_tolerance_study_has_its_shares() -> None:
+    text, study = printed("tolerance").stdout, studied()
+    off = 100.0 * study.status_counts()[Status.OFF_FLANK] / 40
+    assert f"off flank {off:.3f} %" in " ".join(text.split())
+    (line,) = (line for line in text.splitlines() if line.startswith("pinion z middle"))
+    assert float(line.split()[7]) == pytest.approx(study.quantiles((0.5,))["pinion_z_middle"][0], abs=5.1e-4)
+
+
+def test_mountings_none_of_which_has_a_path(design_file: Callable[..., Path]) -> None:
+    source = design_file("[errors]\noffset = 0.0", "[errors]\noffset = 4.0")
+    result = run("tolerance", source, "--offset-tolerance", "0.1", "--cases", "5", "--jobs", "2")
+    assert result.exit_code == 1
+    assert result.stderr == "No contact: no mounting has a path on the right flanks\n"
+    assert "offset +4 mm" in result.stdout
+    assert "off flank 100 %" in result.stdout
+
+
+def test_csv_of_statements_has_every_number() -> None:
+    rows, data = rows_of(printed("statements", "csv")), strict_json(printed("statements", "json").stdout)
+    for one in data:
+        own = [row for row in rows if row["id"] == one["id"]]
+        assert {(row["verdict"], row["measure"]) for row in own} == {(one["verdict"], one["measure"])}
+        for claim, values in one["values"].items():
+            ours = [row for row in own if row["claim"] == claim]
+            numbers = [float(row["value"]) for row in ours if row["kind"] == "number"]
+            assert numbers == [value for row in values["numbers"].values() for value in row]
+            answers = {row["way"]: row["value"] for row in ours if row["kind"] == "holds"}
+            assert answers == {way: "yes" if holds else "no" for way, holds in values["holds"].items()}
+
+
+def test_csv_of_an_optimum_has_found_and_given() -> None:
+    data = strict_json(printed("optimise", "json").stdout)
+    assert 0 < data["certified"]["first_contact"] <= data["certified"]["positions"]
+    for row, name in zip(rows_of(printed("optimise", "csv")), ("found", "given"), strict=True):
+        assert row["design"] == name
+        assert float(row["shift_mm"]) == data[name]["shift"]
+        assert float(row["pinion_z_middle_mm"]) == data[name]["centre"]
+        expected = data["parabola"]["gear"] if name == "found" else 0.0
+        assert float(row["parabola_gear_per_mm"]) == expected
+
+
+def test_csv_of_check_has_groups_and_units() -> None:
+    data = strict_json(printed("check", "json").stdout)
+    rows = {(row["group"], row["quantity"]): row for row in rows_of(printed("check", "csv"))}
+    for key, unit, value in (
+        (("closing", "offset"), "mm", data["closing"]["offset"]),
+        (("closing", "shaft_angle_difference"), "rad", data["closing"]["shaft_angle_difference"]),
+        (("design", "dw2"), "mm", data["mounting"]["dw2"]),
+        (("zero_backlash", "gear_mounting"), "mm", data["zero_backlash"]["mounting"][1]),
+        (("zero_backlash", "pinion_cone_angle"), "rad", data["zero_backlash"]["cone_angle"][0]),
+        (("mounted", "normal_backlash"), "mm", data["mounted_backlash"]["normal"]),
+    ):
+        assert (rows[key]["unit"], float(rows[key]["value"])) == (unit, value)
+
+
+OVER_MOUNTING = "map --over mounting --steps 2 --pinion-bounds 0 60 --gear-bounds 0 1"
+
+
+def test_cells_of_a_map_that_are_lost_are_empty() -> None:
+    given = OVER_MOUNTING.split()
+    rows, data = rows_of(run(*given, "--csv")), strict_json(run(*given, "--json").stdout)
+    assert [row["status"] for row in rows] == ["solved", "solved", "off_flank", "off_flank"]
+    assert (rows[2]["contact_ratio"], data["map"]["contact_ratio"][1]) == ("", [None, None])
+    assert float(rows[2]["normal_backlash_mm"]) > 0.0
+    assert list(rows[0])[:2] == ["pinion_mounting_change_mm", "gear_mounting_change_mm"]
+
+
+@pytest.mark.parametrize("over", ["mounting", "shift"])
+def test_texts_of_other_maps(over: str) -> None:
+    result = run("map", "--over", over, "--steps", "4", *MODIFIED)
+    assert result.exit_code == 0
+    assert "the backlash is negative" in " ".join(result.stdout.split())
+    assert "C3" not in result.stdout
+    assert "errors for shift   offset +0.05 mm, shaft angle +0.01 deg, pinion axial +0.1 mm" in result.stdout
+
+
+def test_a_map_without_a_ratio_to_keep_and_one_in_operation(tmp_path: Path) -> None:
+    source = tmp_path / "thin.toml"
+    text = builtin_text().replace("face_width = 50.0", "face_width = 0.1")
+    source.write_text(text.replace("face_width = 60.0", "face_width = 0.1"), encoding="utf-8")
+    result = run("map", source, "--steps", "4")
+    assert result.exit_code == 0
+    assert "The design itself has no contact ratio to be kept" in result.stdout
+    bounds = ("--pinion-bounds", "-0.0005", "0.0005", "--gear-bounds", "-0.0005", "0")
+    found = strict_json(run("map", "--operation", "--steps", "2", "--json", *bounds, *OFFSET).stdout)
+    shares = np.array(found["map"]["edge_share"])
+    assert shares[0, 0] == 0.0
+    assert ((shares >= 0.0) & (shares <= 1.0)).all()
+
+
+@pytest.mark.parametrize(
+    ("command", "parabola", "said"),
+    [
+        ("operation", "0.01", "no first contact: pinion: tip_radius 0.38 is too large"),
+        ("pattern", "0.01", "no pattern: pinion: tip_radius 0.38 is too large"),
+        ("pattern", "-0.01", "no pattern: the first contact of the right flanks is not known"),
+    ],
+)
+def test_a_first_contact_that_cannot_be_found_is_status_1(command: str, parabola: str, said: str) -> None:
+    result = run(command, "--parabola-pinion", parabola)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith(f"Error: {said}")
+    assert result.stderr.count("\n") == 1
+    assert "give" not in result.stderr.partition("is too large")[0]
+
+
+def test_ranges_of_sliding_do_not_depend_on_the_positions_asked_for() -> None:
+    few, many = (strict_json(run("sliding", "--json", "--points", count).stdout) for count in ("2", "301"))
+    assert all(few[key] == many[key] for key in ("range", "least_sliding", "pitch_roll"))
+    assert few["least_sliding"]["speed"] == few["range"]["speed"][0] < min(few["positions"]["speed"])
+
+
+def test_figures_of_table_1() -> None:
+    """The unmodified right flanks are in approximate line contact: compound covers nearly all."""
+    text = run("pattern", "--resolution", "0.4").stdout
+    assert "621.8 mm^2 marked, 94.6 % of the active flank" in text
+    assert "right to 0.27 % of the area" in text
+    text = run("sliding", "--points", "3").stdout
+    assert "24.7209 to 34.9430 mm/rad, least at 9.4857 deg of pinion roll" in text
+    assert "pinion -0.9495 to 0.4300, gear -0.9408 to 0.5551" in text
+    text = run("operation", "--points", "25", *MODIFIED).stdout
+    assert "1.816308 by Eq. 16; in operation 1.000000, 2.299395 within 6.35 um" in text
+    assert "1.8107 arcsec peak to peak" in text
+    assert "carry 18.1 % of the cycle" in text

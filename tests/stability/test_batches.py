@@ -1,0 +1,108 @@
+"""Arrays of designs: what is asked of all at once is, case by case, what each gives alone; a case without an
+answer is NaN there, and touches no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    certify,
+    first_contact,
+    mesh_cycle,
+    mounted_backlash,
+    path_of_contact,
+    path_sensitivity,
+    sliding_of,
+)
+from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK
+from beveloid_geom.analysis.sliding import least_sliding
+from beveloid_geom.contact.ellipse import contact_ellipse
+from beveloid_geom.design.model import unchecked
+from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
+from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from tests.contact.test_path import NUMBERS
+from tests.oracle.table1 import table1
+
+from .five_residuals import mapped
+
+MODIFIED = table1((0.001, -0.001))
+OFFSET = np.array([[-0.4, 0.0, 40.0], [0.3, np.nan, 0.1]])
+BENT = table1().with_parabola(np.array([[0.001], [-0.0005]]), -0.0005)
+"""Members and mountings; of two cases one leaves the faces, one has no layout."""
+BENT = BENT.with_errors(unchecked(Errors(), offset=OFFSET))
+TURNED = MODIFIED.with_errors(Errors(np.array([[-0.2], [0.1]]), np.radians([0.0, 0.01, -0.02])))
+"""Mountings only."""
+MANY = MODIFIED.with_errors(Errors(np.linspace(-0.4, 0.4, CASES_PER_BLOCK + 3)))
+APART = MODIFIED.with_errors(Errors(np.array([0.2, -5.0])))
+"""Of the second tips meet bottom lands."""
+FLAT = table1(errors=Errors(offset=np.array([-0.2, 0.0, 0.1])))
+VALUES = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
+RATES = " ".join((*VALUES, *(f"{name}_by" for name in VALUES), "face_shift_by square_shift_by status limit"))
+SLID = "specific specific_total profile lengthwise speed gear_rate sliding rolling contact_velocity"
+ROLL = float(middle_roll(table1(), "right")) + 2.0 * np.pi / 29.0 * (np.arange(4) + 0.3) / 4
+
+
+def path(design: Design, points: int) -> ContactPath:
+    return path_of_contact(design, points=points)
+
+
+def least(design: Design) -> SimpleNamespace:
+    return SimpleNamespace(speed=least_sliding(sliding_of(path(design, 7)))[1])
+
+
+def ratio(design: Design) -> SimpleNamespace:
+    return SimpleNamespace(ratio=operating_ratio(design, "right", 0.002))
+
+
+ANSWERS: dict[str, tuple[Design, Callable[[Design], Any], str, float, float]] = {
+    "path": (BENT, lambda d: path(d, 7), " ".join((*NUMBERS, "status")), 0.0, 1e-10),
+    "many paths": (MANY, lambda d: path(d, 3), "point", 0.0, 1e-10),
+    "ends": (BENT, lambda d: path(d, 2).ends, "contact_ratio status", 0.0, 1e-10),
+    "sensitivity": (BENT, path_sensitivity, RATES, 1e-8, 1e-10),
+    "many sensitivities": (MANY, path_sensitivity, "z_by contact_ratio peak_to_peak_by limit", 1e-8, 1e-10),
+    "sliding": (BENT, lambda d: sliding_of(path(d, 7)), SLID, 0.0, 1e-8),
+    "least sliding": (BENT, least, "speed", 0.0, 1e-9),
+    "ellipse": (BENT, lambda d: contact_ellipse(path(d, 3)), "semi_axes status", 1e-9, 0.0),
+    "certificate": (TURNED, lambda d: certify(path(d, 11)), "verdict separation", 0.0, 1e-11),
+    "first contact": (TURNED, lambda d: first_contact(d, "right", ROLL), "gear_roll limit pair", 0.0, 1e-13),
+    "cycle": (APART, lambda d: mesh_cycle(d, "right", 4), "changes harmonics mean lost", 1e-9, 1e-10),
+    "operating ratio": (APART, ratio, "ratio", 0.0, 1e-9),
+    "backlash": (FLAT.with_parabola(-0.0005, -0.0005), mounted_backlash, "normal jammed", 0.0, 1e-10),
+    "tangent backlash": (FLAT, tangent_backlash, "normal status", 0.0, 1e-10),
+    "that of bent flanks": (FLAT.with_parabola(-5e-4, -5e-4), tangent_backlash, "normal status", 0.0, 1e-10),
+}
+
+
+def alone(design: Design, index: tuple[int, ...]) -> Design:
+    """A case of a batch as a single design."""
+
+    def of(value: Any) -> float:
+        return float(np.broadcast_to(value, design.batch_shape)[index])
+
+    errors = unchecked(Errors(), **{name: of(value) for name, value in vars(design.errors).items()})
+    return Design(mapped(of, design.pinion), mapped(of, design.gear), design.pair, errors)
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_a_batch_is_its_single_designs(name: str) -> None:
+    design, of, names, relative, absolute = ANSWERS[name]
+    batch, shape = of(design), design.batch_shape
+    cases = list(np.ndindex(shape))
+    for index in cases if len(cases) < 9 else [cases[k] for k in (0, 255, 256, -4, -3, -1)]:
+        single = of(alone(design, index))
+        for field in names.split():
+            ours, expected = np.asarray(getattr(batch, field))[index], np.asarray(getattr(single, field))
+            if expected.size:
+                scale = absolute * (np.abs(np.nan_to_num(expected)).max() if relative else 1.0)
+                np.testing.assert_allclose(ours, expected, rtol=relative, atol=scale, err_msg=field)
+            elif ours.dtype.kind == "f":
+                assert np.isnan(ours).all(), field

@@ -1,0 +1,199 @@
+"""The figures of results: what they show is the library's, at any size of the pair."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from beveloid_geom import (
+    Errors,
+    builtin_design,
+    path_of_contact,
+    path_sensitivity,
+    sliding_of,
+    tolerance_study,
+)
+from beveloid_geom.analysis.tolerance import USUAL
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.operation import OperationReport, operation_report
+from beveloid_geom.report.pattern import pattern_report
+from beveloid_viz.figures.results import (
+    pattern as fig_pattern,
+    posed_pair as fig_posed,
+    sensitivity as fig_sensitivity,
+    tolerance_cloud as fig_cloud,
+)
+from beveloid_viz.parts import charts, posed, solved
+from beveloid_viz.stage.opengl import require_opengl
+
+from ..symmetry import scaled
+from .pages import drawn, page_of, texts, words
+
+SIZE = (800, 600)
+STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
+
+
+@pytest.fixture(autouse=True)
+def _few_mountings(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_opengl()
+    for name, value in (("MOUNTINGS", 200), ("DRAWN", 20), ("FACTORS", (1.0, 10.0))):
+        monkeypatch.setattr(fig_cloud, name, value)
+
+
+def test_sensitivity_is_the_librarys() -> None:
+    design = builtin_design()
+    data = fig_sensitivity.compute(design)
+    for case, changed in zip(data, (design, design.with_parabola(0.001, -0.001)), strict=True):
+        for flank in ("right", "left"):
+            found = path_sensitivity(changed, flank)
+            along, square, ratio, swing = (charts.changes_of(case.found, q) for q in charts.QUANTITIES)
+            for j, member in enumerate(("pinion", "gear")):
+                np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)
+                np.testing.assert_array_equal(square[flank, member], found.square_shift_by[1, j] * STEPS)
+            np.testing.assert_allclose(ratio[flank, ""], 1e3 * found.contact_ratio_by * STEPS, rtol=1e-14)
+            np.testing.assert_allclose(swing[flank, ""], ARCSEC * found.peak_to_peak_by * STEPS, rtol=1e-14)
+    page, table = drawn("sensitivity", design, SIZE)
+    shown = words(page)
+    for value in ("+2.54", "\u221210.2", "\u22120.575", "+0.389", "\u221218.9", "0 under every error"):
+        assert value in shown
+    rows = [list(row.values()) for row in table]
+    one = next(row for row in rows if row[:5] == ["as designed", "left", "face_shift", "gear", "shaft angle"])
+    assert one[7] == pytest.approx(0.385224, abs=1e-6)
+    assert one[9] == pytest.approx(path_sensitivity(design, "left").face_shift_by[1, 1, 1], rel=1e-12)
+
+
+def test_values_of_a_panel_are_not_overprinted() -> None:
+    data = fig_sensitivity.compute(builtin_design())
+    page = page_of(fig_sensitivity.draw, data, (1600, 1200))
+    for axes in page.axes:
+        boxes = [(text, text.get_window_extent()) for text in axes.texts]
+        for (text, one), (other, two) in combinations(boxes, 2):
+            assert not one.padded(-2.0).overlaps(two.padded(-2.0)), (text.get_text(), other.get_text())
+        assert all(box.x0 >= 0.0 and box.x1 <= 1600.0 for _, box in boxes)
+
+
+def test_clouds_and_counts_are_the_librarys() -> None:
+    design = builtin_design()
+    right, left = fig_cloud.compute(design)
+    for side in (right, left):
+        study = tolerance_study(design, USUAL, side.flank, 200)
+        drawn = side.cases[0].study
+        assert drawn is not None
+        np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
+        for factor, cloud in zip((5.0, 1.0), side.clouds, strict=True):
+            errors = Errors(*(factor * drawn.mountings.errors[3]))
+            path = path_of_contact(design.with_errors(errors), side.flank, fig_cloud.POINTS)
+            for points, member, l, u in zip(
+                cloud, design.members, (path.l1, path.l2), (path.u1, path.u2), strict=True
+            ):
+                np.testing.assert_allclose(
+                    points[3], flank_point(member, side.flank, l, u), rtol=0.0, atol=1e-9
+                )
+    changed, without = right.cases[0].shares[:, 1]
+    ten = tolerance_study(design, fig_cloud._times(USUAL, 10.0), "right", 200)
+    assert (changed, without) == pytest.approx(
+        (ten.limits_changed() / 200, 1.0 - ten.mountings.solved.mean()), abs=1e-12
+    )
+    assert without > 0.1
+    assert (left.cases[0].shares == 0.0).all()
+
+
+def test_the_cloud_is_drawn_over_the_flanks() -> None:
+    page, table = drawn("tolerance-cloud", builtin_design(), SIZE)
+    lines = [c for axes in page.axes for c in axes.collections if isinstance(c, LineCollection)]
+    assert len(lines) == 2 * 2 * 2
+    assert max(len(one.get_paths()) for one in lines) == 20
+    assert "all 200 mountings have a path on the flanks, 0 of these ended by another limit" in words(page)
+    assert len(table) == 2 * 2 * 200
+
+
+@pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])
+def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
+    design = builtin_design().with_errors(Errors(offset=offset))
+    page, rows = drawn("sliding", design)
+    assert words(page).count("no contact: the path of contact does not meet") == 2 * lost
+    assert texts(page).count("pitch point") == 2 - lost
+    known = [row for row in rows if not row["reason"]]
+    assert len(rows) - len(known) == 2 * lost
+    if offset == 0.0:
+        found = sliding_of(path_of_contact(design, "right", 201))
+        shown = [row["pinion_specific"] for row in known if row["flank"] == "right"][:201]
+        np.testing.assert_array_equal(shown, found.specific[:, 0])
+
+
+@pytest.mark.parametrize("module", [0.05, 50.0])
+def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
+    usual, other = builtin_design(), scaled(builtin_design(), module / 6.0)
+    assert fig_posed.tolerance_of(other) == pytest.approx(fig_posed.tolerance_of(usual) * module / 6.0)
+    assert fig_posed.tolerance_of(usual) == pytest.approx(fig_posed.EXPORTED)
+    assert fig_posed._export_note(usual) == ""
+    assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
+
+
+def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
+    """The pinion cannot be drawn, and of the gear there is nothing where its teeth would be in mesh."""
+    require_opengl()
+    design = builtin_design()
+    astray = replace(posed.pose(design), contact=np.array([0.0, 0.0, 1e4]))
+    data = fig_posed.PosedFigure(
+        astray, ((None, "undercut"), (None, "undercut")), solved.solve(design, "right")
+    )
+    page = page_of(fig_posed.draw, data, (400, 300))
+    assert words(page).count("no contact point to look at") == 2
+
+
+MODIFIED = builtin_design().with_parabola(0.001, -0.001)
+
+
+@pytest.fixture(scope="module")
+def report() -> OperationReport:
+    return operation_report("", MODIFIED, "right", 61, 10, MARKING_SEPARATION)
+
+
+def test_the_figure_of_the_pattern_has_the_commands_points() -> None:
+    """At any module, not only at that of Table 1."""
+    small = scaled(MODIFIED, 0.5 / 6.0)
+    found = pattern_report("", small, "left", MARKING_SEPARATION).pattern
+    layers = fig_pattern.compute_pattern(small).columns[2].layers
+    assert layers is not None
+    for layer, side in zip(layers, (found.pinion, found.gear), strict=True):
+        np.testing.assert_array_equal(layer.l, side.l)
+        np.testing.assert_array_equal(layer.values, 1e3 * side.least)
+
+
+def test_the_error_repeats_and_its_dots_are_hand_overs(report: OperationReport) -> None:
+    axes = Figure().add_subplot()
+    charts.error_over_rolls(axes, report, 3)
+    curve, edges, dots = axes.lines
+    share, error = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
+    assert (share[0], share[-1]) == (0.0, 3.0)
+    np.testing.assert_allclose(error[:61], ARCSEC * (report.first.transmission_error - report.cycle.mean))
+    np.testing.assert_array_equal(error[:61], error[122:])
+    known = np.isfinite(np.asarray(edges.get_ydata(), dtype=float))
+    np.testing.assert_array_equal(known[:61], report.first.limit[:, 0] >= 0)
+    assert len(np.asarray(dots.get_xdata())) == 3 * np.count_nonzero(report.cycle.hand_over)
+
+
+def test_amplitudes_are_the_cycles(report: OperationReport) -> None:
+    axes = Figure().add_subplot()
+    charts.amplitudes(axes, report)
+    heights = [patch.get_height() for patch in axes.patches]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(heights, ARCSEC * np.abs(report.cycle.harmonics))
+
+
+def test_the_spread_is_that_of_the_study() -> None:
+    """Half of the mountings lie below the median."""
+    study = tolerance_study(MODIFIED, USUAL, cases=101)
+    axes = Figure().add_subplot()
+    charts.spread(axes, study, "contact_ratio", 1.0, "k")
+    ratio = study.mountings.contact_ratio[study.mountings.solved]
+    at, share = (np.asarray(part) for part in axes.lines[0].get_data())
+    assert np.interp(50.0, share, at) == pytest.approx(float(np.median(ratio)), rel=1e-9)
+    assert axes.lines[1].get_xdata() == study.nominal.contact_ratio[0]
