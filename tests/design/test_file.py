@@ -97,7 +97,6 @@ MODULES = "it counts in normal modules, not in mm"
 LENGTH = "give a positive length in mm"
 EXAMPLE = "is missing: the built-in design shows all tables and keys"
 BAD = {
-    # not a number
     "pinion.helix_angle_deg = '25'": f"must be a number, got '25': {NUMBER}",
     "pair.offset = true": f"must be a number, got true: {NUMBER}",
     "pair.offset = [229]": f"must be a number, got [229]: {NUMBER}",
@@ -129,7 +128,6 @@ BAD = {
         "the two axes, take 180 deg less it",
     "errors.shaft_angle_deg = 15": "must be between -5 and 5 deg, got 15.0: change the shaft angle of the "
         "pair if another layout is meant",
-    # radians
     "tool.normal_pressure_angle_deg = 0.349": "must be between 5 and 45 deg, got 0.349: was it given in "
         "radians?",
     "pair.shaft_angle_deg = 0.2618": "must be between 0.5 and 90 deg, got 0.2618: was it given in radians?",

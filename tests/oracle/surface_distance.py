@@ -33,7 +33,7 @@ def distance_bound(sheet: Sheet, points: FloatArray, p: FloatArray, z: FloatArra
         tangents = [sheet.place(p + dp, z + dz)[0] - sheet.place(p - dp, z - dz)[0] for dp, dz in steps]
         tangent = np.stack(tangents, axis=-1) / 2e-5
         metric = np.einsum("nia,nib->nab", tangent, tangent)
-        metric += 1e-4 * np.eye(2) * np.trace(metric, axis1=1, axis2=2)[:, None, None]
+        metric += 1e-3 * np.eye(2) * np.trace(metric, axis1=1, axis2=2)[:, None, None]
         move = np.linalg.solve(metric, np.einsum("nia,ni->na", tangent, away)[..., None])[..., 0]
         p, z = p + move[:, 0] * span, z + move[:, 1]
     return best
