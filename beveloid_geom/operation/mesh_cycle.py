@@ -239,7 +239,7 @@ def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray
     for extreme, best, ends in zip((np.maximum, np.minimum), (high, low), extremes(errors), strict=True):
         extreme.at(best, pieces.case, ends)
     np.add.at(edges, pieces.case, np.where(pieces.limit[0] >= 0, length, 0.0))
-    return waves, high - low, edges
+    return waves, high - low, np.minimum(edges, 1.0)
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:

@@ -69,7 +69,7 @@ def _short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "SETTINGS", few)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_maps, "STEPS", 7)
-        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 3)
+        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 7)
         yield
 
 
