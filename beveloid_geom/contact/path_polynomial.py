@@ -34,7 +34,7 @@ from .equation import (
     roll_angles,
     trace_parameters,
 )
-from .roots import SHARES, Roots, roots_in, samples_of, solve_gear_parameter
+from .roots import SHARES, Roots, Samples, roots_in, samples_of, solve_gear_parameter
 
 ROWS = {
     "l1": 0,
@@ -57,7 +57,7 @@ WIDTH = HEIGHT + len(Limit)
 COARSE, FINE = basis_of(16), basis_of(20)
 LARGEST = 400
 """Highest degree of a series."""
-HOPELESS = 1e-10
+HOPELESS = 1e-12
 """Last coefficient, relative to the first, above which roots are not polished."""
 LOOSENED = 16.0
 """Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
@@ -197,32 +197,30 @@ def between(known: FloatArray, new: FloatArray) -> FloatArray:
 
 
 def series_over_l1(
-    pairing: Pairing, low: FloatArray, high: FloatArray, basis: Basis, strict: bool
-) -> tuple[PathSeries, FloatArray]:
+    pairing: Pairing, low: FloatArray, high: FloatArray, basis: Basis, one_curve: bool = False
+) -> tuple[PathSeries, Samples]:
     """Give series over l1, by roots in a window from `low` to `high` in l1 and l2 (2, cases, 1), mm:
-    NOT_CONVERGED where some l1 has none there, or `basis` does not resolve the path, or, if that is to be
-    seen here (`strict`), some l1 has several. And rough contacts there (2, cases, positions), mm, along
-    which l1 rises."""
+    NOT_CONVERGED where some l1 has none there, or two on the flanks, or `basis` does not resolve the path.
+    And the samples, fewer of them where it is known that there is but `one_curve`."""
     (middle, _), (half, _) = 0.5 * (low + high), 0.5 * (high - low)
     l1 = middle + half * basis.nodes
-    samples = samples_of(pairing, l1, np.array((low[1], high[1])), SHARES if strict else SHARES[::2])
-    curve = samples.one_way()
-    rough = np.array((l1, curve.rough()))
-    samples = samples if strict else curve
+    samples = samples_of(pairing, l1, np.array((low[1], high[1])), SHARES[::2] if one_curve else SHARES)
+    samples = samples.one_way() if one_curve else samples
     status = np.full(len(l1), np.int8(Status.NOT_CONVERGED))
     status[pairing.undefined] = Status.UNDEFINED
-    tried = (samples.change.sum(axis=0) == 1).all(axis=-1)
-    tried &= (status != Status.UNDEFINED) & ~_hopeless(pairing, rough, basis)
-    at, part = np.flatnonzero(tried), pairing
+    tried = samples.change.any(axis=0).all(axis=-1) & (status != Status.UNDEFINED)
+    if np.any(pairing.rack.parabola):
+        tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
+    at, part, some = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):
-        part, samples = pairing.cases(at), samples.cases(at)
-    rows, found = exact_rows(part, l1[at], roots_in(part, l1[at], samples, PASSES))
+        part, l1, some = pairing.cases(at), l1[at], samples.cases(at)
+    rows, found = exact_rows(part, l1, roots_in(part, l1, some, PASSES))
     coefficients, good = fitted(part, rows, basis)
     status[at[(found == Status.SOLVED).all(axis=-1) & good]] = Status.SOLVED
-    if at.size < len(l1):
-        of_some, coefficients = coefficients, np.full((WIDTH, len(l1), coefficients.shape[-1]), np.nan)
+    if at.size < len(status):
+        of_some, coefficients = coefficients, np.full((WIDTH, len(status), coefficients.shape[-1]), np.nan)
         coefficients[:, at] = of_some
-    return PathSeries(coefficients, middle, half, status), rough
+    return PathSeries(coefficients, middle, half, status), samples
 
 
 def _hopeless(pairing: Pairing, l: FloatArray, basis: Basis) -> NDArray[np.bool_]:

@@ -44,10 +44,10 @@ from .path_polynomial import (
     rows_of,
     series_over_l1,
 )
+from .roots import Samples
 
-CASES_PER_BLOCK, OPEN_PER_BLOCK = 256, 512
-"""Sizes at which the arrays of a block stay in the cache; of cases sought through cells fewer and fewer are
-left from step to step."""
+CASES_PER_BLOCK = 512
+"""Size at which the arrays of a block stay in the cache."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
 GUIDE = 12
@@ -104,7 +104,7 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     known[np.concatenate([np.empty(0, dtype=int), *(group.cases for group in told)])] = True
     low, high = np.empty((2, 2, count, 1))
     left, again = [], []
-    for block in _blocks(np.concatenate(open_ones), OPEN_PER_BLOCK):
+    for block in _blocks(np.concatenate(open_ones)):
         found, rest, bounds = _near_faces(pairing.cases(block), known[block])
         groups += [group.of(block) for group in found]
         known[block[np.concatenate([rest, *(group.cases for group in found)])]] = False
@@ -134,9 +134,7 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int
     what lies beyond its window. Where n_x comes near zero, nothing is found on the flanks, or l1 describes
     but a part of the curve, a few cells mostly say at once that no other is near the faces."""
     spare = BEYOND * (pairing.highest - pairing.lowest)
-    series, rough = series_over_l1(
-        pairing, pairing.lowest - spare, pairing.highest + spare, COARSE, strict=True
-    )
+    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE)
     whole = Group(np.arange(len(series.status)), pairing, series, find_ends(pairing, series))
     n_x = series.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
@@ -149,7 +147,7 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int
     box = box_of(part, *window_of(part), nodes=FEW)
     defined = ~(part.undefined | vanishing(part))
     sure[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~told[at]
-    some = _over_some_of_l1(pairing, rough, np.flatnonzero(lost & ~told & ~void))
+    some = _over_some_of_l1(whole, samples, np.flatnonzero(lost & ~told & ~void))
     empty, off = np.flatnonzero(void), np.full(np.count_nonzero(void), np.int8(Status.OFF_FLANK))
     found = [
         whole.part(np.flatnonzero(told & sure)),
@@ -161,13 +159,15 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int
     return [group for group in found if group.cases.size], doubted, np.flatnonzero(lost)
 
 
-def _over_some_of_l1(pairing: Pairing, rough: FloatArray, cases: NDArray[np.int_]) -> Group:
-    """Give those of the `cases` whose path a series over less of l1 describes: over what of their `rough`
-    contacts (2, all cases, positions), mm, seems to lie on the flanks."""
-    low, high = rough_window(pairing.cases(cases), rough[:, cases])
+def _over_some_of_l1(whole: Group, samples: Samples, cases: NDArray[np.int_]) -> Group:
+    """Give those of the `cases` whose path a series over less of l1 describes: over what of their contacts,
+    which `samples` at the nodes of their series tell roughly, seems to lie on the flanks."""
+    pairing, series = whole.pairing.cases(cases), whole.series.cases(cases)
+    l1 = series.middle + series.half * COARSE.nodes
+    low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
-    part, low, high = pairing.cases(cases[seen]), low[:, seen], high[:, seen]
-    series, _ = series_over_l1(part, low, high, FINE, strict=False)
+    part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
+    series, _ = series_over_l1(part, low, high, FINE, one_curve=True)
     found = Group(cases[seen], part, series, find_ends(part, series))
     return found.part(np.flatnonzero(found.ends.status == Status.SOLVED))
 
