@@ -29,12 +29,13 @@ NEIGHBOURS = 6
 class Operation:
     """What all teeth of a design do over a mesh cycle in some mountings; NaN where one has no first contact.
 
-    `edge_share`: of the cycle, what edges carry, greatest over the mountings. `cycle_peak_to_peak` (rad):
-    greatest less least transmission error in the first mounting, `greatest_cycle_peak_to_peak` over all."""
+    `cycle_peak_to_peak` (rad): greatest less least transmission error in the first mounting,
+    `greatest_cycle_peak_to_peak` in any. `edge_share`: of the cycle, what edges carry, greatest over the
+    mountings."""
 
-    edge_share: float = np.nan
     cycle_peak_to_peak: float = np.nan
     greatest_cycle_peak_to_peak: float = np.nan
+    edge_share: float = np.nan
 
 
 def operation_of(mountings: Design, flank: str) -> Operation:
@@ -43,7 +44,7 @@ def operation_of(mountings: Design, flank: str) -> Operation:
     Raises ValueError for members of arrays, and where a tool's rounds overlap."""
     cycle = mesh_cycle(mountings, flank, 1)
     swing = cycle.peak_to_peak.ravel()
-    return Operation(float(cycle.edge_share.max()), float(swing[0]), float(swing.max()))
+    return Operation(float(swing[0]), float(swing.max()), float(cycle.edge_share.max()))
 
 
 def leads_of(path: ContactPath) -> FloatArray:

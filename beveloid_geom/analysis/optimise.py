@@ -156,7 +156,8 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     ------
     ValueError
         For a batch, an aim without errors or with bounds that leave nothing, where no coefficients were
-        found that meet the conditions, and where none of these can be put together.
+        found that meet the conditions, where none of these can be put together, and, if the aim asks for no
+        edges, where edges carry with all of them or a tool's rounds overlap.
     """
     _check(design, aim, flank)
     if aim.edges:
@@ -219,7 +220,9 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
         raise ValueError(fault)
     best = others[0].tolist()
     share = operation_of(mounted(design.with_parabola(*best), aim.mountings()), flank).edge_share
-    carried = "a mesh cycle is not known" if np.isnan(share) else f"edges carry {100.0 * share:.3g} % of a cycle"
+    carried = (
+        "a mesh cycle is not known" if np.isnan(share) else f"edges carry {100.0 * share:.3g} % of a cycle"
+    )
     raise ValueError(
         "no coefficients were found with which no edge carries, as designed and under the errors: with pinion"
         f" {best[0]:.6g}, gear {best[1]:.6g} 1/mm, the best without this condition, {carried}:"

@@ -170,6 +170,7 @@ def optimise(design: Design) -> Mapping[str, Any]:
         "parabola/gear": found.gear_parabola,
         "found/shift": found.found.shift,
         "given/contact_ratio": found.given.contact_ratio,
+        **{f"found/{name}": value for name, value in vars(found.found_operation).items()},
     }
 
 
@@ -297,6 +298,7 @@ BAD = {
         *("", "--offset-tolerance nan", "--offset-tolerance wide", "--offset-tolerance 1 missing.toml"),
         *("--offset-tolerance 1 --off-centre 0", "--offset-tolerance 1 --pinion-bounds 1 0"),
         f"--offset-tolerance 1 --contact-ratio 4 {' '.join(NARROW)}",
+        "--offset-tolerance 1 --no-edges yes",
     ),
     "statements": ("missing.toml",),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),
@@ -543,8 +545,23 @@ def test_csv_of_an_optimum_has_found_and_given() -> None:
         assert row["design"] == name
         assert float(row["shift_mm"]) == data[name]["shift"]
         assert float(row["pinion_z_middle_mm"]) == data[name]["centre"]
+        assert float(row["edge_share"]) == data[name]["edge_share"]
+        assert float(row["greatest_cycle_peak_to_peak_rad"]) == data[name]["greatest_cycle_peak_to_peak"]
         expected = data["parabola"]["gear"] if name == "found" else 0.0
         assert float(row["parabola_gear_per_mm"]) == expected
+
+
+def test_an_optimum_without_edges_is_asked_for() -> None:
+    given = ("optimise", *OFFSET, "--shaft-angle-tolerance-deg", "0.01", "--no-edges")
+    bounds = ("--pinion-bounds", "0", "0.001", "--gear-bounds", "-0.001", "0")
+    text = run(*given, *bounds).stdout
+    assert "no edge carries, with these errors or without" in " ".join(text.split())
+    assert "share carried by edges" in text
+    deep = ("--pinion-bounds", "-0.001", "-0.0009", "--gear-bounds", "-0.001", "-0.0009")
+    refused = run(*given, "--contact-ratio", "1", "--off-centre", "5", *deep)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert refused.stderr.startswith("Error: no coefficients were found with which no edge carries")
+    assert refused.stderr.count("\n") == 1
 
 
 def test_csv_of_check_has_groups_and_units() -> None:

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from ...analysis.maps import Bounds
 
 
-EDGES = "No edge carries any of a mesh cycle, neither as designed nor under an error, each alone and both ways."
+EDGES = (
+    "No edge carries any of a mesh cycle, neither as designed nor under an error, each alone and both ways."
+)
 ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
 
 
@@ -44,8 +46,8 @@ def optimise(
     """Find the parabola coefficients with which errors shift the path of contact least.
 
     The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
-    each other; with --no-edges no edge touches first either. The errors are as large as their tolerances, of which at least one is given; some seconds.
-    Exit status 2 if nothing meets the aim.
+    each other; with --no-edges no edge touches first either. The errors are as large as their tolerances,
+    of which at least one is given; some seconds. Exit status 2 if nothing meets the aim.
     """
     sizes = sizes_of(tolerances, "errors that shift the path")
     from ...analysis.optimise import Aim, optimise_parabola
