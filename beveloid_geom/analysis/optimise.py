@@ -11,12 +11,12 @@ touch first, so that they are left out.
 
 Edges. Where the path of a tooth pair ends with no other pair ahead, an edge carries. An aim may ask for no
 edges, in the mounting as designed and under each error both ways. That is no bound of the sum of the
-coefficients: near 0 errors bring edges to bear, and far below it they carry the end of the path inwards, so
-that on Table 1's right flanks coefficients without edges are a band. The optimiser therefore takes the leads
-at the ends of all these paths (`edges`) for conditions. What it proposes is judged by the mesh cycles of
-all teeth, in ascending order of shift, until one is without edges: an answer is, on whatever ground an edge
-touches. If the leads are not all there is to it (a path in pieces), the least shift may be missed, and
-that nothing was found is said with what edges carry at the optimum without this condition.
+coefficients: on Table 1's right flanks edges carry with sums close to 0, and with sums far below 0 again,
+where an error moves the path towards one of its ends. The optimiser therefore takes the leads at the ends of
+all these paths (`edges`) for conditions. What it proposes is judged by the mesh cycles of all teeth, in
+ascending order of shift, and the first without edges is the answer: it has none, whatever the leads say.
+Where an edge touches for another reason than the end of a path, the least shift may be missed, or nothing
+found; then what edges carry at the optimum without this condition is said.
 
 Source: the aim is that of the paper's section 5 (D1), which judges coefficients by eye.
 """
