@@ -7,7 +7,16 @@ path is centred on the face. A coarse grid finds where to start, SciPy's SLSQP g
 The shift is that of the place at mid-roll, square to the path as designed: what moves along the path
 is no shift of it. (z, l1) are taken for plane coordinates of the flank. Coefficients whose sum is
 positive make the two flanks hollow against each other: their tangency is then not where the teeth
-touch first, so that they are left out. Whether an edge touches first is for `certify` to say.
+touch first, so that they are left out.
+
+Edges. Where the path of a tooth pair ends with no other pair ahead, an edge carries. An aim may ask for no
+edges, in the mounting as designed and under each error both ways. That is no bound of the sum of the
+coefficients: on Table 1's right flanks edges carry with sums close to 0, and with sums far below 0 again,
+where an error moves the path towards one of its ends. The optimiser therefore takes the leads at the ends of
+all these paths (`edges`) for conditions. What it proposes is judged by the mesh cycles of all teeth, in
+ascending order of shift, and the first without edges is the answer: it has none, whatever the leads say.
+Where an edge touches for another reason than the end of a path, the least shift may be missed, or nothing
+found; then what edges carry at the optimum without this condition is said.
 
 Source: the aim is that of the paper's section 5 (D1), which judges coefficients by eye.
 """
@@ -24,6 +33,7 @@ from ..contact.path import path_of_contact
 from ..design.model import Design, Errors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..support.read_only import kept
+from .edges import Operation, leads_of, operation_of
 from .tolerance import ERROR_NAMES, mounted, swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -37,6 +47,9 @@ GRID, STARTS = 13, 4
 SLACK = 1e-6
 """Share of a bound by which a result may miss it."""
 PASSES, PRECISE = 60, 1e-8
+LEAD, USUAL_LEAD = 1e-9, 1e-4
+"""rad: least lead of another tooth pair where a path ends, some 1e-8 1/mm of the coefficients of Table 1 from
+edges, and one by which leads are scaled."""
 LOST = 1e3
 """Shift, in that of the start, of coefficients without a path."""
 
@@ -48,7 +61,7 @@ class Aim:
     `errors`: assembly errors whose effect is to be least, each taken alone and both ways, mm and rad;
     the contact ratio to be reached; how far the place at mid-roll may lie from mid-face, mm; the
     transmission error of the path, peak to peak, that may not be exceeded, rad; bounds of the
-    coefficients, 1/mm."""
+    coefficients, 1/mm; whether edges may carry a part of a mesh cycle, without errors or with one."""
 
     errors: Errors
     contact_ratio: float = 1.6
@@ -56,6 +69,13 @@ class Aim:
     peak_to_peak: float = np.inf
     pinion_parabola: tuple[float, float] = (-0.002, 0.002)
     gear_parabola: tuple[float, float] = (-0.002, 0.002)
+    edges: bool = True
+
+    def mountings(self) -> FloatArray:
+        """Give errors (n, 4), mm and rad in the order of ERROR_NAMES: none, then each alone, both ways."""
+        sizes = np.array([getattr(self.errors, name) for name in ERROR_NAMES])
+        single = np.diag(sizes)[sizes != 0.0]
+        return np.concatenate((np.zeros((1, 4)), np.stack((single, -single), axis=1).reshape(-1, 4)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,39 +84,42 @@ class Paths:
 
     `shift` (mm): root of the sum of the squared shifts under the errors of an aim, over both signs
     their mean; `contact_ratio`; `centre` (mm): z at mid-roll on the pinion; `peak_to_peak` (rad) of the
-    transmission error over the path."""
+    transmission error over the path. `leads` (2 n, ...), rad: of other tooth pairs where the paths of the n
+    mountings of an aim end (`edges`), none for an aim that allows edges."""
 
     shift: FloatArray
     contact_ratio: FloatArray
     centre: FloatArray
     peak_to_peak: FloatArray
+    leads: FloatArray
 
     def margins(self, aim: Aim) -> FloatArray:
         """Find what the conditions are met by (conditions, ...), in shares of their bounds; negative if
         not."""
         ratio = self.contact_ratio / aim.contact_ratio - 1.0
         off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
-        return np.array([ratio, 1.0 - off, 1.0 + off, 1.0 - swing])
+        return np.array([ratio, 1.0 - off, 1.0 + off, 1.0 - swing, *(self.leads - LEAD) / USUAL_LEAD])
 
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """Coefficients found (1/mm), the design with them, and the figures of its path and of the given one."""
+    """Coefficients found (1/mm), the design with them, the figures of its path and of the given one, and what
+    all teeth of both do in the mountings of the aim, NaN where a tool's rounds overlap."""
 
     pinion_parabola: float
     gear_parabola: float
     design: Design
     found: Paths
     given: Paths
+    found_operation: Operation
+    given_operation: Operation
 
 
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
     """Find figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
-    sizes = np.array([getattr(aim.errors, name) for name in ERROR_NAMES])
-    single = np.diag(sizes)[sizes != 0.0]
-    errors = np.concatenate((np.zeros((1, 4)), np.stack((single, -single), axis=1).reshape(-1, 4)))
-    batch = mounted(design.with_parabola(pinion, gear), errors.reshape(-1, *[1] * pinion.ndim, 4))
+    errors = aim.mountings().reshape(-1, *[1] * pinion.ndim, 4)
+    batch = mounted(design.with_parabola(pinion, gear), errors)
     path = path_of_contact(batch, flank, POINTS)
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
@@ -107,7 +130,11 @@ def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: Flo
     across = moved[..., 0] * along[..., 1] - moved[..., 1] * along[..., 0]
     shift = np.sqrt(0.5 * (across**2).sum(axis=0))
     return Paths(
-        shift, path.ends.contact_ratio[0], place[0, ..., middle, 0], swing_of(path.transmission_error[0])
+        shift=shift,
+        contact_ratio=path.ends.contact_ratio[0],
+        centre=place[0, ..., middle, 0],
+        peak_to_peak=swing_of(path.transmission_error[0]),
+        leads=np.empty((0, *pinion.shape)) if aim.edges else leads_of(path).reshape(-1, *pinion.shape),
     )
 
 
@@ -129,9 +156,33 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     ------
     ValueError
         For a batch, an aim without errors or with bounds that leave nothing, where no coefficients were
-        found that meet the conditions, and where none of these can be put together.
+        found that meet the conditions, where none of these can be put together, and, if the aim asks for no
+        edges, where edges carry with all of them or a tool's rounds overlap.
     """
     _check(design, aim, flank)
+    if aim.edges:
+        candidates, fault = _candidates(design, flank, aim)
+        if fault:
+            raise ValueError(fault)
+        first, second = candidates[0]
+    else:
+        first, second = _without_edges(design, flank, aim)
+    changed = design.with_parabola(float(first), float(second))
+    own = (np.asarray(member.tool.parabola) for member in design.members)
+    return Optimum(
+        pinion_parabola=float(first),
+        gear_parabola=float(second),
+        design=changed,
+        found=paths_of(design, flank, aim, first, second),
+        given=paths_of(design, flank, aim, *own),
+        found_operation=_operation(changed, flank, aim),
+        given_operation=_operation(design, flank, aim),
+    )
+
+
+def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
+    """Find coefficients (n, 2), 1/mm, that meet an aim by its paths, those with the least shift first; and,
+    without any, what they fail by."""
     limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / UNIT
     starts = _starts(design, flank, aim, limits)
     x = np.hstack((starts, *(_refined(design, flank, aim, limits, start)[:, None] for start in starts.T)))
@@ -140,7 +191,7 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     if not met.any():
         best = float(np.max(paths.contact_ratio, initial=0.0, where=~np.isnan(paths.contact_ratio)))
         swing = f" and {aim.peak_to_peak:.3g} rad of error" if np.isfinite(aim.peak_to_peak) else ""
-        raise ValueError(
+        return x[:, :0].T, (
             f"no coefficients were found for a contact ratio of {aim.contact_ratio:g} within"
             f" {aim.off_centre:g} mm of mid-face{swing}, the greatest ratio tried is {best:.3f}:"
             " ask for less, or widen the bounds"
@@ -148,15 +199,43 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     backlash = tangent_backlash(design.with_parabola(UNIT * x[0], UNIT * x[1])).normal
     met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
     if not met.any():
-        raise ValueError(
+        return x[:, :0].T, (
             f"all coefficients found for the aim leave no backlash, {np.nanmax(backlash):.4f} mm at the most:"
             " take a larger offset or less profile shift"
         )
-    first, second = UNIT * x[:, np.where(met, paths.shift, np.inf).argmin()]
-    changed = design.with_parabola(float(first), float(second))
-    own = (np.asarray(member.tool.parabola) for member in design.members)
-    found = paths_of(design, flank, aim, first, second)
-    return Optimum(float(first), float(second), changed, found, paths_of(design, flank, aim, *own))
+    order = np.argsort(np.where(met, paths.shift, np.inf), kind="stable")[: np.count_nonzero(met)]
+    return UNIT * x[:, order].T, ""
+
+
+def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
+    """Find coefficients (2), 1/mm, that meet an aim and with which edges carry nothing in its mountings.
+
+    Raises ValueError if none are found: for what else is not met, for a tool whose mesh cycle is unknown,
+    for edges."""
+    for pair in _candidates(design, flank, aim)[0]:
+        if _operation(design.with_parabola(*pair.tolist()), flank, aim).edge_share == 0.0:
+            return np.asarray(pair)
+    others, fault = _candidates(design, flank, replace(aim, edges=True))
+    if fault:
+        raise ValueError(fault)
+    best = others[0].tolist()
+    share = operation_of(mounted(design.with_parabola(*best), aim.mountings()), flank).edge_share
+    carried = (
+        "a mesh cycle is not known" if np.isnan(share) else f"edges carry {100.0 * share:.3g} % of a cycle"
+    )
+    raise ValueError(
+        "no coefficients were found with which no edge carries, as designed and under the errors: with pinion"
+        f" {best[0]:.6g}, gear {best[1]:.6g} 1/mm, the best without this condition, {carried}:"
+        " take smaller errors, ask for less, or widen the bounds"
+    )
+
+
+def _operation(design: Design, flank: str, aim: Aim) -> Operation:
+    """Find what all teeth do in the mountings of an aim; NaN if a tool's rounds overlap."""
+    try:
+        return operation_of(mounted(design, aim.mountings()), flank)
+    except ValueError:  # such a tool has no fillets to offer
+        return Operation()
 
 
 def _margins(paths: Paths, aim: Aim, x: FloatArray) -> FloatArray:
@@ -215,7 +294,8 @@ def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatAr
     sides = np.linspace(limits[:, 0], limits[:, 1], GRID).T
     x = np.array([side.ravel() for side in np.meshgrid(*sides)])
     x = x[:, x.sum(axis=0) <= SLACK]
-    for number, asked in ((4 * STARTS, replace(aim, errors=Errors())), (STARTS, aim)):
+    coarse = ((4 * STARTS, replace(aim, errors=Errors())),) if aim.edges else ()  # leads need the errors
+    for number, asked in (*coarse, (STARTS, aim)):
         shown = paths_of(design, flank, asked, UNIT * x[0], UNIT * x[1])
         missed = np.maximum(np.nan_to_num(-shown.margins(aim), nan=np.inf).max(axis=0), 0.0)
         x = x[:, np.lexsort((shown.shift, missed))[:number]]

@@ -44,6 +44,7 @@ COLUMNS: dict[str, Column] = {
     "transmission_error": SWING,
     "peak_to_peak": SWING._replace(heading="transmission error"),
     "cycle_peak_to_peak": SWING._replace(heading="the same of all teeth"),
+    "greatest_cycle_peak_to_peak": SWING._replace(heading="greatest under errors"),
     "edge_share": Column(digits=4, heading="share carried by edges"),
     "film_ratio": Column(heading="contact ratio in a film"),
     **dict.fromkeys(("speed", "profile", "lengthwise", "sliding"), SPEED),

@@ -6,7 +6,8 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..analysis.optimise import Aim, Optimum
+from ..analysis.edges import Operation
+from ..analysis.optimise import Aim, Optimum, Paths
 from ..design.model import Design
 from ..findings.remarks import remarks_data
 from .backlash import backlash_data
@@ -17,13 +18,15 @@ from .words import error_words, head_data, head_lines, line, remark_lines
 
 POINTS = 21
 """Positions of the path that are certified."""
+WIDTH = 36
+"""Of the names of what is compared, in a text."""
 FIGURES = {
     "shift": "shift",
     "contact_ratio": "contact_ratio",
     "centre": "pinion_z_middle",
     "peak_to_peak": "peak_to_peak",
 }
-"""What is compared, and its column."""
+"""What is compared of the path, and its column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +52,8 @@ class OptimumReport:
             **head_data(self.name, self.design, self.flank),
             "aim": asdict(self.aim),
             "parabola": {"pinion": found.pinion_parabola, "gear": found.gear_parabola},
-            "found": dict(vars(found.found)),
-            "given": dict(vars(found.given)),
+            "found": _figures(found.found, found.found_operation),
+            "given": _figures(found.given, found.given_operation),
             **backlash_data(found.design),
             **remarks_data(contact.remarks),
         }
@@ -61,14 +64,13 @@ class OptimumReport:
     def rows(self) -> Rows:
         """Give a row for the coefficients found and one for those given."""
         found, given = self.optimum, (float(member.tool.parabola) for member in self.design.members)
-        names = ("design", "parabola_pinion", "parabola_gear", *FIGURES.values())
-        both = (
-            ("found", (found.pinion_parabola, found.gear_parabola), found.found),
-            ("given", given, found.given),
+        figures = (
+            _figures(found.found, found.found_operation),
+            _figures(found.given, found.given_operation),
         )
-        rows = [
-            (name, *parabola, *(float(getattr(of, key)) for key in FIGURES)) for name, parabola, of in both
-        ]
+        names = ("design", "parabola_pinion", "parabola_gear", *(FIGURES.get(key, key) for key in figures[0]))
+        coefficients = ("found", found.pinion_parabola, found.gear_parabola), ("given", *given)
+        rows = [(*head, *values.values()) for head, values in zip(coefficients, figures, strict=True)]
         return by_columns(names, rows)
 
     def summary(self) -> str:
@@ -83,11 +85,16 @@ class OptimumReport:
             count = f"{contact.certified_count} of {POINTS} positions"
             text += line("certified", f"{count}: nothing on this side touches earlier")
         text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
-        text += f"\n{'':<28}{'found':>14}{'as given':>14}\n"
-        for key in FIGURES:
-            both = (number(key, getattr(of, key), 14) for of in (found.found, found.given))
-            text += f"{label(key):<28}{''.join(both)}\n"
+        text += f"\n{'':<{WIDTH}}{'found':>14}{'as given':>14}\n"
+        given = _figures(found.given, found.given_operation)
+        for key, value in _figures(found.found, found.found_operation).items():
+            text += f"{label(key):<{WIDTH}}{number(key, value, 14)}{number(key, given[key], 14)}\n"
         return text
+
+
+def _figures(paths: Paths, operation: Operation) -> dict[str, float]:
+    """Give what is compared, by name."""
+    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
 
 
 def _aim_words(aim: Aim) -> str:
@@ -95,5 +102,6 @@ def _aim_words(aim: Aim) -> str:
     if math.isfinite(aim.peak_to_peak):
         limit = ARCSEC * aim.peak_to_peak
         words += f", transmission error at most {limit:g} arcsec peak to peak"
+    words += "" if aim.edges else ", no edge carries, with these errors or without"
     bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
     return words + bounds

@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Aim, Errors, optimise_parabola, path_of_contact
+from beveloid_geom.analysis.edges import leads_of, operation_of
 from beveloid_geom.analysis.optimise import Optimum, paths_of
+from beveloid_geom.analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from tests.contact.test_cells import OFF_THE_FLANKS
 from tests.oracle.table1 import table1
 
 OFFSET = Aim(Errors(offset=0.05))
@@ -23,6 +27,12 @@ FLAT = replace(
     pinion_parabola=(-0.0005, 0.0002),
     gear_parabola=(-0.0002, 0.0005),
 )
+
+NO_EDGES = Aim(Errors(**{name: getattr(USUAL, name) for name in ERROR_NAMES}), edges=False)
+DEEP = replace(
+    NO_EDGES, contact_ratio=1.0, off_centre=5.0, pinion_parabola=(-1e-3, -9e-4), gear_parabola=(-1e-3, -9e-4)
+)
+"""Coefficients with which errors carry the path so far that edges take over."""
 
 
 @pytest.fixture(scope="module", params=[C3, FLAT], ids=["quadrant", "small error"])
@@ -169,3 +179,131 @@ def test_the_best_of_several_valleys_is_found() -> None:
     others = paths_of(table1(), "right", aim, np.full(33, -0.002), gear)
     least = others.shift[(others.margins(aim) >= 0.0).all(axis=0)].min()
     assert optimise_parabola(table1(), aim).found.shift < least < 0.1
+
+
+# No edges
+
+
+@pytest.fixture(scope="module", params=[NO_EDGES, replace(NO_EDGES, contact_ratio=1.9)], ids=["1.6", "1.9"])
+def without_edges(request: Any) -> tuple[Aim, Optimum]:
+    return request.param, optimise_parabola(table1(), request.param)
+
+
+def test_edges_carry_nothing_in_any_mounting(without_edges: tuple[Aim, Optimum]) -> None:
+    aim, found = without_edges
+    mountings = [Errors()]
+    mountings += [Errors(**{name: s * getattr(USUAL, name)}) for name in ERROR_NAMES for s in (1.0, -1.0)]
+    cycles = [mesh_cycle(found.design.with_errors(errors), "right", 1) for errors in mountings]
+    assert [float(cycle.edge_share) for cycle in cycles] == [0.0] * 9
+    swings = [float(cycle.peak_to_peak) for cycle in cycles]
+    assert found.found_operation.edge_share == 0.0
+    assert found.found_operation.cycle_peak_to_peak == pytest.approx(swings[0], rel=1e-9)
+    assert found.found_operation.greatest_cycle_peak_to_peak == pytest.approx(max(swings), rel=1e-9)
+    assert (found.found.margins(aim) >= -1e-6).all()
+
+
+def test_the_condition_costs_shift_and_is_met_closely(without_edges: tuple[Aim, Optimum]) -> None:
+    aim, found = without_edges
+    free = optimise_parabola(table1(), replace(aim, edges=True))
+    assert free.found_operation.edge_share > 0.02
+    assert free.found.shift < found.found.shift
+    assert found.found.leads.min() == pytest.approx(0.0, abs=2e-9)
+    lower = table1((found.pinion_parabola - 1e-7, found.gear_parabola - 1e-7))
+    assert 0.0 < operation_of(mounted(lower, aim.mountings()), "right").edge_share < 1e-3
+
+
+def test_all_teeth_are_reported_without_the_condition(solved: tuple[Aim, Optimum]) -> None:
+    aim, found = solved
+    for design, shown in ((found.design, found.found_operation), (table1(), found.given_operation)):
+        assert shown == operation_of(mounted(design, aim.mountings()), "right")
+    assert found.found.leads.shape == (0,)
+
+
+def agree(design: Any, flank: str, coefficients: Any) -> tuple[int, int]:
+    """Count mountings that edges carry a part of, and others; leads tell which is which."""
+    counts = np.zeros(2, dtype=int)
+    for pair in coefficients:
+        mountings = mounted(design.with_parabola(*pair.tolist()), NO_EDGES.mountings())
+        leads, cycle = (
+            leads_of(path_of_contact(mountings, flank, 17)).min(axis=0),
+            mesh_cycle(mountings, flank, 1),
+        )
+        np.testing.assert_array_equal(leads > 0.0, cycle.edge_share == 0.0)
+        counts += np.count_nonzero(leads <= 0.0), np.count_nonzero(leads > 0.0)
+    return int(counts[0]), int(counts[1])
+
+
+def sums_and_differences(size: int) -> Any:
+    total, apart = np.random.default_rng(5).uniform((-0.0012, -0.001), (0.0004, 0.001), (size, 2)).T
+    return 0.5 * np.stack((total + apart, total - apart), axis=-1)
+
+
+def test_leads_tell_where_edges_carry() -> None:
+    """On the right flanks below a sum of -0.0005 1/mm, too: the share does not fall with the sum."""
+    edges, others = agree(table1(), "right", sums_and_differences(6))
+    assert min(edges, others) > 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "flank"),
+    [
+        *(("Table 1", "right"), ("Table 1", "left"), ("small, 6.5 and 5 deg", "left")),
+        *(("helices opposed", "right"), ("helices opposed", "left")),
+    ],
+)
+def test_leads_tell_where_edges_carry_on_many_pairs(name: str, flank: str) -> None:
+    design = OFF_THE_FLANKS.get(name, table1())
+    module = float(design.pinion.tool.normal_module)
+    edges, others = agree(design, flank, 6.0 / module * sums_and_differences(16))
+    assert edges > 5
+    assert others > 50 or name == "helices opposed"  # its right flanks are close to line contact
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_no_coefficients_of_a_grid_without_edges_do_better(flank: str) -> None:
+    """On the right flanks edges carry a part of the cycle of all that shift less and meet the other
+    conditions; on the left flanks there are none that do."""
+    aim = replace(NO_EDGES, pinion_parabola=(-0.0005, 0.0015), gear_parabola=(-0.0015, 0.0005))
+    found = optimise_parabola(table1(), aim, flank)
+    x = np.array(
+        [side.ravel() for side in np.meshgrid(np.linspace(-5e-4, 15e-4, 41), np.linspace(-15e-4, 5e-4, 41))]
+    )
+    near = np.array([found.pinion_parabola, found.gear_parabola])[:, None]
+    around = near + 1e-5 * np.random.default_rng(0).uniform(-1.0, 1.0, (2, 60))
+    inside = (around[0] <= 0.0015) & (around[0] >= -0.0005) & (around[1] <= 0.0005) & (around[1] >= -0.0015)
+    x = np.hstack((x[:, x.sum(axis=0) <= 1e-12], around[:, inside]))
+    paths = paths_of(table1(), flank, replace(aim, edges=True), *x)
+    better = (paths.margins(replace(aim, edges=True)) >= 0.0).all(axis=0)
+    better &= paths.shift < found.found.shift * (1.0 - 1e-6)
+    shares = [
+        operation_of(mounted(table1(pair), aim.mountings()), flank).edge_share
+        for pair in map(tuple, x[:, better].T.tolist())
+    ]
+    assert not any(share == 0.0 for share in shares)
+    assert len(shares) > 20 or flank == "left"
+
+
+def test_that_edges_carry_everywhere_is_said() -> None:
+    words = (
+        r"no coefficients were found with which no edge carries.* edges carry \d+(\.\d+)? % of a cycle: take"
+    )
+    with pytest.raises(ValueError, match=words):
+        optimise_parabola(table1(), DEEP)
+
+
+def test_other_reasons_are_said_first() -> None:
+    bounds = (-0.0002, 0.0)
+    aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds, edges=False)
+    with pytest.raises(ValueError, match=r"no coefficients were found for a contact ratio of 1\.9"):
+        optimise_parabola(table1(), aim, "left")
+
+
+def test_a_tool_without_fillets_has_no_mesh_cycle() -> None:
+    """Its path can be optimised, and what its teeth do is not known."""
+    design, aim = OFF_THE_FLANKS["pressure angle 25 deg"], replace(OFFSET, contact_ratio=1.0, off_centre=5.0)
+    found = optimise_parabola(design, aim, "left")
+    assert np.isnan(found.found_operation.edge_share)
+    with pytest.raises(ValueError, match="the tool's rounds overlap"):
+        optimise_parabola(design, replace(aim, edges=False), "left")

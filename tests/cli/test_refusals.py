@@ -36,6 +36,7 @@ BAD = {
     "optimise": (
         *("", "--offset-tolerance nan", "--offset-tolerance wide", f"{SOME} missing.toml"),
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
+        f"{SOME} --no-edges yes",
     ),
     "statements": ("missing.toml",),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),

@@ -174,6 +174,7 @@ def optimise(design: Design) -> Mapping[str, Any]:
         "parabola/gear": found.gear_parabola,
         "found/shift": found.found.shift,
         "given/contact_ratio": found.given.contact_ratio,
+        **{f"found/{name}": value for name, value in vars(found.found_operation).items()},
     }
 
 

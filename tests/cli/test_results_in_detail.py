@@ -121,8 +121,22 @@ def test_csv_of_an_optimum_has_found_and_given() -> None:
         assert row["design"] == name
         assert float(row["shift_mm"]) == data[name]["shift"]
         assert float(row["pinion_z_middle_mm"]) == data[name]["centre"]
+        assert float(row["edge_share"]) == data[name]["edge_share"]
         expected = data["parabola"]["gear"] if name == "found" else 0.0
         assert float(row["parabola_gear_per_mm"]) == expected
+
+
+def test_an_optimum_without_edges_is_asked_for() -> None:
+    given = ("optimise", *OFFSET, "--shaft-angle-tolerance-deg", "0.01", "--no-edges")
+    bounds = ("--pinion-bounds", "0", "0.001", "--gear-bounds", "-0.001", "0")
+    text = run(*given, *bounds).stdout
+    assert "no edge carries, with these errors or without" in " ".join(text.split())
+    assert "share carried by edges" in text
+    deep = ("--pinion-bounds", "-0.001", "-0.0009", "--gear-bounds", "-0.001", "-0.0009")
+    refused = run(*given, "--contact-ratio", "1", "--off-centre", "5", *deep)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert refused.stderr.startswith("Error: no coefficients were found with which no edge carries")
+    assert refused.stderr.count("\n") == 1
 
 
 def test_csv_of_check_has_groups_and_units() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import click
+
 from .. import results
 from ..options import bounds_options, flank_option, option, renamed, sizes_of, tolerance_options
 
@@ -12,6 +14,9 @@ if TYPE_CHECKING:
     from ...analysis.maps import Bounds
 
 
+EDGES = (
+    "No edge carries any of a mesh cycle, neither as designed nor under an error, each alone and both ways."
+)
 ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
 
 
@@ -23,6 +28,7 @@ ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
     option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
     renamed("--transmission-error", "--transmission-error-arcsec"),
     bounds_options("Least and greatest coefficient of the {}'s tool, 1/mm.", (-0.002, 0.002)),
+    click.option("--no-edges", is_flag=True, help=EDGES),
     csv="a row each for found and given",
 )
 def optimise(
@@ -34,13 +40,14 @@ def optimise(
     transmission_error_arcsec: float,
     pinion_bounds: Bounds,
     gear_bounds: Bounds,
+    no_edges: bool,
     **tolerances: float,
 ) -> results.Result:
     """Find the parabola coefficients with which errors shift the path of contact least.
 
     The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
-    each other. The errors are as large as their tolerances, of which at least one is given; some seconds.
-    Exit status 2 if nothing meets the aim.
+    each other; with --no-edges no edge touches first either. The errors are as large as their tolerances,
+    of which at least one is given; some seconds. Exit status 2 if nothing meets the aim.
     """
     sizes = sizes_of(tolerances, "errors that shift the path")
     from ...analysis.optimise import Aim, optimise_parabola
@@ -48,6 +55,6 @@ def optimise(
     from ...report.optimise import OptimumReport
 
     swing = math.radians(transmission_error_arcsec / 3600.0)
-    aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds)
+    aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds, not no_edges)
     with results.refused_values():
         return OptimumReport(name, design, aim, flank, optimise_parabola(design, aim, flank))
