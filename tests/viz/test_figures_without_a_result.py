@@ -20,7 +20,7 @@ from .pages import drawn, words
 TABLE = builtin_design()
 UNDERCUT, OVERLAPPING = TABLE.with_parabola(pinion=-0.01), TABLE.with_parabola(pinion=0.01)
 ASTRAY = TABLE.with_errors(Errors(offset=20.0))
-MAPS = ("map-parabola", "map-mounting", "map-shift")
+MAPS = ("map-parabola", "map-mounting")
 REASONS: list[tuple[Design, dict[str, str]]] = [
     (
         UNDERCUT,
@@ -79,7 +79,7 @@ def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     few: list[tuple[Any, dict[str, Any]]] = [
         (fig_operation, {"CASES": fig_operation.CASES[:1]}),
         (fig_cloud, {"MOUNTINGS": 200, "DRAWN": 20, "FACTORS": (1.0, 10.0)}),
-        (fig_maps, {"STEPS": 3, "STEPS_IN_OPERATION": 2}),
+        (fig_maps, {"STEPS": 3, "STEPS_IN_OPERATION": 3}),
     ]
     for module, values in few:
         for name, value in values.items():
@@ -96,8 +96,8 @@ def test_the_reason_is_on_the_page(design: Design, name: str, reason: str) -> No
     assert reason in words(page), words(page)
     assert rows or name in ("meshed-tooth", "separation")
     if name in MAPS:
-        assert ("no cell has a path" in words(page)) is all(row["status"] != "solved" for row in rows[:9])
-        assert len(rows) == 9 + 4 * (name == "map-parabola")
+        assert ("no cell has a path" in words(page)) is all(row["status"] != "solved" for row in rows)
+        assert len(rows) == 9
 
 
 def test_without_contact_no_figure_claims_one() -> None:
