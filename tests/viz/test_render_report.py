@@ -292,7 +292,8 @@ def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
     design = design.with_errors(Errors(0.1, 1e-4, 0.2, -0.1))
     study = tolerance_study(design, Tolerances(0.05, 1e-4, 0.3, 0.1), "right", 2 * CLOUD)
     cloud = _cloud(design, study)
-    np.testing.assert_array_equal(cloud.ends.contact_ratio, study.mountings.contact_ratio[:CLOUD])
+    ratio = study.mountings.contact_ratio[:CLOUD]  # solved together with others: to rounding
+    np.testing.assert_allclose(cloud.ends.contact_ratio, ratio, rtol=1e-12)
 
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
