@@ -100,8 +100,7 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
         open_ones.append(block[rest])
     if not np.concatenate(open_ones).size:
         return groups
-    known = np.zeros(count, dtype=bool)
-    known[np.concatenate([np.empty(0, dtype=int), *(group.cases for group in told)])] = True
+    known = np.isin(np.arange(count), np.concatenate([group.cases for group in told]))
     low, high = np.empty((2, 2, count, 1))
     left, again = [], []
     for block in _blocks(np.concatenate(open_ones)):
@@ -122,8 +121,8 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
-    return [cases[start : start + size] for start in range(0, cases.size, size)]
+def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
+    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
 
 
 def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int_]]:

@@ -27,7 +27,7 @@ from ..arrays import Codes, FloatArray, Mask
 from ..design.model import Member
 from ..status import Status
 from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
-from .rack import Rack, rack_normal, rack_of
+from .rack import Rack, rack_normal, rack_of, rack_point
 
 NEWTON_LIMIT = 30
 LAST_STEP = 2e-8
@@ -54,16 +54,18 @@ class Feet:
     status: Codes
 
 
-def feet(member: Member, flank: str, points: ArrayLike) -> Feet:
+def feet(
+    member: Member, flank: str, points: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
+) -> Feet:
     """Find the feet on the flank of a single member of perpendiculars from `points` (..., 3), mm, in its own
-    frame, near its tooth 0.
+    frame, near its tooth 0. `start`: (l, u) near the feet, mm; without it the unmodified flank's foot.
 
     The foot is taken on the flank as its parameters extend it; `status` says whether it lies within
     root, tip, toe and heel."""
     rack, last = rack_of(member, flank), LAST_STEP * np.asarray(member.tool.normal_module)
     x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        l, phi = _unmodified_foot(rack, x, y, z)
+        l, phi = _unmodified_foot(rack, x, y, z) if start is None else _given_foot(rack, *start)
         done = np.zeros(np.shape(x), dtype=bool)
         for _ in range(NEWTON_LIMIT):
             step_l, step_phi, regular = _newton_step(rack, (x, y, z), l, phi)
@@ -72,6 +74,15 @@ def feet(member: Member, flank: str, points: ArrayLike) -> Feet:
             if np.all(done | ~np.isfinite(l)):
                 break
         return _feet(member, rack, (x, y, z), np.where(done & regular, l, np.nan), phi)
+
+
+def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Find l and generating roll angle phi (Eq. 6) of the flank points (l, u)."""
+    l = np.asarray(l, dtype=float)
+    n, start = rack_normal(rack, l), rack_point(rack, l)
+    slope = n[1] / n[0]
+    across = start[1] + u * rack.trace[1] - slope * (start[0] + u * rack.trace[0])
+    return l, np.asarray(across / rack.pitch_radius)
 
 
 def _unmodified_foot(

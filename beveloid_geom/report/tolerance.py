@@ -23,8 +23,6 @@ SHOWN = (
     *(f"{member}_z_{place}" for member in ("pinion", "gear") for place in PLACES),
 )
 """Quantities of the text."""
-RUNNING = ("cycle_peak_to_peak", "edge_share", "film_ratio")
-"""What is known of mountings in operation."""
 SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SHOWN_LIMITS = 8
 """Pairs of limits that a text names."""
@@ -238,8 +236,9 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     heads = ["as designed", *(f"{100.0 * share:g} %" for share in SHOWN_SHARES)]
     text = f"{'quantiles':<28}" + "".join(f"{head:>12}" for head in heads) + "\n"
     nominal, spread = study.nominal.quantities(), study.quantiles(SHOWN_SHARES)
-    nominal |= study.nominal_running.quantities() if study.nominal_running else {}
-    for name in (*SHOWN, *RUNNING) if study.running else SHOWN:
+    running = study.nominal_running.quantities() if study.nominal_running else {}
+    nominal |= running
+    for name in (*SHOWN, *running):
         values = np.append(nominal[name], spread[name])
         text += f"{label(name):<28}" + "".join(number(name, value, 12) for value in values) + "\n"
     return text

@@ -7,9 +7,9 @@ is least, is worse: by the square root of tolerance over relative curvature, whi
 line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
 `convergence` charts both.
 
-Hence the polish: feet are taken on the flank itself (`perpendicular.feet`), and the vertex of least
-separation starts Newton for the standstill of the exact separation D, as a function of the pinion's
-flank parameters. With the outward unit normals n1 at the point and
+Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`perpendicular.feet`),
+and the vertex of least separation starts Newton for the standstill of the exact separation D,
+as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
 n2 at its foot on the gear,
 
     dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
@@ -31,7 +31,7 @@ from ..arrays import Codes, FloatArray, Indices
 from ..contact.ellipse import normal_rates
 from ..contact.path import path_of_contact
 from ..contact.placing import Frame, frames_at
-from ..design.model import Design
+from ..design.model import Design, Member
 from ..gear.flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
 from ..gear.perpendicular import Feet, feet
 from ..pair.frames import normals_to_fixed, to_fixed
@@ -146,8 +146,7 @@ def mesh_separation(
     seen = _seen_from(frames, other, points).reshape(-1, 3)
     values, status = _facet_feet(meshes[other], seen, tolerance)
     if polish:
-        found = feet(design.members[other], flank, seen)
-        values, status = np.stack((found.distance, found.l, found.z)), found.status
+        values, status = _polished_feet(design.members[other], flank, seen, values)
     values[:, status != Status.SOLVED] = np.nan
     shape = own.l.shape
     z = np.broadcast_to(own.z, shape)
@@ -177,6 +176,15 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
     off = (corner | edge).any(axis=1) & (aside > tolerance)
     distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
     return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
+
+
+def _polished_feet(
+    member: Member, flank: str, seen: FloatArray, start: FloatArray
+) -> tuple[FloatArray, Codes]:
+    """Give the same on the flank itself, by Newton from the feet on the mesh."""
+    u = trace_parameter(member, flank, start[1], start[2])
+    found = feet(member, flank, seen, (start[1], u))
+    return np.stack((found.distance, found.l, found.z)), found.status
 
 
 def mesh_contact(
@@ -253,7 +261,7 @@ def _polished_contact(
                 break
         else:  # or NaN
             reach *= 0.25
-    own = feet(pinion, flank, _seen_from(frames, 0, here.point))
+    own = feet(pinion, flank, _seen_from(frames, 0, here.point), tuple(place))
     doubt = float(here.doubt(longest))
     if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)

@@ -65,12 +65,13 @@ def test_feet_of_offset_points(flank: str, parabola: tuple[float, float]) -> Non
     for member in table1(parabola).members:
         u = trace_parameter(member, flank, L, Z)
         patch = flank_patch(member, flank, L, u)
-        found = feet(member, flank, patch.point + offset[:, None] * patch.normal)
-        assert np.abs(found.l - L).max() < 1e-12
-        assert np.abs(found.u - u).max() < 1e-12
-        assert np.abs(found.z - Z).max() < 1e-12
-        assert np.abs(found.distance - offset).max() < 1e-12
-        assert np.abs(found.normal - patch.normal).max() < 1e-13
+        for start in (None, (L + 0.5, u - 1.0)):
+            found = feet(member, flank, patch.point + offset[:, None] * patch.normal, start)
+            assert np.abs(found.l - L).max() < 1e-12
+            assert np.abs(found.u - u).max() < 1e-12
+            assert np.abs(found.z - Z).max() < 1e-12
+            assert np.abs(found.distance - offset).max() < 1e-12
+            assert np.abs(found.normal - patch.normal).max() < 1e-13
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,16 @@ def test_derivatives_are_those_of_the_surface(parabola: tuple[float, float]) -> 
     assert np.abs(across.square.imag / 1e-30 - cut.square_z).max() < 1e-10
 
 
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+def test_newton_on_a_fillet_ends_where_it_has_arrived(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step of nothing once halved its bracket, and sixteen passes did what five do."""
+    monkeypatch.setattr("beveloid_geom.gear.tooth_side.FILLET_PASSES", 7)
+    surface = surface_of(table1().pinion, flank)
+    s = np.linspace(surface.bottom, surface.joint, 60)[5:]
+    z = np.zeros_like(s)
+    assert np.abs(profile_at(surface, cut_at(surface, s, z).square, z) - s).max() < 1e-10
+
+
 @pytest.mark.parametrize("parabola", PARABOLAS)
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_profile_of_a_radius(parabola: tuple[float, float], flank: str) -> None:

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import Codes, FloatArray
 from beveloid_geom.contact.equation import pairing_of
 from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.pair.frames import layout_of, member_frame
+from beveloid_geom.shapes import mesh_contact as mesh_contact_module
 from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
 from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_separation
 from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
@@ -133,6 +134,20 @@ def test_facets_stay_within_their_tolerance(flank: str) -> None:
         assert np.array_equal(np.isnan(facets.separation), facets.status != Status.SOLVED)
         assert np.array_equal(np.isnan(exact.foot_z), exact.status != Status.SOLVED)
         assert (exact.status == Status.OFF_FLANK).any()
+
+
+def test_the_polish_starts_from_the_closest_points_on_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the proximity query finds is refined: without it there is no answer."""
+    facets = mesh_contact_module._facet_feet
+
+    def nowhere(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
+        values, status = facets(mesh, seen, tolerance)
+        return np.full_like(values, np.nan), status
+
+    pose = pose_at(path_of_contact(table1(), "right", 3), 1)
+    assert (mesh_separation(table1(), "right", 0, 0.1, **pose).status == Status.SOLVED).any()
+    monkeypatch.setattr(mesh_contact_module, "_facet_feet", nowhere)
+    assert (mesh_separation(table1(), "right", 0, 0.1, **pose).status != Status.SOLVED).all()
 
 
 def test_overlap_is_negative() -> None:
