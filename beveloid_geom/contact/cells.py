@@ -30,7 +30,7 @@ NODES = 9
 """Grid lines of each member, unless more are asked for."""
 RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
 """Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
-CASES_PER_BLOCK = 64
+CASES_PER_BLOCK = 128
 """So many stay in the cache."""
 FACES = 1.5
 """Half face widths within which contacts count as near."""
@@ -103,23 +103,24 @@ def box_of(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool = Tru
 
 
 def _box(pairing: Pairing, low: FloatArray, high: FloatArray, both: bool, nodes: int) -> Box:
+    """Give what is left; below, grids and cells have the cases as their last axis, along which NumPy runs."""
     l = low + np.linspace(0.0, 1.0, nodes) * (high - low)
     values = _values(pairing, l)
     least, most = _bounds(values)
     own, clear = _left(pairing, False, least, most)
     other = _left(pairing, True, least, most)[0] if both else np.zeros_like(own)
-    alone, clear = np.asarray(~other.any(axis=(1, 2))), np.asarray((clear | ~own).all(axis=(1, 2)))
+    alone, clear = np.asarray(~other.any(axis=(0, 1))), np.asarray((clear | ~own).all(axis=(0, 1)))
     real, either = values[0] > 0.0, np.asarray(own | other)
     return Box(
         *_around(l, either),
-        none=np.asarray(~either.any(axis=(1, 2))),
+        none=np.asarray(~either.any(axis=(0, 1))),
         alone=alone,
         clear=clear,
         one=alone & clear & _single(own, values[1]),
-        missing=(values[0] < 0.0).any(axis=(1, 2)),
+        missing=(values[0] < 0.0).any(axis=(0, 1)),
         curve=_changes(values[1], real) | _changes(values[2], real),
-        left=own,
-        gap=values[1],
+        left=np.moveaxis(own, -1, 0),
+        gap=np.moveaxis(values[1], -1, 0),
         lines=l,
     )
 
@@ -129,17 +130,17 @@ def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) ->
 
     Heights within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, R their rise and
     D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and n F as well."""
-    sign = -pairing.branch[:, :, None] if other else pairing.branch[:, :, None]
+    sign = -pairing.branch[:, 0] if other else pairing.branch[:, 0]
     low, high = np.sqrt(np.maximum(least[0], 0.0)), np.sqrt(np.maximum(most[0], 0.0))
     bounds = (-most, -least) if other else (least, most)
     for member in range(2):
-        face = FACES * pairing.half_width[member, :, :, None]
+        face = FACES * pairing.half_width[member, :, 0]
         far, near = most[DEPTH + member] + face, least[DEPTH + member] - face
         for rise, rate in ((bounds[0][RISE + member], far), (-bounds[1][RISE + member], -near)):
             at = rise / rate
             low = np.where((rate > 0.0) & (at > low), at, low)
             high = np.where((rate < 0.0) & (at < high), at, high)
-    pole, offset = (bound[POLE] for bound in bounds), sign * np.asarray(pairing.layout.offset)[:, :, None]
+    pole, offset = (bound[POLE] for bound in bounds), sign * np.asarray(pairing.layout.offset)[:, 0]
     first, last = pole
     closing = np.minimum(-offset * low, -offset * high), np.maximum(-offset * low, -offset * high)
     lowest = least[LEVEL] + closing[0] + first / np.where(first < 0.0, low, high)
@@ -152,7 +153,7 @@ def _left(pairing: Pairing, other: bool, least: FloatArray, most: FloatArray) ->
 
 def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
     """Give n_x^2, n F for the pairing's sign of n_x and the other, R and D of both members, P, and A_1 + A_2,
-    what changes with the sign for the own one: (9, cases, nodes, nodes) at grid lines l (2, cases, nodes),
+    what changes with the sign for the own one: (9, nodes, nodes, cases) at grid lines l (2, cases, nodes),
     mm."""
     terms, nodes = terms_of(pairing, l), l.shape[-1]
     first, second = np.divmod(np.arange(nodes**2), nodes)
@@ -169,51 +170,50 @@ def _values(pairing: Pairing, l: FloatArray) -> FloatArray:
     even = level_sum * n
     rise = pairing.branch * (square + v * slope) * reach
     depth = pairing.position - v * level
-    values = np.array((normal.x_squared, even + odd, even - odd, *rise, *depth, pole, level_sum))
-    return values.reshape(9, len(n), nodes, nodes)
+    rows = (normal.x_squared, even + odd, even - odd, *rise, *depth, pole, level_sum)
+    return np.array([row.T for row in rows]).reshape(9, nodes, nodes, len(n))
 
 
 def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the least and greatest values in cells (..., nodes - 1, nodes - 1) of functions (..., nodes,
-    nodes)."""
-    near, far = values[..., 1:, :], values[..., :-1, :]
+    """Give the least and greatest values in cells (rows, nodes - 1, nodes - 1, cases) of functions (rows,
+    nodes, nodes, cases)."""
+    near, far = values[:, 1:], values[:, :-1]
     least, most = np.minimum(near, far), np.maximum(near, far)
     slack = _bend(values)
-    slack += _bend(values.swapaxes(-1, -2)).swapaxes(-1, -2)
+    slack += _bend(values.swapaxes(1, 2)).swapaxes(1, 2)
     slack *= SLACK
     return (
-        np.minimum(least[..., 1:], least[..., :-1]) - slack,
-        np.maximum(most[..., 1:], most[..., :-1]) + slack,
+        np.minimum(least[:, :, 1:], least[:, :, :-1]) - slack,
+        np.maximum(most[:, :, 1:], most[:, :, :-1]) + slack,
     )
 
 
 def _bend(values: FloatArray) -> FloatArray:
-    """Give the greatest second difference along the last axis about each cell."""
-    bend = values[..., 2:] + values[..., :-2]
-    bend -= 2.0 * values[..., 1:-1]
+    """Give the greatest second difference along the second axis of nodes about each cell."""
+    bend = values[:, :, 2:] + values[:, :, :-2]
+    bend -= 2.0 * values[:, :, 1:-1]
     np.abs(bend, out=bend)
-    bend = np.maximum(bend[..., 1:, :], bend[..., :-1, :])
-    wide = np.empty((*bend.shape[:-1], values.shape[-1] - 1))
-    wide[..., 0], wide[..., -1] = bend[..., 0], bend[..., -1]
-    np.maximum(bend[..., 1:], bend[..., :-1], out=wide[..., 1:-1])
-    return wide
+    bend = np.maximum(bend[:, 1:], bend[:, :-1])
+    return np.concatenate(
+        (bend[:, :, :1], np.maximum(bend[:, :, 1:], bend[:, :, :-1]), bend[:, :, -1:]), axis=2
+    )
 
 
 def _changes(gap: FloatArray, real: Mask) -> Mask:
-    """Say whether n F (cases, nodes, nodes) changes its sign between nodes of which one is `real`."""
+    """Say whether n F (nodes, nodes, cases) changes its sign between nodes of which one is `real`."""
     below = np.signbit(gap)
-    along = (below[:, 1:] != below[:, :-1]) & (real[:, 1:] | real[:, :-1])
-    across = (below[:, :, 1:] != below[:, :, :-1]) & (real[:, :, 1:] | real[:, :, :-1])
-    return np.asarray(along.any(axis=(1, 2)) | across.any(axis=(1, 2)))
+    along = (below[1:] != below[:-1]) & (real[1:] | real[:-1])
+    across = (below[:, 1:] != below[:, :-1]) & (real[:, 1:] | real[:, :-1])
+    return np.asarray(along.any(axis=(0, 1)) | across.any(axis=(0, 1)))
 
 
 def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
-    """Give bounds (2, cases, 1), mm, of the cells `left` (cases, nodes - 1, nodes - 1)."""
-    bounds = []
+    """Give bounds (2, cases, 1), mm, of the cells `left` (nodes - 1, nodes - 1, cases)."""
+    bounds, case = [], np.arange(left.shape[-1])
     for member in range(2):
-        line = np.asarray(left.any(axis=2 - member))
-        ends = line.argmax(axis=-1), line.shape[-1] - line[:, ::-1].argmax(axis=-1)
-        bounds.append([np.take_along_axis(l[member], end[:, None], axis=-1) for end in ends])
+        line = np.asarray(left.any(axis=1 - member))
+        ends = line.argmax(axis=0), len(line) - line[::-1].argmax(axis=0)
+        bounds.append([l[member, case, end][:, None] for end in ends])
     (low, high), (other_low, other_high) = bounds
     return np.array((low, other_low)), np.array((high, other_high))
 
@@ -221,8 +221,8 @@ def _around(l: FloatArray, left: Mask) -> tuple[FloatArray, FloatArray]:
 def _single(left: Mask, gap: FloatArray) -> Mask:
     """Say whether n F rises or falls with l2 all over the cells `left`, and whether these lie side by side
     for each l1."""
-    steps = np.diff(gap, axis=-1)
-    least, most = np.minimum(steps[:, 1:], steps[:, :-1]), np.maximum(steps[:, 1:], steps[:, :-1])
-    rising, falling = ((least > 0.0) | ~left).all(axis=(1, 2)), ((most < 0.0) | ~left).all(axis=(1, 2))
-    runs = (left & ~np.pad(left[..., :-1], ((0, 0), (0, 0), (1, 0)))).sum(axis=-1)
-    return np.asarray((rising | falling) & (runs <= 1).all(axis=-1))
+    steps = np.diff(gap, axis=1)
+    least, most = np.minimum(steps[1:], steps[:-1]), np.maximum(steps[1:], steps[:-1])
+    rising, falling = ((least > 0.0) | ~left).all(axis=(0, 1)), ((most < 0.0) | ~left).all(axis=(0, 1))
+    runs = left[:, 0] + (left[:, 1:] & ~left[:, :-1]).sum(axis=1)
+    return np.asarray((rising | falling) & (runs <= 1).all(axis=0))

@@ -46,7 +46,7 @@ from .path_polynomial import (
 )
 from .roots import Samples
 
-CASES_PER_BLOCK = 512
+CASES_PER_BLOCK = 1024
 """Size at which the arrays of a block stay in the cache."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
@@ -73,7 +73,9 @@ class Group:
     ends: Ends
 
     def part(self, index: NDArray[np.int_]) -> Group:
-        """Give the group of the cases at the places `index`."""
+        """Give the group of the cases at the places `index`, which rise."""
+        if index.size == self.cases.size:
+            return self
         return Group(
             self.cases[index], self.pairing.cases(index), self.series.cases(index), self.ends.cases(index)
         )
@@ -161,8 +163,7 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int
 def _over_some_of_l1(whole: Group, samples: Samples, cases: NDArray[np.int_]) -> Group:
     """Give those of the `cases` whose path a series over less of l1 describes: over what of their contacts,
     which `samples` at the nodes of their series tell roughly, seems to lie on the flanks."""
-    pairing, series = whole.pairing.cases(cases), whole.series.cases(cases)
-    l1 = series.middle + series.half * COARSE.nodes
+    pairing, l1 = whole.pairing.cases(cases), (whole.series.middle + whole.series.half * COARSE.nodes)[cases]
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
