@@ -13,6 +13,10 @@ the pinion's roll or by l1, which says the same; the truth is the five equations
 - "Newton on F": the plain iteration on the one equation over iterations and over batch sizes; points and
   rolls only, where a path has all of `ContactPath`.
 
+`compare_first` does the same for what touches first of all teeth (`first_methods`): "grid, first contact"
+over points a side, "mesh alone" and "mesh, polished" over all but the finest tolerances, "exact, first
+contact" (`first_contact`) over the batch; the truth is the mesh cycle's exact pieces.
+
 `seconds_per_position` is the processor time of a call, of all its threads, over its positions.
 `setup_seconds` is that of what is kept between calls: the mounting distances for all; and the
 constants of both flanks (one equation), the meshes, or the pitch point (five equations). Imports
@@ -30,7 +34,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from time import get_clock_info, perf_counter, process_time
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -55,8 +59,13 @@ from .comparison_methods import (
     path_answer,
     true_positions,
 )
+from .first_methods import exact_answer, first_positions, grid_answer, meshes_answer
 
 Result = TypeVar("Result")
+FIRST = ", first contact"
+GRID, EXACT = "grid" + FIRST, "exact" + FIRST
+MOST = 1_000
+"""Largest batch of first contacts."""
 ARCSEC = 3600.0 * 180.0 / np.pi
 CLOCK = process_time if get_clock_info("process_time").resolution < 1e-6 else perf_counter
 """Processor time, which other programs on the machine do not change; where that is coarse, the time."""
@@ -67,7 +76,8 @@ SOLVED = "solved"
 
 @dataclass(frozen=True)
 class Settings:
-    """What is tried: sampling tolerances (mm), xtol of `fsolve`, Newton iterations, batch sizes.
+    """What is tried: sampling tolerances (mm), xtol of `fsolve`, Newton iterations, batch sizes, points along
+    a side of a grid.
 
     `passes`: iterations of Newton runs over the batch sizes; `batch`: batch of those over the
     iterations; `run`: positions of a warm run of the five equations; `repeat`: measurements of a time,
@@ -78,6 +88,7 @@ class Settings:
     xtols: tuple[float, ...] = (1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-14)
     iterations: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     batches: tuple[int, ...] = (1, 10, 100, 1_000, 10_000, 100_000)
+    grids: tuple[int, ...] = (8, 16, 32, 64, 128, 256)
     passes: int = 4
     batch: int = 1_000
     run: int = 21
@@ -88,6 +99,7 @@ class Settings:
         numbers_in("xtols", self.xtols)
         numbers_in("iterations", self.iterations, 0)
         numbers_in("batches", self.batches, 1)
+        numbers_in("grids", self.grids, 2)
         for name, least in (("passes", 0), ("batch", 1), ("run", 1), ("repeat", 0)):
             numbers_in(name, (getattr(self, name),), least)
 
@@ -97,7 +109,7 @@ USUAL = Settings()
 
 @dataclass(frozen=True)
 class Row:
-    """One method at one setting: `kind` (tolerance, xtol, iterations, batch) and its `value`.
+    """One method at one setting: `kind` (tolerance, xtol, iterations, batch, points) and its `value`.
 
     Errors are NaN where any position was not found, and `status` then says why, else "solved"."""
 
@@ -126,6 +138,10 @@ class _Trial:
     setup: float
 
 
+Trials: TypeAlias = tuple[Callable[[Positions, Settings], Iterator[_Trial]], ...]
+MeshAnswer: TypeAlias = Callable[[Positions, float, bool], Answer]
+
+
 def compare(design: Design, flank: str = "right", settings: Settings = USUAL) -> tuple[Row, ...]:
     """Rows of all methods at all settings; a method that fails has its row, with the reason.
 
@@ -133,12 +149,23 @@ def compare(design: Design, flank: str = "right", settings: Settings = USUAL) ->
     than `Settings`."""
     if not isinstance(settings, Settings):
         raise TypeError(f"settings must be Settings, got {type(settings).__name__}")
-    positions = true_positions(design, flank)
+    return _rows(true_positions(design, flank), TRIALS, settings)
+
+
+def compare_first(design: Design, flank: str = "right", settings: Settings = USUAL) -> tuple[Row, ...]:
+    """Give rows of all ways to find the first contact of all teeth.
+
+    Raises ValueError where the first contacts of the mesh cycle are not known."""
+    return _rows(first_positions(design, flank), FIRST_TRIALS, settings)
+
+
+def _rows(positions: Positions, trials_of: Trials, settings: Settings) -> tuple[Row, ...]:
+    """Run the trials one after the other, without collecting garbage meanwhile."""
     rows, methods, collecting = [], set[str](), gc.isenabled()
     gc.disable()  # as timeit does
     try:
         with np.errstate(all="ignore"):
-            for trial in chain(*(trials(positions, settings) for trials in TRIALS)):
+            for trial in chain(*(trials(positions, settings) for trials in trials_of)):
                 if trial.name[0] not in methods:  # the first call of a method imports
                     methods.add(trial.name[0])
                     _row(positions, trial, 0)
@@ -204,7 +231,9 @@ def _setup(design: Design, work: Callable[[Design], object], repeat: int) -> flo
     return best
 
 
-def _mesh_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
+def _mesh_trials(
+    positions: Positions, settings: Settings, answer: MeshAnswer = mesh_answer, what: str = ""
+) -> Iterator[_Trial]:
     flank = positions.flank
 
     def sampled(tolerance: float, design: Design) -> None:
@@ -219,8 +248,8 @@ def _mesh_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
         except ValueError:
             setup = float("nan")  # the trial meets the same and says why
         for method, polish in (("mesh alone", False), ("mesh, polished", True)):
-            work = partial(mesh_answer, positions, tolerance, polish)
-            yield _Trial((method, "tolerance", tolerance), work, COUNT, setup)
+            work = partial(answer, positions, tolerance, polish)
+            yield _Trial((method + what, "tolerance", tolerance), work, COUNT, setup)
 
 
 def _five_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
@@ -260,5 +289,19 @@ def _newton_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]
         yield _Trial(name, work, sum(l1.size for l1 in calls), setup)
 
 
-TRIALS = (_mesh_trials, _five_trials, _path_trials, _newton_trials)
+def _first_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
+    setup = _setup(positions.design, lambda fresh: pairing_of(fresh, positions.flank), settings.repeat)
+    for count in settings.grids:
+        work = partial(grid_answer, positions, count)
+        yield _Trial((GRID, "points", count), work, COUNT, setup)
+    coarse = replace(settings, tolerances=settings.tolerances[: max(1, len(settings.tolerances) - 1)])
+    yield from _mesh_trials(positions, coarse, meshes_answer, FIRST)
+    low, high = positions.pinion_roll[0], positions.pinion_roll[-1]
+    for size in (batch for batch in settings.batches if COUNT <= batch <= MOST):
+        rolls = np.append(positions.pinion_roll, np.linspace(low, high, size - COUNT))
+        yield _Trial((EXACT, "batch", size), partial(exact_answer, positions, rolls), size, setup)
+
+
+TRIALS: Trials = (_mesh_trials, _five_trials, _path_trials, _newton_trials)
+FIRST_TRIALS: Trials = (_first_trials,)
 """All methods, in the order of the rows."""

@@ -17,7 +17,7 @@ from beveloid_geom import Errors, builtin_design, path_of_contact, studies
 from beveloid_geom.reference import five_equations_math
 from beveloid_geom.reference.five_equations_math import Contacts, solve_math
 from beveloid_geom.studies import comparison
-from beveloid_geom.studies.comparison import ARCSEC, Row, Settings, compare
+from beveloid_geom.studies.comparison import ARCSEC, EXACT, FIRST, GRID, Row, Settings, compare, compare_first
 from beveloid_geom.studies.comparison_methods import (
     COUNT,
     Answer,
@@ -39,6 +39,7 @@ SMALL = Settings(
     xtols=(1e-2, 1e-6, 1e-14),
     iterations=(0, 1, 2, 3, 4),
     batches=(1, 10, 100),
+    grids=(8, 64),
     batch=10,
     run=11,
     repeat=0,
@@ -100,6 +101,21 @@ def test_transmission_errors_are_those_of_the_method(flank: str, parabola: tuple
         assert max(by_method[method]) < 1e-7, method
     # A separation of 0.01 mm is 15 arcsec on the gear; only its change along the path counts.
     assert 1.0 < by_method["mesh alone"][1] < by_method["mesh alone"][0] < 300.0
+
+
+def test_first_contacts_of_all_teeth_by_other_ways(flank: str) -> None:
+    """Right, an edge carries at one of the five positions, which a polish of tangencies does not find; left,
+    all are tangencies, and proximity ends at the exact ones by code that shares no search with them."""
+    rows = compare_first(table1(PARABOLAS[1]), flank, SMALL)
+    assert all(row.status == "solved" for row in rows)
+    assert max(errors(rows, EXACT)) < 1e-10
+    coarse, fine = errors(rows, GRID)
+    assert 1e-3 < fine < coarse
+    assert errors(rows, "mesh alone" + FIRST)[0] > 1.0
+    (polished,) = errors(rows, "mesh, polished" + FIRST)
+    assert polished > 1.0 if flank == "right" else polished < 1e-10
+    late = [row.transmission_error_arcsec for row in rows if row.method == GRID]
+    assert 0.01 < late[1] < 0.2 * late[0] < 5.0
 
 
 def test_newton_converges_quadratically(flank: str) -> None:

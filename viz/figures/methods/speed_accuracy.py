@@ -10,7 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom import Design
-from beveloid_geom.studies.comparison import SOLVED, Row, Settings, compare
+from beveloid_geom.studies.comparison import (
+    EXACT as EXACT_FIRST,
+    FIRST,
+    GRID,
+    SOLVED,
+    Row,
+    Settings,
+    compare,
+    compare_first,
+)
 
 from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decades
 from ...parts.recipe import Drawing, Recipe, Rows, Table
@@ -26,8 +35,8 @@ SETTINGS = Settings()
 COST = "processor time of a position (s)"
 EXACT, EXACT_TURN = 1e-9, 1e-4
 """mm, and arcsec of transmission error: errors under them count as exact in the text."""
-FLOOR = 1e-14
-"""mm: what is nearer to the truth than this is drawn there."""
+FLOOR, FLOOR_TURN = 1e-14, 1e-12
+"""mm, arcsec: what is nearer to the truth than this is drawn there."""
 USUAL = (1.2e-8, 0.4), (0.3 * FLOOR, 3e3)
 """Limits of the times (s) and errors (mm) of a panel; what is beyond widens them."""
 LOOKS = {
@@ -39,6 +48,13 @@ LOOKS = {
     "one equation, given l1": Look("one equation, $l_1$ given (batch)", theme.GREEN, "D", True, 8.5),
     "one equation, path": Look("one equation, path with ends (batch)", theme.GREEN, "D"),
 }
+FIRST_LOOKS = {
+    "mesh alone" + FIRST: LOOKS["mesh alone"],
+    "mesh, polished" + FIRST: LOOKS["mesh, polished"],
+    GRID: Look("grid search (points a side)", theme.GREY, "P", True, 7.0),
+    EXACT_FIRST: Look("first contact (batch)", theme.BLACK, "^", size=7.0),
+}
+"""Ways to find what touches first of all teeth."""
 """Methods in the order of the legend, each with what varies along its curve."""
 LABELS = (
     ("Newton on F", 0, "0 steps", ((9, 0, "left"), (-9, 0, "right"))),
@@ -60,7 +76,8 @@ NOTE = (
     " constants) is listed apart, as setup. Meshes turn the gear until the flanks touch, from 1e-4 rad off. A"
     " cold start is the pitch point, a warm one the position before. Newton starts in the middle of the"
     " gear's flank, in batches of 1,000; without parabola one step is exact, and the point does not depend on"
-    " it. {finding}{failures}"
+    " it. (f), (g): where the teeth touch first, edges included, in five positions of a mesh cycle, against"
+    " its exact pieces; the polish knows no contact on an edge. {finding}{failures}"
 )
 
 
@@ -95,25 +112,30 @@ class SpeedCase:
         for method in dict.fromkeys(row.method for row in self.rows):
             lost = [row.status != SOLVED for row in self.rows if row.method == method]
             count = "all" if all(lost) else f"{sum(lost)} of {len(lost)}"
-            words += [f"{_plain(LOOKS[method].label)} ({count})".replace(" ", "\u00a0")] if any(lost) else []
+            name = _plain((LOOKS | FIRST_LOOKS)[method].label) + (FIRST if FIRST in method else "")
+            words += [f"{name} ({count})".replace(" ", "\u00a0")] if any(lost) else []
         return words
 
 
 def compute(design: Design) -> tuple[SpeedCase, ...]:
-    """Measure both flanks of the design as given, and with opposite parabola coefficients."""
+    """Measure both flanks of the design as given, and with opposite parabola coefficients; first contacts of
+    the right flanks with these."""
     cases = []
     for changed in (design, design.with_parabola(*MODIFIED)):
         parabola = float(changed.pinion.tool.parabola), float(changed.gear.tool.parabola)
         for flank in FLANKS:
             try:
-                cases.append(SpeedCase(flank, parabola, compare(changed, flank, SETTINGS)))
+                rows = compare(changed, flank, SETTINGS)
+                if changed is not design and flank == FLANKS[0]:
+                    rows += compare_first(changed, flank, SETTINGS)
+                cases.append(SpeedCase(flank, parabola, rows))
             except (ValueError, ImportError) as error:
                 cases.append(SpeedCase(flank, parabola, (), str(error)))
     return tuple(cases)
 
 
 def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
-    """Draw a chart for each case; the legend and the cost of a batch beside them."""
+    """Draw a chart for each case; beside them the cost of a batch, and first contacts of all teeth."""
     page, low, high = theme.new_page(
         size,
         "Speed against accuracy of every way to find the contact",
@@ -121,7 +143,7 @@ def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
         " further down more exact",
         NOTE.format(finding=finding(data), failures=failures(data)),
         below=0.75,
-        above=0.4,
+        above=1.25,
         columns=COLUMNS,
     )
     bottoms, height = theme.rows(low, high, 2, theme.inches(page, 0.95))
@@ -136,8 +158,12 @@ def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
         if row == 1:
             axes.set_xlabel(COST)
     _legend(page, high)
-    axes = page.add_axes((0.75, low, 0.235, height))
-    _batches(axes, data, shown)
+    bottoms, height = theme.rows(low, high, 3, theme.inches(page, 0.95))
+    beside = [page.add_axes((0.75, bottom, 0.235, height)) for bottom in bottoms]
+    _batches(beside[0], data, shown)
+    found = [row for case in data for row in case.rows if row.method in FIRST_LOOKS]
+    _first(beside[1], found, "(f)  first contact of all teeth, as (c)", "mm", "error_mm", FLOOR)
+    _first(beside[2], found, "(g)  its transmission error", "arcsec", "transmission_error_arcsec", FLOOR_TURN)
     return Drawing(page, {})
 
 
@@ -184,16 +210,39 @@ def _panel(
 
 
 def _legend(page: theme.Page, top: float) -> None:
-    corner, title = (0.7, top + theme.inches(page, 0.4)), "method (what varies along its curve)"
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "labelspacing": 0.6, "handlelength": 3.2}
+    corner, title = (0.025, top + theme.inches(page, 1.3)), "method (what varies along its curve)"
+    style: dict[str, Any] = {
+        "fontsize": theme.SMALL,
+        "labelspacing": 0.6,
+        "handlelength": 2.8,
+        "ncols": 5,
+        "columnspacing": 1.4,
+    }
     style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
-    page.legend(handles=[look.line() for look in LOOKS.values()], bbox_to_anchor=corner, **style)
+    looks = dict.fromkeys((*LOOKS.values(), *FIRST_LOOKS.values()))
+    page.legend(handles=[look.line() for look in looks], bbox_to_anchor=corner, **style)
+
+
+def _first(axes: Axes, found: Sequence[Row], title: str, unit: str, measure: str, floor: float) -> None:
+    """Draw errors of first contacts, the `measure` of rows, over their times."""
+    axes.set_title(title, loc="left", pad=8.0)
+    axes.set(xlabel=COST, ylabel=f"error ({unit})")
+    log_axes(axes)
+    for order, (method, look) in enumerate(FIRST_LOOKS.items()):
+        own = [(row.seconds_per_position, getattr(row, measure)) for row in found if row.method == method]
+        curve(axes, look, [(time, max(floor, error)) for time, error in own if np.isfinite(error)], order)
+    if not found:
+        theme.say(axes, "not known for this design")
+        return
+    axes.autoscale_view()
+    whole_decades(axes)
+    axes.minorticks_off()
 
 
 def _batches(axes: Axes, data: Sequence[SpeedCase], shown: int | None) -> None:
     """Draw the time of a position over the batch, with that of the five equations, which have none, as
     a level."""
-    axes.set(xlabel="positions in a call (batch)", ylabel=COST)
+    axes.set(xlabel="positions in a call (batch)", ylabel="time (s)")
     log_axes(axes)
     if shown is None:
         axes.set_title("(e)  time over the batch", loc="left", pad=8.0)
