@@ -9,20 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Member, sample_flank
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.shapes.sampling import grid_faces
 
 from ..stage import theme
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
-from .solved import MEMBERS
+from .solved import MEMBERS, SolvedPath
 
 LINE_POINTS = 2.6
 """Half the width of a path, in points of the page."""
@@ -35,9 +35,17 @@ STRETCH = 2.0
 """How many times as large across as along flanks are drawn side by side."""
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
 LABEL = 0.27  # inches, over and under a flank
+THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
+"""Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
+that touch instead."""
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
+WHAT_TOUCHES = (
+    "A path is thick where it is the first contact of all teeth, thin and dashed where another tooth pair or"
+    " an edge touches earlier; {edges} are where edges touch instead. Ratios: contact ratio of one tooth pair"
+    " by Eq.\u00a016, and running, of all teeth without load."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +79,16 @@ class FlankView:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A path on a flank: `points` (n, 3) in the member's own frame, entering first."""
+    """A path on a flank: `points` (n, 3) in the member's own frame, entering first, of which the `first`
+    (n,) are first contacts, None for all; the others are drawn thin. A `bare` one has no ends marked."""
 
     points: FloatArray
     colour: str = theme.PATH
     dashes: tuple[float, ...] = SOLID
     width: float = 1.0
     lift: float = 0.0
+    first: Mask | None = None
+    bare: bool = False
 
 
 def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | None:
@@ -144,11 +155,15 @@ def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]
 def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     """Make a tube, a ball where the path enters, and an arrow head where it leaves; they stand towards the
     viewer, so that none of them is buried in the flank."""
-    if len(trace.points) < 2:
+    if len(trace.points) < 2 and not trace.bare:
         return []
     radius *= trace.width
     points = view.place(trace.points) + np.array([0.0, 0.0, (1.0 + trace.lift) * radius])
-    head = 8.0 * radius
+    if trace.bare:
+        return [Tube(points, trace.colour, radius)]
+    first = np.ones(len(points), dtype=bool) if trace.first is None else trace.first
+    enters, leaves = (1.0 if end else SMALL for end in (first[0], first[-1]))
+    head = 8.0 * leaves * radius
     left = np.linalg.norm(points - points[-1], axis=1)
     neck = int(np.argmax(left < 0.9 * head))
     vector = points[-1] - points[max(neck - 1, 0)]
@@ -156,12 +171,23 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     if size == 0.0:
         return [Tube(points[:1], trace.colour, 1.8 * radius)]
     body = points[: max(neck, 1) + 1] if left[0] > head else points
-    pattern = [length * 2.0 * radius for length in trace.dashes]
-    items: list[Item] = [Tube(piece, trace.colour, radius) for piece in dashed(body, pattern)]
-    items.append(Tube(points[:1], trace.colour, 1.8 * radius))
+    items: list[Item] = []
+    cuts = np.flatnonzero(np.diff(first[: len(body)])) + 1
+    for start, end in pairwise((0, *cuts.tolist(), len(body))):
+        thick = radius if first[start] else THIN * radius
+        pattern = [length * 2.0 * thick for length in trace.dashes or (SOLID if first[start] else DASHED)]
+        items += [Tube(piece, trace.colour, thick) for piece in dashed(body[start : end + 1], pattern)]
+    items.append(Tube(points[:1], trace.colour, 1.8 * enters * radius))
     arrow = vector * min(head, float(left[0]) or head) / size
     items.append(Arrow(points[-1] - arrow, arrow, trace.colour, head / 7.0))
     return items
+
+
+def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> list[Trace]:
+    """Make the lines on pinion (0) or gear (1) along which edges touch first; as wide, high and coloured as
+    `look`, if given."""
+    look = look or Trace(path.points[member], EDGE, lift=1.5)
+    return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,6 +322,12 @@ def how_drawn(flank: str, stretch: float) -> str:
         f" mirroring, and drawn {stretch:g} times as large across as along. A path enters at the ball and"
         " leaves at the arrow head. "
     )
+
+
+def ratios(path: SolvedPath) -> str:
+    """Give both contact ratios of a path, that of Eq. 16 and that in operation."""
+    running = path.touching.ratio if path.touching else float("nan")
+    return f"ratio {path.ratio:.3f}, running " + (f"{running:.3f}" if np.isfinite(running) else "unknown")
 
 
 def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Status, path_of_contact
-from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point
+from beveloid_geom import ContactPath, Design, Status, certify, mesh_cycle, path_of_contact
+from beveloid_geom.arrays import Codes, FloatArray, Mask
+from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.operation.first_contact import FirstContact
+from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.report.words import status_name
-from beveloid_geom.status import Limit
+from beveloid_geom.status import Limit, Verdict
 
 from .recipe import Table
 
@@ -35,6 +38,8 @@ COLUMNS = (
     "enters_at",
     "leaves_at",
 )
+TOUCHING = ("operating_contact_ratio", "verdict", "edge_that_touches", "edge_z_mm", "edge_l_mm")
+"""Columns of what touches first at the roll of a position."""
 REASONS = {
     Status.NO_COMMON_NORMAL: "the flanks share no normal",
     Status.NOT_CONVERGED: "the path could not be followed",
@@ -45,13 +50,37 @@ REASONS = {
 
 
 @dataclass(frozen=True, eq=False)
+class Touching:
+    """What touches first of all teeth: `verdict` (n,) on the positions of a path and what touches `first`
+    at their rolls, or, without a path, over a mesh cycle; contact `ratio` of all teeth, NaN if unknown."""
+
+    verdict: Codes
+    first: FirstContact
+    ratio: float
+
+    @property
+    def edges(self) -> list[str]:
+        """The edges that touch first at each roll, '' where a flank does."""
+        codes = np.where((self.verdict == Verdict.FIRST_CONTACT)[:, None], -1, self.first.limit)
+        return [" on ".join(limit_name(code) for code in both if code >= 0) for both in codes.tolist()]
+
+    def places(self, member: int) -> tuple[FloatArray, FloatArray]:
+        """Give l and z (n,), mm, on pinion (0) or gear (1) where edges touch; else, and on fillets, NaN."""
+        first = self.first
+        l, z = ((first.l1, first.z1), (first.l2, first.z2))[member]
+        away = first.on_fillet[:, member] | (np.array(self.edges) == "")
+        return np.where(away, np.nan, l), np.where(away, np.nan, z)
+
+
+@dataclass(frozen=True, eq=False)
 class SolvedPath:
     """The path of one case: the design, the path, and its points (n, 3) on pinion and gear in
-    their own frames; empty if nothing was found."""
+    their own frames; empty if nothing was found. What is `touching` first, if that was asked for."""
 
     design: Design
     path: ContactPath
     points: tuple[FloatArray, FloatArray]
+    touching: Touching | None = None
 
     @property
     def found(self) -> bool:
@@ -62,6 +91,26 @@ class SolvedPath:
         """Give the point (3,) at mid-roll on the pinion (0) or the gear (1), own frame."""
         points = self.points[member]
         return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
+
+    @property
+    def first(self) -> Mask | None:
+        """Which points of the path are first contacts, if that is known."""
+        if self.touching is None or not self.found:
+            return None
+        return np.asarray(self.touching.verdict[self.path.status == Status.SOLVED] == Verdict.FIRST_CONTACT)
+
+    def edge_lines(self, member: int) -> list[FloatArray]:
+        """Give lines (n, 3) on pinion (0) or gear (1), own frame, mm, along which edges touch first."""
+        if self.touching is None:
+            return []
+        part, pair = self.design.members[member], self.touching.first.pair
+        edges = [set(name.split(" on ")) - {""} for name in self.touching.edges]
+        l, z = self.touching.places(member)
+        points = flank_point(part, self.path.flank, l, trace_parameter(part, self.path.flank, l, z))
+        goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
+        cuts = np.flatnonzero(~goes_on) + 1
+        lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
+        return [line for line in lines if len(line)]
 
     @property
     def ratio(self) -> float:
@@ -91,17 +140,33 @@ def points_on(path: ContactPath, member: int) -> FloatArray:
     return flank_point(path.design.members[member], path.flank, l, u)
 
 
-def solve(design: Design, flank: str, points: int = 101) -> SolvedPath:
-    """Solve the path of contact of a single design, its unsolved positions left out of `points`."""
+def solve(design: Design, flank: str, points: int = 101, touching: bool = False) -> SolvedPath:
+    """Solve the path of contact of a single design, its unsolved positions left out of `points`; and what is
+    `touching` first of all teeth."""
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
-    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]))
+    seen = touching_first(path, points) if touching else None
+    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]), seen)
+
+
+def touching_first(path: ContactPath, points: int) -> Touching:
+    """Find what touches first at the rolls of a path; without one, at so many `points` of a mesh cycle."""
+    ratio = float(operating_ratio(path.design, path.flank))
+    if (path.status == Status.SOLVED).any():
+        certificate = certify(path)
+        return Touching(certificate.verdict, certificate.first, ratio)
+    cycle = mesh_cycle(path.design, path.flank)
+    first = cycle.at(cycle.start + cycle.pitch * np.linspace(0.0, 1.0, points))
+    return Touching(np.full(points, np.int8(Verdict.NOT_SOLVED)), first, ratio)
 
 
 def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:
     """List every position of paths on both members, led by the values of the `case`, the names of which are
-    given. A path that was not found gives one row a member that says so."""
-    return (*case, "member", *COLUMNS), (row for values, path in paths for row in _rows(values, path))
+    given, and what touches first there if that is known. A path that was not found gives one row a member
+    that says so, or those of what touches instead."""
+    listed = list(paths)
+    header = (*case, "member", *COLUMNS, *(TOUCHING if any(path.touching for _, path in listed) else ()))
+    return header, (row for values, path in listed for row in _rows(values, path))
 
 
 def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
@@ -109,10 +174,23 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
     path, ends = solved.path, [solved.ratio, *solved.ends]
     pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
     gear = path.gear_z, path.gear_r, path.l2, path.u2
-    for member, places in zip(MEMBERS, (pinion, gear), strict=True):
+    for number, places in enumerate((pinion, gear)):
+        first, member = _first_columns(solved.touching, number), MEMBERS[number]
         if not solved.found:
-            yield [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
+            void = [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
+            yield from ([*void, *row] for row in first or [()])
             continue
         columns = np.stack((path.pinion_roll, path.transmission_error, *places, *path.point.T), axis=-1)
-        for index, (status, values) in enumerate(zip(path.status, columns.tolist(), strict=True)):
-            yield [*case, member, status_name(status), index, *values, *ends]
+        rows = zip(path.status, columns.tolist(), first or [()] * len(columns), strict=True)
+        for index, (status, values, told) in enumerate(rows):
+            yield [*case, member, status_name(status), index, *values, *ends, *told]
+
+
+def _first_columns(touching: Touching | None, member: int) -> list[tuple[object, ...]]:
+    """List TOUCHING at each position; nothing if it was not asked for."""
+    if touching is None:
+        return []
+    l, z = touching.places(member)
+    verdicts = [Verdict(code).name for code in touching.verdict.tolist()]
+    each = zip(verdicts, touching.edges, z.tolist(), l.tolist(), strict=True)
+    return [(touching.ratio, *row) for row in each]

@@ -20,10 +20,7 @@ COLUMNS = 5
 TEXT = 0.85  # inches: three lines under a panel
 ANGLES = (
     "Angles are true ones, of the path's chord to the axial direction, positive if it runs to the heel on"
-    " its way to the tip. The contact ratio is Eq. 16, from the limits of one tooth pair"
-)
-NOT_OPERATING = (
-    "; with both coefficients positive the next tooth's edge can touch first: it is then no operating ratio"
+    f" its way to the tip. {panels.WHAT_TOUCHES.format(edges='blue lines')}"
 )
 
 
@@ -74,25 +71,24 @@ class PathFigure:
 def compute(case: SignCase, design: Design) -> PathFigure:
     """Solve the path of contact for every column."""
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
-    return PathFigure(case, tuple(solved.solve(changed, FLANK) for changed in designs))
+    return PathFigure(case, tuple(solved.solve(changed, FLANK, touching=True) for changed in designs))
 
 
 def draw(data: PathFigure, size: Size) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case = data.case
-    doubt = NOT_OPERATING if min(case.pinion, case.gear) > 0.0 else ""
     page, low, _ = theme.new_page(
         size,
         f"Fig. {case.number}   {case.title}",
         f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}{doubt}.",
+        f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}",
     )
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
-        traces = [Trace(path.points[row])]
+        traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
         drawn = panels.draw_flank(page, cell.box, path.design, row, FLANK, cell.view, traces, cell.px_per_mm)
         if drawn is None:
             return None
@@ -106,11 +102,11 @@ def draw(data: PathFigure, size: Size) -> Drawing:
 
 def _under(path: SolvedPath, row: int, view: FlankView) -> str:
     if not path.found:
-        return f"no contact on the flank:\n{path.reason}"
+        return f"no path on the flanks:\n{path.reason}"
     points = path.points[row]
     length, angle = panels.path_length(points), theme.signed(panels.chord_angle(points, view), 1)
     ends = " \u2192 ".join(path.ends)
-    return f"{length:.1f} mm long, at {angle}\u00b0\n{ends}\ncontact ratio {path.ratio:.3f}"
+    return f"{length:.1f} mm long, at {angle}\u00b0\n{ends}\n{panels.ratios(path)}"
 
 
 def rows(data: PathFigure) -> Table:

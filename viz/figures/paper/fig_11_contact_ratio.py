@@ -4,39 +4,47 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import PathEnds, path_ends
+from beveloid_geom.operation.operating_ratio import operating_ratios
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
-POINTS = 161
+POINTS, RUNNING = 161, 17
+"""Coefficients at which Eq. 16 is evaluated, and the mesh cycle."""
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
     " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
-    " end the right flank's path. The ratio speaks of the geometry of one tooth pair: with both"
-    " coefficients positive (a) the edge of the next tooth can touch first; it is then no operating ratio."
+    " end the right flank's path. Eq. 16 speaks of the geometry of one tooth pair. Circles: what runs, of all"
+    " teeth without load: over how many pitches a tooth pair touches, tangent or on an edge. Triangles: the"
+    " part of a mesh cycle in which an edge touches first (scale on the right); none where it is not known."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class RatioFigure:
-    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank."""
+    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank; at every so many of them
+    (4, RUNNING) the contact ratio of all teeth and the share of edges."""
 
     size: FloatArray
     ends: dict[str, tuple[PathEnds, ...]]
+    ratio: dict[str, FloatArray]
+    edges: dict[str, FloatArray]
 
 
 def compute(design: Design) -> RatioFigure:
-    """Find ends of all paths, one call for each flank and sign case."""
+    """Find ends of all paths, one call for each flank and sign case, and what runs."""
     size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
     ends = {
         flank: tuple(
@@ -45,7 +53,29 @@ def compute(design: Design) -> RatioFigure:
         )
         for flank in FLANKS
     }
-    return RatioFigure(size, ends)
+    running = {
+        flank: np.stack([_running(design, flank, *case) for case in cases_of(size)]) for flank in FLANKS
+    }
+    return RatioFigure(
+        size,
+        ends,
+        {flank: found[..., 0] for flank, found in running.items()},
+        {flank: found[..., 1] for flank, found in running.items()},
+    )
+
+
+def cases_of(size: FloatArray) -> list[tuple[SignCase, FloatArray]]:
+    """Give the sign cases, with the magnitudes (RUNNING,) at which their mesh cycles are solved, 1/mm."""
+    return list(zip(CASES, size[:, :: (POINTS - 1) // (RUNNING - 1)], strict=True))
+
+
+def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> FloatArray:
+    """Give contact ratio and share of edges (n, 2) of all teeth at coefficients of the magnitudes `size`."""
+    found = [
+        operating_ratios(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank, (0.0,))
+        for a in size.tolist()
+    ]
+    return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
 
 
 def draw(data: RatioFigure, size: theme.Size) -> Drawing:
@@ -59,13 +89,15 @@ def draw(data: RatioFigure, size: theme.Size) -> Drawing:
         above=0.55,
     )
     bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.35))
-    values = np.concatenate([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])
+    paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
+    values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
     limits = _limits(values[np.isfinite(values)])
     for index, case in enumerate(CASES):
         row, column = divmod(index, 2)
-        axes = page.add_axes((0.065 + 0.5 * column, bottoms[row], 0.405, height))
-        _panel(axes, data, index, case)
+        axes = page.add_axes((0.06 + 0.495 * column, bottoms[row], 0.385, height))
+        lines = _panel(axes, data, index, case)
         axes.set_ylim(*limits)
+    theme.legend(page, lines, 3, 0.72, handlelength=2.6, columnspacing=1.4)
     return Drawing(page, {})
 
 
@@ -76,16 +108,32 @@ def _limits(values: FloatArray) -> tuple[float, float]:
     return float(values.min()) - 0.06 * room, float(values.max()) + 0.12 * room
 
 
-def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
-    """Draw the contact ratio of both flanks over the coefficient of the pinion, 1/mm."""
+def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Line2D]:
+    """Draw the contact ratios of both flanks and the share of edges over the coefficient of the pinion, 1/mm;
+    give the lines by flank."""
     a = case.pinion * data.size[index]
+    lines = []
     for flank in reversed(FLANKS):
         colour, width, style = LOOKS[flank]
         ratio = data.ends[flank][index].contact_ratio
-        axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flank")
+        lines += axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flanks, Eq. 16")
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
     _mark_kinks(axes, a, data.ends["right"][index])
+    beside = axes.twinx()
+    beside.set(ylim=(0.0, 100.0), ylabel="edges touch first (%)")
+    for flank in reversed(FLANKS):
+        colour, width, every = *LOOKS[flank][:2], a[:: (POINTS - 1) // (RUNNING - 1)]
+        running: dict[str, Any] = {
+            "color": colour,
+            "linestyle": "",
+            "markersize": 4.5 if width > 2.0 else 8.5,
+        }
+        lines += axes.plot(every, data.ratio[flank][index], marker="o", label=f"{flank}, running", **running)
+        running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
+        lines += beside.plot(
+            every, 100.0 * data.edges[flank][index], marker="^", label=f"{flank}, edges", **running
+        )
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")
     other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
@@ -97,7 +145,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> None:
     axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
-    axes.legend(loc="best", reverse=True)
+    return lines
 
 
 def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
@@ -118,15 +166,18 @@ def _name(case: SignCase) -> str:
 
 
 def rows(data: RatioFigure) -> Table:
-    """List contact ratio and limits of the path at every coefficient."""
-    header = ("a1_per_mm", "a2_per_mm", "flank", "contact_ratio", "enters_at", "leaves_at")
+    """List contact ratio and limits of the path at every coefficient, and what runs where that is known."""
+    path = ("contact_ratio", "enters_at", "leaves_at")
+    header = ("a1_per_mm", "a2_per_mm", "flank", *path, "operating_contact_ratio", "edge_share")
 
     def cases() -> Rows:
         """Give the columns of every flank and sign case."""
         for (index, case), flank in product(enumerate(CASES), FLANKS):
             ends, a = data.ends[flank][index], data.size[index]
             names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]
-            yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names
+            running = np.full((2, POINTS), np.nan)
+            running[:, :: (POINTS - 1) // (RUNNING - 1)] = data.ratio[flank][index], data.edges[flank][index]
+            yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names, *running
 
     return header, stacked(cases())
 

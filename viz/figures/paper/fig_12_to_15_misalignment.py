@@ -26,25 +26,31 @@ SIGNS = (-1.0, 0.0, 1.0)
 
 
 class Look(NamedTuple):
-    """How a path is drawn: colour, dashes and width and lift of `panels.Trace`, legend line."""
+    """How a path is drawn: colour, dashes, width, lift of `panels.Trace`, legend line, width on edges."""
 
     colour: str
     dashes: tuple[float, ...]
     width: float
     lift: float
     legend: tuple[float, ...]
+    edge: float
+
+    @property
+    def on_edge(self) -> Trace:
+        """How edges are drawn that touch instead; the wider ones lower, so that all are seen."""
+        return Trace(np.empty((0, 3)), self.colour, width=self.edge, lift=2.0 / self.edge**2)
 
 
 LOOKS = (
-    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5)),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0)),
-    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2)),
+    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), 0.65),
+    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
+    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
 LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
 FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
 NOTE = (
     "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members"
-    " stay mounted as without errors; contact ratios are Eq. 16, from the limits of one tooth pair."
+    f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along root and tip')}"
 )
 CHOSEN = (
     " The paper does not give its shaft-angle error; this one was chosen so that the paths fill the face."
@@ -90,7 +96,7 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
         errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
-        return tuple(solved.solve(base.with_errors(error), FLANK) for error in errors)
+        return tuple(solved.solve(base.with_errors(error), FLANK, touching=True) for error in errors)
 
     plain, modified = (design.with_parabola(*coefficients) for coefficients in ((0.0, 0.0), MODIFIED))
     return MisalignmentFigure(case, (paths(plain), paths(modified)))
@@ -118,8 +124,12 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
             left, view = LEFT + column * width, views[row][column]
             box = theme.place(page, left, bottoms[row], (FLANK_SHARE + 0.12) * width, own_height)
             traces = [
-                Trace(path.points[column], look.colour, look.dashes, look.width, look.lift)
+                trace
                 for path, look in zip(paths, LOOKS, strict=True)
+                for trace in (
+                    Trace(path.points[column], look.colour, look.dashes, look.width, look.lift, path.first),
+                    *panels.edge_traces(path, column, look.on_edge),
+                )
             ]
             design = paths[1].design
             drawn = panels.draw_flank(page, box, design, column, FLANK, view, traces, px_per_mm, 0.85)
@@ -157,9 +167,9 @@ def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], c
     found = [end[1] for end in ends if end is not None]
     spare = picture.image.shape[0] * 0.5 if not found else max(found)
     wanted = [spare if end is None else end[1] for end in ends]
-    gap = 46.0 if all(path.found for path in paths) else 62.0  # points: two lines, or three
+    gap = 62.0  # points: three lines
     order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
-    lowest = picture.image.shape[0] - 34.0 * point
+    lowest = picture.image.shape[0] - 44.0 * point
     heights = spread(np.array(wanted)[order], gap * point, 24.0 * point, lowest)
     for index, y in zip(order, heights, strict=True):
         text, detail = case.label(SIGNS[index]), _detail(paths[index], paths[1], column)
@@ -193,12 +203,12 @@ def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
 
 def _detail(path: SolvedPath, zero: SolvedPath, column: int) -> str:
     if not path.found:
-        return f"no contact:\n{path.reason}"
-    ratio = f"ratio {path.ratio:.3f}"
+        return f"no path:\n{path.reason}"
+    ratio = panels.ratios(path)
     if path is zero or not zero.found:
-        return f"contact {ratio}"
+        return ratio
     shift = path.middle(column)[2] - zero.middle(column)[2]
-    return f"shift {theme.signed(shift, 1)} mm, {ratio}"
+    return f"shift {theme.signed(shift, 1)} mm\n{ratio}"
 
 
 def rows(data: MisalignmentFigure) -> Table:

@@ -1,0 +1,78 @@
+"""What the figures of paths draw as contact: first contacts of all teeth, and edges that touch instead."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design, Errors, certify
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.status import Verdict
+from beveloid_viz.parts import panels, solved
+from beveloid_viz.parts.panels import Trace
+
+from ..oracle.table1 import table1
+
+MODIFIED = table1((0.001, -0.001))
+
+
+def widths(design: Design, member: int = 0) -> tuple[list[float], solved.SolvedPath]:
+    """Radii of the tubes along the path, over that of the page's paths."""
+    path = solved.solve(design, "right", touching=True)
+    view = panels.flank_view(design.members[member], "right")
+    assert view is not None
+    items = panels.trace_items(Trace(path.points[member], first=path.first), view, 1.0)
+    return [item.radius for item in items if hasattr(item, "radius")], path
+
+
+def test_only_first_contacts_are_drawn_thick() -> None:
+    radii, path = widths(MODIFIED)
+    assert path.first is not None
+    touches = certify(path.path).verdict == Verdict.FIRST_CONTACT
+    np.testing.assert_array_equal(path.first, touches)
+    assert 40 < touches.sum() < 50
+    assert {1.0, panels.THIN} <= set(radii)
+    assert widths(table1())[0][0] == 1.0
+    assert panels.THIN not in widths(table1())[0]
+
+
+def test_lines_where_edges_touch_lie_on_them() -> None:
+    """The gear's tip edge, on either flank."""
+    path = solved.solve(MODIFIED, "right", touching=True)
+    assert path.touching is not None
+    assert {name for name in path.touching.edges if name} == {"gear tip"}
+    lines = path.edge_lines(1)
+    assert len(lines) == len(path.edge_lines(0)) >= 1
+    for line in lines:
+        radius = np.hypot(line[:, 0], line[:, 1])
+        np.testing.assert_allclose(radius, tip_radius(MODIFIED.gear, line[:, 2]), rtol=1e-9)
+    assert panels.ratios(path) == "ratio 1.816, running 1.000"
+
+
+def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
+    away = table1(errors=Errors(offset=0.0, shaft_angle=np.radians(0.05)))
+    path = solved.solve(away, "right", touching=True)
+    assert not path.found
+    assert path.first is None
+    assert path.edge_lines(0)
+    assert path.edge_lines(1)
+
+
+@pytest.mark.parametrize("design", [MODIFIED, table1(errors=Errors(shaft_angle=np.radians(0.05)))])
+def test_the_table_holds_what_is_drawn(design: Design) -> None:
+    path = solved.solve(design, "right", touching=True)
+    header, body = solved.table(("case",), [((1,), path)])
+    text = io.StringIO()
+    csv.writer(text).writerows([header, *body])
+    rows = list(csv.DictReader(io.StringIO(text.getvalue())))
+    for member, name in enumerate(solved.MEMBERS):
+        own = [row for row in rows if row["member"] == name]
+        z = np.array([float(row["edge_z_mm"]) for row in own])
+        drawn = np.concatenate([line[:, 2] for line in path.edge_lines(member)])
+        np.testing.assert_allclose(z[np.isfinite(z)], drawn, rtol=1e-12, atol=1e-12)
+        assert {row["verdict"] == "FIRST_CONTACT" for row in own} == (
+            {True, False} if path.found else {False}
+        )
