@@ -76,22 +76,34 @@ class Sweep:
 def paths_of(design: Design, flank: str) -> Paths:
     """Find measures of the paths of a design with one batch axis."""
     path = path_of_contact(design, flank, POINTS)
-    z, r = np.stack((path.pinion_z, path.gear_z)), np.stack((path.pinion_r, path.gear_r))
+    z, r = _side_view(path)
+    length, angle = in_side_view(path)
     steps = np.diff(_tooth_points(path), axis=-2)
     near = slice(POINTS // 2 - 1, POINTS // 2 + 2, 2)
     return Paths(
         contact_ratio=np.where(path.ends.limit[:, 0] < 0, np.nan, path.ends.contact_ratio),
         length={
-            "side view": np.hypot(np.diff(z), np.diff(r)).sum(axis=-1),
+            "side view": length,
             "on the tooth": np.linalg.norm(steps, axis=-1).sum(axis=-1),
         },
         angle={
-            "chord": _angle(z[..., [0, -1]], r[..., [0, -1]]),
+            "chord": angle,
             "middle": _angle(z[..., near], r[..., near]),
         },
         location={"middle": z[..., POINTS // 2], "between ends": 0.5 * (z[..., 0] + z[..., -1])},
         limit=path.ends.limit,
     )
+
+
+def in_side_view(path: ContactPath) -> tuple[FloatArray, FloatArray]:
+    """Find length (mm) and angle of the chord (deg) of a path in the side view, on pinion and gear (2, ...):
+    what "length" and "angle" of a path mean where nothing else is said."""
+    z, r = _side_view(path)
+    return np.hypot(np.diff(z), np.diff(r)).sum(axis=-1), _angle(z[..., [0, -1]], r[..., [0, -1]])
+
+
+def _side_view(path: ContactPath) -> tuple[FloatArray, FloatArray]:
+    return np.stack((path.pinion_z, path.gear_z)), np.stack((path.pinion_r, path.gear_r))
 
 
 def _angle(z: FloatArray, r: FloatArray) -> FloatArray:

@@ -351,15 +351,3 @@ def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:
     """Give the greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
     spans = [view.span for view in views if view is not None]
     return np.max(spans, axis=0) if spans else np.ones(2)
-
-
-def chord_angle(points: FloatArray, view: FlankView) -> float:
-    """Give the angle (deg) between the chord of a path and the axial direction, in the flank's plane;
-    positive if the path runs to the heel on its way to the tip, else negative."""
-    across, along, _ = (points[-1] - points[0]) @ view.axes.T
-    return float(np.degrees(np.arctan2(np.abs(across), np.abs(along))) * np.copysign(1.0, across * along))
-
-
-def path_length(points: FloatArray) -> float:
-    """Give the length of a polyline (n, 3), mm."""
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from beveloid_geom import ContactPath, Design, Status, certify, mesh_cycle, path_of_contact
+from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import Codes, FloatArray, Mask
 from beveloid_geom.gear.flank import flank_point, trace_parameter
 from beveloid_geom.operation.first_contact import FirstContact
@@ -34,6 +35,8 @@ COLUMNS = (
     "x_f_mm",
     "y_f_mm",
     "z_f_mm",
+    "length_mm",
+    "angle_deg",
     "contact_ratio",
     "enters_at",
     "leaves_at",
@@ -91,6 +94,14 @@ class SolvedPath:
         """Give the point (3,) at mid-roll on the pinion (0) or the gear (1), own frame."""
         points = self.points[member]
         return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
+
+    def length(self, member: int) -> float:
+        """Length (mm) in the side view, of `path_measures`."""
+        return float(in_side_view(self.path)[0][member])
+
+    def angle(self, member: int) -> float:
+        """Angle (deg) of the chord to the axial direction in the side view, of `path_measures`."""
+        return float(in_side_view(self.path)[1][member])
 
     @property
     def first(self) -> Mask | None:
@@ -171,11 +182,13 @@ def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPat
 
 def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
     """List the positions of one path on both members."""
-    path, ends = solved.path, [solved.ratio, *solved.ends]
+    path = solved.path
     pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
     gear = path.gear_z, path.gear_r, path.l2, path.u2
     for number, places in enumerate((pinion, gear)):
         first, member = _first_columns(solved.touching, number), MEMBERS[number]
+        measures = [solved.length(number), solved.angle(number)] if solved.found else ["", ""]
+        ends = [*measures, solved.ratio, *solved.ends]
         if not solved.found:
             void = [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
             yield from ([*void, *row] for row in first or [()])

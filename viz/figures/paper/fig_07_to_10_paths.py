@@ -9,7 +9,7 @@ from typing import Any
 from beveloid_geom import Design
 
 from ...parts import panels, solved
-from ...parts.panels import Cell, FlankView, Trace
+from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
@@ -19,8 +19,8 @@ FLANK = "right"
 COLUMNS = 5
 TEXT = 0.85  # inches: three lines under a panel
 ANGLES = (
-    "Angles are true ones, of the path's chord to the axial direction, positive if it runs to the heel on"
-    f" its way to the tip. {panels.WHAT_TOUCHES.format(edges='blue lines')}"
+    "Length and angle are those in the side view, z along the axis against the radius: the angle that of the"
+    f" chord to the axial direction. {panels.WHAT_TOUCHES.format(edges='blue lines')}"
 )
 
 
@@ -93,18 +93,17 @@ def draw(data: PathFigure, size: Size) -> Drawing:
         if drawn is None:
             return None
         style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
-        page.text(*cell.under, _under(path, row, drawn.view), **style)
+        page.text(*cell.under, _under(path, row), **style)
         return drawn.picture
 
     columns = [(case.heading(k), path.design, FLANK) for k, path in enumerate(data.paths)]
     return Drawing(page, panels.flank_rows(page, columns, low, TEXT, panel))
 
 
-def _under(path: SolvedPath, row: int, view: FlankView) -> str:
+def _under(path: SolvedPath, row: int) -> str:
     if not path.found:
         return f"no path on the flanks:\n{path.reason}"
-    points = path.points[row]
-    length, angle = panels.path_length(points), theme.signed(panels.chord_angle(points, view), 1)
+    length, angle = path.length(row), theme.signed(path.angle(row), 1)
     ends = " \u2192 ".join(path.ends)
     return f"{length:.1f} mm long, at {angle}\u00b0\n{ends}\n{panels.ratios(path)}"
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
 from ...parts import panels, solved
 from ...parts.panels import Panel, Trace
@@ -49,8 +50,8 @@ LOOKS = (
 LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
 FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
 NOTE = (
-    "The shift of a path is that of its middle along the face of the flank, positive to the heel. Members"
-    f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along root and tip')}"
+    "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
+    f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
 )
 CHOSEN = (
     " The paper does not give its shaft-angle error; this one was chosen so that the paths fill the face."
@@ -59,15 +60,19 @@ CHOSEN = (
 
 @dataclass(frozen=True)
 class ErrorCase:
-    """An assembly error: its field in `Errors`, its size there and as written."""
+    """An assembly error: its field in `Errors`, its size there, the unit it is written in."""
 
     number: int
     field: str
     size: float
-    shown: float
     unit: str
     name: str
     note: str = ""
+
+    @property
+    def shown(self) -> float:
+        """Size in the unit."""
+        return round(float(np.degrees(self.size)), 12) if self.unit == "deg" else self.size
 
     def label(self, sign: float) -> str:
         """Give the error with its sign and unit."""
@@ -76,10 +81,10 @@ class ErrorCase:
 
 
 CASES = (
-    ErrorCase(12, "offset", 0.5, 0.5, "mm", "offset error"),
-    ErrorCase(13, "shaft_angle", float(np.radians(0.01)), 0.01, "deg", "shaft-angle error", CHOSEN),
-    ErrorCase(14, "pinion_axial", 0.5, 0.5, "mm", "axial position error of the pinion"),
-    ErrorCase(15, "gear_axial", 0.5, 0.5, "mm", "axial position error of the gear"),
+    ErrorCase(12, "offset", OFFSET_ERROR, "mm", "offset error"),
+    ErrorCase(13, "shaft_angle", ANGLE_ERROR, "deg", "shaft-angle error", CHOSEN),
+    ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
+    ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
 )
 
 
