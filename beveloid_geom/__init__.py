@@ -6,7 +6,7 @@ Here are the names that most users need, loaded when first used::
                         by from_degrees; builtin_design, read_design, zero_backlash_layout; DesignError
                         says what is wrong
     where flanks touch  path_of_contact(design, flank) is a ContactPath with a Status; contact_ratio,
-                        sliding_of(path)
+                        sliding_of(path), pressure_along(path, Load(...))
     what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,
                         mounted_backlash
     what errors do      path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     __version__: str
     from .analysis.maps import map_of as map_of
     from .analysis.optimise import Aim as Aim, optimise_parabola as optimise_parabola
+    from .analysis.pressure import Load as Load, pressure_along as pressure_along
     from .analysis.sensitivity import path_sensitivity as path_sensitivity
     from .analysis.sliding import sliding_of as sliding_of
     from .analysis.tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
 _ROOMS = {
     "analysis.maps": "map_of",
     "analysis.optimise": "Aim optimise_parabola",
+    "analysis.pressure": "Load pressure_along",
     "analysis.sensitivity": "path_sensitivity",
     "analysis.sliding": "sliding_of",
     "analysis.tolerance": "Tolerances tolerance_study",
