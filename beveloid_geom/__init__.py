@@ -9,6 +9,7 @@ Here are the names that most users need, loaded when first used::
                         sliding_of(path), pressure_along(path, Load(...))
     what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,
                         mounted_backlash
+    how flanks fit      ease_off(design, flank) is an EaseOff over the pinion's flank
     what errors do      path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
                         for an Aim
     shapes              sample_flank, gear_solid, tooth_hexahedra
@@ -27,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from .analysis.ease_off import EaseOff as EaseOff, ease_off as ease_off
     from .analysis.maps import map_of as map_of
     from .analysis.optimise import Aim as Aim, optimise_parabola as optimise_parabola
     from .analysis.pressure import Load as Load, pressure_along as pressure_along
@@ -60,6 +62,7 @@ if TYPE_CHECKING:
     from .status import Status as Status
 
 _ROOMS = {
+    "analysis.ease_off": "EaseOff ease_off",
     "analysis.maps": "map_of",
     "analysis.optimise": "Aim optimise_parabola",
     "analysis.pressure": "Load pressure_along",

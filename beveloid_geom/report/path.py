@@ -12,13 +12,13 @@ from ..analysis.pressure import WHOLE, Load, PathPressure, pressure_along
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on
+from ..findings.backlash import BacklashReport, backlash_report
 from ..findings.layout import layout_remarks
 from ..findings.path import path_remarks, pressure_remarks, reason_of
 from ..findings.remarks import NOTE, Remark, in_order, remarks_data
 from ..operation.certificate import Certificate, certify
 from ..pair.mounting import mounting_of
 from ..status import EllipseStatus, Limit, Verdict
-from .backlash import BacklashReport, backlash_report
 from .columns import number, table_lines
 from .result import Rows
 from .words import (

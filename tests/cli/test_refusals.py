@@ -42,6 +42,7 @@ BAD = {
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
     ),
+    "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),
     "sensitivity": ("--twist 1",),
