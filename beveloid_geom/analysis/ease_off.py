@@ -2,10 +2,10 @@
 
 The conjugate is what the gear's flank, unlimited and turning at the constant ratio -N1/N2, would generate on
 the pinion: the envelope of its positions in the pinion's frame. The gear is phased so that both flanks touch
-in the middle of their path of contact (`contact.placing`), where the ease-off is 0 but for
-the square of the slope of the transmission error. At a point P of the
-pinion's flank with the outward normal n1 it is the distance g along n1 to that envelope, positive where the
-flanks part. With X a point of the gear's flank and N its outward normal, all in S_f at the pinion roll phi,
+in the middle of their path of contact (`contact.placing`), where the ease-off is 0 but for the square of the
+slope of the transmission error. At a point P of the pinion's flank with the outward normal n1 it is the
+distance g along n1 to that envelope, positive where the flanks part. With X a point of the gear's flank and N
+its outward normal, all in S_f at the pinion roll phi,
 
     P + g n1 = X,    N.W = 0,    W = k1 x (X - O1) + (N1/N2) k2 x (X - O2).
 
@@ -38,9 +38,12 @@ from ..support.few_lines import few_lines
 
 SHAPE = (15, 21)
 """Points from root to tip and from toe to heel."""
-STEPS, LAST_STEP = 20, 1e-9
+STEPS, LAST_STEP = 40, 1e-9
 """Newton steps at most; rad of roll, and modules on the flank, below which one is the last: it leaves an
 error of its square."""
+FACING = float(np.cos(np.radians(30.0)))
+"""Cosine of the angle between normals beyond which, and more than a module apart, flanks that are nowhere
+trimmed meet without being in mesh."""
 PINION_AXIS = np.array((0.0, 0.0, 1.0))
 COEFFICIENTS = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist")
 
@@ -153,22 +156,43 @@ def conjugate_gap(
     design: Design, pose: MeshingPair, l: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, Codes]:
     """Find distances (...), mm, along the pinion's normal from its flank points (l, u), mm, to the conjugate
-    of the gear phased as in `pose`; the pinion rolls (rad) at which the gear touches it; and status."""
-    mate, patch = _mate_of(design, pose), flank_patch(design.pinion, pose.flank, l, u)
-    last = LAST_STEP * np.array([1.0, mate.module, mate.module]).reshape(3, *[1] * np.ndim(l))
+    of the gear phased as in `pose`; the pinion rolls (rad) at which the gear touches it; and status. What is
+    not found from its own start is looked for from the nearest that is."""
+    from scipy.spatial import cKDTree
+
+    mate, shape, place = _mate_of(design, pose), np.shape(l), np.stack((np.ravel(l), np.ravel(u)), axis=-1)
+    patch = flank_patch(design.pinion, pose.flank, *place.T)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         roll = _own_roll(mate, patch.point, patch.normal)
         start = feet(design.gear, pose.flank, _seen_by_gear(mate, patch.point, roll))
-        state = np.stack((roll, start.l, start.u))
-        for _ in range(STEPS):
-            gap, step, nearest = _newton_step(mate, patch.point, patch.normal, state)
-            state = state + step
-            done = (np.abs(step) <= last).all(axis=0)
-            if np.all(done | ~np.isfinite(gap)):
+        gap, state = _least(mate, patch.point, patch.normal, np.stack((roll, start.l, start.u)))
+        given = np.isfinite(place.sum(axis=1))
+        while True:
+            lost, known = np.flatnonzero(np.isnan(gap) & given), np.flatnonzero(np.isfinite(gap))
+            if not lost.size or not known.size:
                 break
-        found = done & nearest
-    status = np.where(found, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED)).astype(np.int8)
-    return np.where(found, gap, np.nan), np.where(found, state[0], np.nan), status
+            begin = state[:, known[cKDTree(place[known]).query(place[lost])[1]]]
+            gap[lost], state[:, lost] = _least(mate, patch.point[lost], patch.normal[lost], begin)
+            if np.isnan(gap[lost]).all():
+                break
+    status = np.where(np.isnan(gap), np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED)).astype(np.int8)
+    return gap.reshape(shape), state[0].reshape(shape), status.reshape(shape)
+
+
+def _least(
+    mate: _Mate, point: FloatArray, normal: FloatArray, state: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Find least distances (n,), mm, and their states (3, n), from the states given on; NaN where there is
+    none to be found."""
+    last = LAST_STEP * np.array([[1.0], [mate.module], [mate.module]])
+    for _ in range(STEPS):
+        gap, step, nearest = _newton_step(mate, point, normal, state)
+        state = state + step
+        done = (np.abs(step) <= last).all(axis=0)
+        if np.all(done | ~np.isfinite(gap)):
+            break
+    found = done & nearest & (np.abs(gap) < mate.module)
+    return np.where(found, gap, np.nan), np.where(found, state, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +260,7 @@ def _newton_step(
     mate: _Mate, point: FloatArray, normal: FloatArray, state: FloatArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Find the distance (...) along the pinion's normal at a `state` (3, ...) of roll, l2 and u2, the step of
-    Newton's method, and whether the distance is least here and the gear's flank faces the pinion's."""
+    Newton's method, and whether the distance is least here and the flanks face each other."""
     roll, l, u = state
     pinion, gear = mate.frames(roll)
     own, ray = to_fixed(pinion, point), normals_to_fixed(pinion, normal)
@@ -266,9 +290,12 @@ def _newton_step(
     along, across = np.cross(x_u, n), np.cross(n, x_l)
     along, across = along / _dot(along, x_l)[..., None], across / _dot(across, x_u)[..., None]
     bend = by_roll + by_l * _dot(along, over) + by_u * _dot(across, over)
-    step = -(meshing + by_l * _dot(along, off) + by_u * _dot(across, off)) / bend
+    # Down to where the distance is least, also from where it is bent the other way; half a pitch at most.
+    step = -(meshing + by_l * _dot(along, off) + by_u * _dot(across, off)) / np.abs(bend)
+    most = np.pi / float(mate.design.pinion.teeth)
+    step = np.clip(step, -most, most)
     moved = off + step[..., None] * over
-    nearest = (bend > 0.0) & (facing < 0.0) & (patch.regularity > 0.0)
+    nearest = (bend > 0.0) & (facing < -FACING) & (patch.regularity > 0.0)
     return gap, np.stack((step, _dot(along, moved), _dot(across, moved))), nearest
 
 

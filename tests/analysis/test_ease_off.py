@@ -28,7 +28,9 @@ from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.pair.frames import layout_of, normals_to_fixed, to_fixed
 from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import mapped
 from tests.stability.named_designs import CROSSING
+from tests.stability.random_designs import random_designs
 from tests.symmetry import mirrored, scaled
 
 MODIFIED = (0.001, -0.001)
@@ -242,7 +244,23 @@ def test_where_the_path_crosses_n_x(design: Design) -> None:
         assert found.deviation[i, j] == pytest.approx(expected, abs=1e-8)
 
 
+def test_random_pairs_have_smooth_ones() -> None:
+    """As they are made and mounted, also with a few teeth: no point of another branch of either flank, and
+    all but some beside undercut or past the mate's involute."""
+    designs, known = random_designs("usual", 40, 11), []
+    for k in range(40):
+        design = mapped(lambda value, k=k: float(value[k]) if np.ndim(value) else value, designs)
+        for side in ("right", "left"):
+            if path_of_contact(design, side, 2).ends.status == Status.SOLVED:
+                share = ease_off(design, side, (7, 9)).deviation / float(design.pinion.tool.normal_module)
+                bends = [np.abs(np.diff(share, 2, axis=axis)) for axis in (0, 1)]
+                assert max(np.nanmax(bend, initial=0.0) for bend in bends) < 0.15
+                known.append(np.isfinite(share).mean())
+    assert np.mean(known) > 0.97
+
+
 def test_what_cannot_be_meant() -> None:
+    assert np.isnan(ease_off_at(table1(), "right", [np.nan, 0.0], 0.0)).tolist() == [True, False]
     with pytest.raises(ValueError, match="at least 3 points"):
         ease_off(table1(), "right", (2, 5))
     with pytest.raises(ValueError, match="have no path of contact"):

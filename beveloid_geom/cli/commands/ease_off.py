@@ -11,7 +11,7 @@ POINTS = "Points of the grid from root to tip and from toe to heel."
 
 
 @results.result_command(
-    option("--grid", (click.IntRange(3, 501), click.IntRange(3, 501)), (15, 21), POINTS, "PROFILE FACE"),
+    option("--grid", (click.IntRange(3, 201), click.IntRange(3, 201)), (15, 21), POINTS, "PROFILE FACE"),
     override_options,
     csv="one point of a flank a row",
 )
