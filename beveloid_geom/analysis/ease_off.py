@@ -93,7 +93,7 @@ class SecondOrder:
          + face_crowning (x^2 - 1/3) + profile_crowning (y^2 - 1/3) + twist x y.
 
     `mean` is that over the flank, a crowning by how much both ends stand back from the middle; `rest`: root
-    mean square of what it leaves of the points. NaN without six points."""
+    mean square of what it leaves. NaN without six points."""
 
     mean: float
     face_slope: float
@@ -141,15 +141,23 @@ def ease_off_at(design: Design, flank: str, l: ArrayLike, z: ArrayLike) -> Float
 
 
 def second_order_of(profile: FloatArray, face: FloatArray, deviation: FloatArray) -> SecondOrder:
-    """Fit a surface of second order to values (nl, nz), mm, by least squares; NaN is left out."""
+    """Fit a surface of second order to values (nl, nz), mm, by least squares over the flank, integrals by the
+    trapezoidal rule, so that little depends on the grid; NaN is left out."""
     y, x = np.meshgrid(profile, face, indexing="ij")
     known = np.isfinite(deviation)
     if np.count_nonzero(known) < len(COEFFICIENTS):
         return SecondOrder(*[np.nan] * 7)
     terms = np.stack((np.ones_like(x), x, y, x * x - 1.0 / 3.0, y * y - 1.0 / 3.0, x * y), axis=-1)[known]
-    found = np.linalg.lstsq(terms, deviation[known], rcond=None)[0]
-    rest = np.sqrt(np.mean((deviation[known] - terms @ found) ** 2))
-    return SecondOrder(*map(float, (*found, rest)))
+    share = np.sqrt(np.multiply.outer(_widths(profile), _widths(face))[known])
+    found = np.linalg.lstsq(terms * share[:, None], deviation[known] * share, rcond=None)[0]
+    left = share * (deviation[known] - terms @ found)
+    return SecondOrder(*map(float, (*found, np.sqrt((left**2).sum() / (share**2).sum()))))
+
+
+def _widths(places: FloatArray) -> FloatArray:
+    """Give the weights (n,) of the trapezoidal rule at places (n,)."""
+    steps = np.diff(places)
+    return np.asarray(0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)))
 
 
 def conjugate_gap(
