@@ -6,9 +6,10 @@ Here are the names that most users need, loaded when first used::
                         by from_degrees; builtin_design, read_design, zero_backlash_layout; DesignError
                         says what is wrong
     where flanks touch  path_of_contact(design, flank) is a ContactPath with a Status; contact_ratio,
-                        sliding_of(path)
+                        sliding_of(path), pressure_along(path, Load(...))
     what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,
                         mounted_backlash
+    how flanks fit      ease_off(design, flank) is an EaseOff over the pinion's flank
     what errors do      path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
                         for an Aim
     shapes              sample_flank, gear_solid, tooth_hexahedra
@@ -27,8 +28,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from .analysis.ease_off import EaseOff as EaseOff, ease_off as ease_off
     from .analysis.maps import map_of as map_of
     from .analysis.optimise import Aim as Aim, optimise_parabola as optimise_parabola
+    from .analysis.pressure import Load as Load, pressure_along as pressure_along
     from .analysis.sensitivity import path_sensitivity as path_sensitivity
     from .analysis.sliding import sliding_of as sliding_of
     from .analysis.tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
@@ -59,8 +62,10 @@ if TYPE_CHECKING:
     from .status import Status as Status
 
 _ROOMS = {
+    "analysis.ease_off": "EaseOff ease_off",
     "analysis.maps": "map_of",
     "analysis.optimise": "Aim optimise_parabola",
+    "analysis.pressure": "Load pressure_along",
     "analysis.sensitivity": "path_sensitivity",
     "analysis.sliding": "sliding_of",
     "analysis.tolerance": "Tolerances tolerance_study",

@@ -113,7 +113,7 @@ def sliding_of(path: ContactPath) -> Sliding:
         contact = tangent * (lever[..., 0] / _dot(normal, tangent))[..., None]
         sliding = turning[..., 0, :] - turning[..., 1, :]
         rolling = contact[..., None, :] - turning
-        trace = _tooth_traces(path)
+        trace = tooth_traces(path)
         outward = flank_sign(path.flank) * np.stack((normal, -normal), axis=-2)
         upward, transverse = np.cross(outward, trace), _unit(np.cross(outward, axes))
         profile, speed = _dot(sliding[..., None, :], upward), np.linalg.norm(sliding, axis=-1)
@@ -183,7 +183,7 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
     return np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
 
 
-def _tooth_traces(path: ContactPath) -> FloatArray:
+def tooth_traces(path: ContactPath) -> FloatArray:
     """Find the unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the
     contacts, on pinion and gear, towards the heel."""
     design, cases = path.design, max(1, int(np.prod(path.l1.shape[:-1])))

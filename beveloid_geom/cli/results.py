@@ -32,7 +32,7 @@ def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Comman
     the list of commands shows."""
     text = inspect.getdoc(function) or ""
     short = " ".join(text.partition("\n\n")[0].split())
-    return click.command(function.__name__.rstrip("_"), help=text, short_help=short)(run)
+    return click.command(function.__name__.rstrip("_").replace("_", "-"), help=text, short_help=short)(run)
 
 
 def result_command(

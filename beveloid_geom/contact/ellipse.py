@@ -82,7 +82,7 @@ def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tupl
 def relative_curvature(path: ContactPath) -> RelativeCurvature:
     """Give principal relative curvatures and directions at the positions of a path."""
     shape, basis = path.l1.shape, _tangent_basis(path.normal.reshape(-1, 3))
-    pinion, gear = (_normal_map(*both, basis) for both in _steps_and_turns(path))
+    pinion, gear = (_normal_map(*both, basis) for both in steps_and_turns(path))
     total = 0.5 * (pinion + gear + np.swapaxes(pinion + gear, -1, -2))
     known = np.isfinite(total.sum(axis=(1, 2)))
     curvature, vectors = np.linalg.eigh(np.where(known[:, None, None], total, 0.0))
@@ -116,7 +116,7 @@ def ellipse_of(relative: RelativeCurvature, separation: float) -> ContactEllipse
     return ContactEllipse(separation, axes, relative.direction, curvature, status)
 
 
-def _steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
+def steps_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray], ...]:
     """Give tangents (n, 3, 2) by l and u for pinion and gear at n contacts, in S_f, and the derivatives
     (n, 3, 2) of the unit normal."""
     design = path.design

@@ -15,21 +15,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 
+YOUNG, POISSON = 206000.0, 0.3
+"""Elastic modulus (MPa) and Poisson's ratio of steel."""
 SLENDEREST = 1e-12
 """Least b / a: a longer ellipse is a strip wherever there is metal."""
+STEPS, LAST_STEP = 30, 1e-15
+"""Newton steps at most, and the step of log k below which one is the last."""
 
 
 @dataclass(frozen=True, eq=False)
 class HertzEllipse:
-    """Hold where two bodies touch under `force` (N): `semi_axes` (2,), mm, along the directions of the
-    smaller and the greater relative curvature, and the greatest `pressure` (MPa)."""
+    """Hold where two bodies touch under `force` (N): `semi_axes` (..., 2), mm, along the directions of the
+    smaller and the greater relative curvature, and the greatest `pressure` (...), MPa. NaN where a curvature
+    is negative: the bodies cut each other beside the contact."""
 
-    force: float
+    force: FloatArray
     semi_axes: FloatArray
-    pressure: float
+    pressure: FloatArray
 
 
 def contact_modulus(young: float, poisson: float) -> float:
@@ -37,34 +43,46 @@ def contact_modulus(young: float, poisson: float) -> float:
     return young / (2.0 * (1.0 - poisson**2))
 
 
-def slenderness(ratio: float) -> float:
-    """Give k = b / a of the ellipse for the `ratio` A / B of the curvatures, 0 to 1; SLENDEREST at least."""
-    from scipy.optimize import brentq
+def slenderness(ratio: ArrayLike) -> FloatArray:
+    """Give k = b / a (...) of ellipses for the `ratio` A / B (...) of the curvatures, 0 to 1; SLENDEREST at
+    least, NaN for others. By Newton in log k: the slope of log(A / B) is 3/2 (circle) to 2 (strip)."""
     from scipy.special import elliprd
 
-    def off(log_k: float) -> float:
-        square = np.exp(2.0 * log_k)
-        return float(np.log(ratio * elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)))
+    longest = np.log(SLENDEREST)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        wanted = np.maximum(np.log(ratio), 2.0 * longest)
+        log_k = np.where(wanted <= 0.0, 0.5 * wanted, np.nan)
+        for _ in range(STEPS):
+            square = np.exp(2.0 * log_k)
+            shape = elliprd(0.0, square, 1.0) / elliprd(0.0, 1.0, square)  # A / B of this k
+            slope = 2.0 - (square / shape - shape) / (1.0 - square)  # 0 / 0 for a circle
+            step = (wanted - np.log(shape)) / np.clip(np.nan_to_num(slope), 1.5, 2.0)
+            before, log_k = log_k, np.clip(log_k + step, longest, 0.0)
+            if not np.any(np.abs(log_k - before) > LAST_STEP):
+                break
+    return np.exp(log_k)
 
-    least = np.log(SLENDEREST)
-    if ratio <= 0.0 or off(least) <= 0.0:
-        return SLENDEREST
-    return float(np.exp(brentq(off, least, 1e-3, xtol=1e-15))) if ratio < 1.0 else 1.0
 
+def hertz_ellipse(curvature: ArrayLike, force: ArrayLike, modulus: float) -> HertzEllipse:
+    """Give ellipses of contact.
 
-def hertz_ellipse(curvature: FloatArray, force: float, modulus: float) -> HertzEllipse:
-    """Give the ellipse of contact for the relative `curvature` (2,), 1/mm, smaller first, of two bodies
-    pressed together by `force` (N), `modulus` E* in MPa.
-
-    Raises ValueError where a curvature is negative: the bodies cut each other beside the contact."""
+    Parameters
+    ----------
+    curvature : array_like, shape (..., 2)
+        Principal relative curvatures, 1/mm, the smaller first.
+    force : array_like, shape (...)
+        Force that presses the bodies together, N.
+    modulus : float
+        E*, MPa, of `contact_modulus`.
+    """
     from scipy.special import ellipe
 
-    least, greatest = (float(value) for value in curvature)
-    if not (least >= 0.0 and greatest > 0.0):
-        text = f"the flanks cut each other beside the contact (relative curvature {least:.3g} 1/mm)"
-        raise ValueError(f"{text}: there is no contact to load, take weaker parabolas")
-    k = slenderness(least / greatest)
-    mean = 0.5 * (least + greatest)
-    major = (1.5 * force * float(ellipe(1.0 - k * k)) / (np.pi * k * k * modulus * mean)) ** (1.0 / 3.0)
-    axes = np.array([major, k * major])
-    return HertzEllipse(force, axes, float(1.5 * force / (np.pi * axes.prod())))
+    least, greatest = np.moveaxis(np.asarray(curvature, dtype=float), -1, 0)
+    force = np.asarray(force, dtype=float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        k = slenderness(np.where(greatest > 0.0, least / greatest, np.nan))
+        mean = 0.5 * (least + greatest)  # A + B
+        major = np.cbrt(1.5 * force * ellipe(1.0 - k * k) / (np.pi * k * k * (modulus * mean)))
+        axes = np.stack((major, k * major), axis=-1)
+        pressure = 1.5 * force / (np.pi * axes.prod(axis=-1))
+    return HertzEllipse(np.broadcast_to(force, pressure.shape), axes, pressure)

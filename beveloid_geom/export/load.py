@@ -140,6 +140,9 @@ def _pressed(sight: _Sight, curvature: FloatArray, force: float) -> tuple[HertzE
 
     modulus = contact_modulus(YOUNG, POISSON)
     ellipse = hertz_ellipse(curvature, force, modulus)
+    if not np.isfinite(ellipse.pressure):
+        text = f"the flanks cut each other beside the contact (relative curvature {curvature[0]:.3g} 1/mm)"
+        raise ValueError(f"{text}: there is no contact to load, take weaker parabolas")
     sample = _sampled(sight, ellipse, PER_FACE)
     if not sample.cut:
         return ellipse, sample

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-YOUNG = 206000.0
-POISSON = 0.3
+from ..contact.hertz import POISSON as POISSON, YOUNG as YOUNG
+
 DENSITY = 7.85e-9

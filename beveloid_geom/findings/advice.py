@@ -80,7 +80,7 @@ class Advice:
 
 def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
     """Find all that `check` says of a single design: of layout, teeth and paths on both flanks; `jam` says
-    why it cannot be assembled as mounted (`report.backlash`), where that is known."""
+    why it cannot be assembled as mounted (`findings.backlash`), where that is known."""
     found: list[Remark] = []
     certifiable = first_contact_fault(design) is None
     for flank in FLANKS:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import path_sensitivity
 from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
 from ..contact.path import ContactPath, path_of_contact
@@ -16,7 +17,7 @@ from ..gear.fillet import tool_round
 from ..gear.flank import highest_parameter, root_parameter
 from ..operation.certificate import Certificate
 from ..pair.mounting import mounting_of
-from ..status import FirstStatus, Limit, Status, Verdict
+from ..status import EllipseStatus, FirstStatus, Limit, Status, Verdict
 from .remarks import NOTE, WARNING, Remark
 
 SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
@@ -190,3 +191,22 @@ def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
             NOTE,
             f"{count} it is not known whether something touches earlier: {UNKNOWN[FirstStatus(int(status))]}",
         )
+
+
+def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
+    """Say where the ellipses of a single path are not what Hertz's theory is of."""
+    count, lead = found.status.size, f"{found.path.flank} flanks: at"
+    past = found.reaches != WHOLE
+    if past.any():
+        limits = ", ".join(str(Limit(int(code))) for code in np.unique(found.reaches[past]))
+        text = (
+            f"{lead} {np.count_nonzero(past)} of {count} positions the ellipse ends beyond an edge of a flank"
+        )
+        yield Remark(NOTE, f"{text} ({limits}): less metal carries the load, at a greater pressure")
+    said = {
+        EllipseStatus.LINE_CONTACT: "the flanks touch along a line to rounding",
+        EllipseStatus.INTERFERENCE: "the flanks cut each other beside the contact",
+    }
+    for code, words in said.items():
+        if lost := np.count_nonzero(found.status == code):
+            yield Remark(WARNING, f"{lead} {lost} of {count} positions {words}: no ellipse, no pressure")

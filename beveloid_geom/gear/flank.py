@@ -234,6 +234,20 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     return np.where((step <= 1e-9 * target) & (np.abs(missing) <= 1e-9 * target), l, np.nan)
 
 
+def place_at(
+    member: Member, flank: str, depth: ArrayLike, face: ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Find l, z and u (mm) at shares of the active depth from the root and of the face from the toe, which
+    broadcast, of a single member. Raises ValueError where the flank does not reach its tip cone."""
+    root, z = root_parameter(member), float(member.face_width) * (np.asarray(face, dtype=float) - 0.5)
+    tip = tip_parameter(member, flank, z)
+    if not np.isfinite(tip).all():
+        raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
+    l = root + np.asarray(depth, dtype=float) * (tip - root)
+    z = np.broadcast_to(z, l.shape)
+    return l, z, trace_parameter(member, flank, l, z)
+
+
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
     """Find the angle (rad) from the tooth's own middle to the flank point (l, z), measured around the
     axis away from the metal: positive while there is tooth between the two flanks.

@@ -27,7 +27,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.ellipse import MARKING_SEPARATION
 from ..contact.placing import frames_at
 from ..design.model import Design, Member
-from ..gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
+from ..gear.flank import flank_point, place_at
 from ..gear.perpendicular import feet
 from ..pair.frames import to_fixed
 from ..status import PatternStatus, Status
@@ -210,16 +210,8 @@ class _Side:
     def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Give l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the
         toe."""
-        member, root = self.member, root_parameter(self.member)
-        z = float(member.face_width) * (face - 0.5)
-        tip = tip_parameter(member, self.flank, z)
-        if not np.isfinite(tip).all():
-            raise ValueError(
-                f"the {self.flank} flank does not reach its tip cone: reduce the addendum or the shift"
-            )
-        l = root + depth * (tip - root)
-        z = np.broadcast_to(z, l.shape)
-        return l, z, flank_point(member, self.flank, l, trace_parameter(member, self.flank, l, z))
+        l, z, u = place_at(self.member, self.flank, depth, face)
+        return l, z, flank_point(self.member, self.flank, l, u)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ from typing import Any
 
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on, findings_on
+from ..findings.backlash import backlash_report
 from ..findings.layout import bare, meshes
 from ..findings.remarks import Remark, quiet, remarks_data
 from ..pair.closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
 from ..pair.mounting import mounting_of
-from .backlash import backlash_report
 from .columns import column
 from .result import Rows, by_columns
 from .words import advice_data, head_lines, layout_data, line, remark_lines

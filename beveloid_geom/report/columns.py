@@ -25,8 +25,8 @@ class Column(NamedTuple):
 
 
 ARCSEC = math.degrees(3600.0)
-SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC}
-"""From rad to the units of a text."""
+SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
+"""From rad and mm to the units of a text."""
 MM, ANGLE, SWING, SPEED = Column("mm"), Column("rad", "deg"), Column("rad", "arcsec"), Column("mm/rad")
 PLACES = ("enter", "middle", "leave")
 COLUMNS: dict[str, Column] = {
@@ -52,6 +52,11 @@ COLUMNS: dict[str, Column] = {
     "contact_ratio": Column(digits=6),
     "area": Column("mm^2"),
     "pair": Column(digits=0),
+    "deviation": Column("mm", "um", 3),
+    "force": Column("N", digits=2),
+    "curvature": Column("1/mm", digits=7),
+    "semi_axis": MM,
+    "pressure": Column("MPa", digits=2),
     **dict.fromkeys(("parabola_pinion", "parabola_gear"), Column("1/mm")),
     **dict.fromkeys(("by_offset", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
     "by_shaft_angle": Column("1/rad"),

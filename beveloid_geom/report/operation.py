@@ -10,12 +10,12 @@ import numpy as np
 
 from ..contact.path import contact_ratio
 from ..design.model import Design
+from ..findings.backlash import backlash_report
 from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
-from .backlash import backlash_report
 from .columns import number, table_lines
 from .result import Rows
 from .words import failure_of, head_data, line, mounted_lines, name_in_files

@@ -9,8 +9,8 @@ from typing import Any
 from ..analysis.edges import Operation
 from ..analysis.optimise import Aim, Optimum, Paths
 from ..design.model import Design
+from ..findings.backlash import backlash_data
 from ..findings.remarks import remarks_data
-from .backlash import backlash_data
 from .columns import ARCSEC, label, number
 from .path import ContactReport, contact_report
 from .result import Rows, by_columns

@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.pressure import WHOLE, Load, PathPressure, pressure_along
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on
+from ..findings.backlash import BacklashReport, backlash_report
 from ..findings.layout import layout_remarks
-from ..findings.path import path_remarks, reason_of
+from ..findings.path import path_remarks, pressure_remarks, reason_of
 from ..findings.remarks import NOTE, Remark, in_order, remarks_data
 from ..operation.certificate import Certificate, certify
 from ..pair.mounting import mounting_of
-from ..status import Verdict
-from .backlash import BacklashReport, backlash_report
+from ..status import EllipseStatus, Limit, Verdict
 from .columns import number, table_lines
 from .result import Rows
 from .words import (
@@ -40,6 +41,11 @@ SHOWN = (
     "transmission_error",
 )
 """Columns of the text."""
+PRESSED = (
+    *("pinion_roll", "least_curvature", "greatest_curvature", "major_semi_axis", "minor_semi_axis"),
+    *("ellipse_angle", "pressure"),
+)
+"""Columns of the text under a load."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +55,7 @@ class ContactReport:
     `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
     asked for or the pair cannot be put together (`backlash`); `reason` why there is no contact on the
     flanks, None if there is; `remarks` on layout and path, what matters most first; `advice` what to change
-    about a layout without contact."""
+    about a layout without contact. `pressed`: ellipses and pressures under a load, None without one."""
 
     name: str
     design: Design
@@ -60,6 +66,7 @@ class ContactReport:
     reason: str | None
     remarks: tuple[Remark, ...]
     advice: tuple[Advice, ...]
+    pressed: PathPressure | None = None
 
     @property
     def contact_ratio(self) -> float:
@@ -90,6 +97,29 @@ class ContactReport:
         """At how many positions nothing touches earlier."""
         return int(self.certified.get("verdict", []).count("first_contact"))
 
+    @property
+    def pressures(self) -> dict[str, Any]:
+        """Ellipses and pressures by their names in JSON and CSV, nothing without a load."""
+        found = self.pressed
+        if found is None:
+            return {}
+        least, greatest = found.curvature.T
+        major, minor = found.semi_axes.T
+        ellipses = [name_in_files(EllipseStatus(int(code))) for code in found.status]
+        limits = ["none" if code == WHOLE else name_in_files(Limit(int(code))) for code in found.reaches]
+        return {
+            "force": found.force,
+            "least_curvature": least,
+            "greatest_curvature": greatest,
+            "major_semi_axis": major,
+            "minor_semi_axis": minor,
+            "major_direction": found.direction[:, 0],
+            "ellipse_angle": found.angle,
+            "pressure": found.pressure,
+            "reaches": [n if known == "ellipse" else None for n, known in zip(limits, ellipses, strict=True)],
+            "ellipse": ellipses,
+        }
+
     def data(self) -> dict[str, Any]:
         """Give the path, its ends, what was found of it."""
         ends = self.path.ends
@@ -104,6 +134,9 @@ class ContactReport:
         }
         if self.certificate is not None:
             data["certificate"] = self.certified
+        if self.pressed is not None:
+            material = {"youngs_modulus_mpa": self.pressed.load.young, "poisson": self.pressed.load.poisson}
+            data["hertz"] = material | self.pressures
         if self.reason:
             data |= {"reason": self.reason, "advice": advice_data(self.advice)}
         return data
@@ -111,7 +144,22 @@ class ContactReport:
     def rows(self) -> Rows:
         """Give the positions."""
         backlash = np.full(self.path.status.size, self.backlash.normal)
-        return {**self.positions, "mounted_backlash": backlash, **self.certified}
+        return {**self.positions, "mounted_backlash": backlash, **self.certified, **self.pressures}
+
+    @property
+    def lost_ellipses(self) -> list[str]:
+        """Give 'solved' for each position with an ellipse, for others why there is none."""
+        names, path = self.pressures["ellipse"], self.positions["status"]
+        known = ["solved" if name == "ellipse" else name for name in names]
+        return [state if state != "solved" else own for state, own in zip(path, known, strict=True)]
+
+    def pressure_words(self, found: PathPressure) -> str:
+        """Say the range of pressures along the path, and under what load."""
+        load, known = found.load, found.pressure[np.isfinite(found.pressure)]
+        force = f"{load.force:.6g} N" if load.force else f"{load.torque_nm:.6g} N m on the pinion"
+        material = f"E {load.young:.6g} MPa, Poisson's ratio {load.poisson:.3g}"
+        span = f"{known.min():.2f} to {known.max():.2f} MPa" if known.size else "not known"
+        return f"{span} along the path, one tooth pair under {force}; {material}"
 
     def summary(self) -> str:
         """Write the positions, then what they come to, notes last."""
@@ -120,11 +168,17 @@ class ContactReport:
         if not self.reason:
             rows = self.rows()
             text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
+            if self.pressed is not None:
+                words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
+                pressed = {name: rows[name] for name in PRESSED}
+                text += table_lines(pressed, self.lost_ellipses, words) + "\n"
         text += head_lines(self.design)
         ratio = self.contact_ratio
         text += line("contact ratio", "not known" if math.isnan(ratio) else number("contact_ratio", ratio))
         if not self.reason:
             text += line("path", end_words(path.ends))
+        if self.pressed is not None and not self.reason:
+            text += line("greatest pressure", self.pressure_words(self.pressed))
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on this side touches earlier")
@@ -136,10 +190,16 @@ class ContactReport:
 
 
 def contact_report(
-    name: str, design: Design, flank: str, points: int, method: str = "one-equation", certified: bool = True
+    name: str,
+    design: Design,
+    flank: str,
+    points: int,
+    method: str = "one-equation",
+    certified: bool = True,
+    load: Load | None = None,
 ) -> ContactReport:
     """Find the path of contact of a single design by `method`, 'one-equation' or 'five-equation',
-    `certified` or not: that takes most of the time."""
+    `certified` or not: that takes most of the time; pressed together under a `load`, if there is one."""
     if method == "five-equation":
         from ..reference.five_equations import path_of_contact_five_equations
 
@@ -156,4 +216,7 @@ def contact_report(
     if backlash.fault and certified and not reason:
         remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {backlash.fault}"))
     advice = advice_on(design) if reason else ()
-    return ContactReport(name, design, method, path, backlash, certificate, reason, in_order(remarks), advice)
+    pressed = None if load is None else pressure_along(path, load)
+    remarks += [] if pressed is None else pressure_remarks(pressed)
+    said = in_order(remarks)
+    return ContactReport(name, design, method, path, backlash, certificate, reason, said, advice, pressed)

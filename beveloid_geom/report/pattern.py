@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..design.model import Design
+from ..findings.backlash import backlash_report
 from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
 from ..status import PatternStatus
-from .backlash import backlash_report
 from .result import Rows
 from .words import failure_of, head_data, line, mounted_lines, name_in_files
 

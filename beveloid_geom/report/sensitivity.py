@@ -12,10 +12,10 @@ import numpy as np
 from ..analysis.sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
 from ..arrays import FloatArray
 from ..design.model import Design
+from ..findings.backlash import backlash_report
 from ..findings.path import first_contact_fault
 from ..operation.backlash import backlash_by_errors
 from ..status import Limit, Status
-from .backlash import backlash_report
 from .columns import header_of, label, number, scaled
 from .result import Rows, by_columns
 from .words import failure_of, head_data, line, mounted_lines, status_name, status_words

@@ -13,10 +13,10 @@ import numpy as np
 from ..contact.path import PathEnds
 from ..design.model import Design, Errors
 from ..findings.advice import Advice
+from ..findings.backlash import backlash_data, backlash_report
 from ..findings.remarks import Remark
 from ..pair.mounting import mounting_of
 from ..status import Status
-from .backlash import backlash_data, backlash_report
 
 WIDTH, INDENT = 100, 21
 """Characters of a line, and of the label before its text."""

@@ -15,7 +15,11 @@ SOME = "--offset-tolerance 1"
 BAD = {
     "": ("turn",),
     "design": ("ni-2017",),
-    "tca": ("--points 1", "--points 100001", "--points ten", "--method six-equation", "--offset-error much"),
+    "tca": (
+        *("--points 1", "--points 100001", "--points ten", "--method six-equation", "--offset-error much"),
+        *("--force 0", "--force nan", "--force heavy", "--torque -1", "--torque inf"),
+        *("--force 1 --poisson 0.6", "--force 1 --youngs-modulus-mpa 0"),
+    ),
     "operation": ("--film -1", "--film nan", "--film thick", "--harmonics 0", "--points 1"),
     "sliding": ("--points 1",),
     "pattern": ("--separation 0", "--resolution 0.01"),
@@ -38,6 +42,7 @@ BAD = {
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
     ),
+    "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),
     "sensitivity": ("--twist 1",),
@@ -52,6 +57,10 @@ TOLD = {
     "tca --offset-error nan": "--offset-error must be a finite number, got nan",
     "tca --shaft-angle-error-deg 90": "--shaft-angle-error-deg must be between -5 and 5 deg, got 90",
     "tca --pinion-axial-error 1e9": "--pinion-axial-error must be",
+    "tca --force 1 --torque 1": "--force and --torque exclude each other: give one of them\n",
+    "tca --poisson 0.3": (
+        "--youngs-modulus-mpa and --poisson are of a loaded pair: give --force or --torque\n"
+    ),
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (

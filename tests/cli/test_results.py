@@ -22,6 +22,7 @@ from beveloid_geom import (
     builtin_design,
     certify,
     contact_pattern,
+    ease_off,
     map_of,
     mesh_cycle,
     optimise_parabola,
@@ -120,6 +121,14 @@ def pattern(design: Design) -> Mapping[str, Any]:
         "gear/z_range": [z.min(), z.max()],
         **{f"pinion/{name}": getattr(found.pinion, name) for name in sizes},
     }
+
+
+def ease_off_(design: Design) -> Mapping[str, Any]:
+    found, plain = ease_off(design, "left", (4, 5)), ease_off(builtin_design(), "right", (4, 5))
+    own = {f"left/as_given/{name}": getattr(found, name) for name in ("l", "z", "deviation", "pinion_roll")}
+    own |= {f"left/as_given/second_order/{k}": v for k, v in vars(found.second_order).items()}
+    own |= {f"right/without_parabola/corners/{k}": v for k, v in plain.corners.items()}
+    return {**own, "right/without_parabola/deviation": plain.deviation, "parabola/gear": -0.001}
 
 
 STUDIED = Tolerances(8.0, math.radians(0.01), 0.1, 0.2, "uniform")
@@ -239,6 +248,16 @@ CASES = {
         pattern,
         {},
         ("10 um thick", "mm^2 marked", "% of the active flank", "least separation"),
+    ),
+    "ease-off": Case(
+        (*MODIFIED, "--grid", "4", "5"),
+        ease_off_,
+        {},
+        (
+            "crowning along the face 5.2",
+            "right flanks right flanks left flanks left flanks",
+            "where the flanks part",
+        ),
     ),
     "tolerance": Case(
         (*LEFT, *MODIFIED, *DRAWN),

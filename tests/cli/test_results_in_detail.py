@@ -12,8 +12,10 @@ from beveloid_geom import (
     Status,
     builtin_design,
     contact_pattern,
+    path_of_contact,
     path_sensitivity,
 )
+from beveloid_geom.analysis.pressure import Load, pressure_along
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.status import Limit
 from tests.cli.running import rows_of, run, strict_json
@@ -34,6 +36,137 @@ def test_csv_of_a_path_has_vectors_by_axis() -> None:
     points = [[float(row[f"point_{axis}_mm"]) for axis in "xyz"] for row in rows]
     assert points == data["path"]["point"]
     assert {"normal_z", "separation_mm", "mounted_backlash_mm"} <= set(rows[0])
+
+
+PRESSED = ("tca", *MODIFIED, "--points", "9", "--torque", "800", "--youngs-modulus-mpa", "210000")
+
+
+def test_a_path_under_a_load_has_its_ellipses() -> None:
+    """The library's numbers in JSON, those in CSV, the same in the text; without a load nothing of them."""
+    path = path_of_contact(builtin_design().with_parabola(0.001, -0.001), "right", 9)
+    found = pressure_along(path, Load(torque_nm=800.0, young=210000.0))
+    hertz = strict_json(run(*PRESSED, "--json").stdout)["hertz"]
+    np.testing.assert_allclose(hertz["major_semi_axis"], found.semi_axes[:, 0], rtol=1e-12)
+    for name in ("force", "pressure"):
+        np.testing.assert_allclose(hertz[name], getattr(found, name), rtol=1e-12)
+    assert (hertz["youngs_modulus_mpa"], hertz["poisson"], hertz["ellipse"]) == (
+        210000.0,
+        0.3,
+        ["ellipse"] * 9,
+    )
+    rows, text = rows_of(run(*PRESSED, "--csv")), run(*PRESSED).stdout
+    for header, name in (
+        ("pressure_MPa", "pressure"),
+        ("force_N", "force"),
+        ("least_curvature_per_mm", "least_curvature"),
+        ("ellipse_angle_rad", "ellipse_angle"),
+        ("reaches", "reaches"),
+    ):
+        assert [row[header] for row in rows] == list(map(str, hertz[name]))
+    assert [float(row["major_direction_z"]) for row in rows] == [v[2] for v in hertz["major_direction"]]
+    assert max(map(len, text.splitlines())) <= 100
+    words = " ".join(text.split())
+    assert f"{min(hertz['pressure']):.2f} to {max(hertz['pressure']):.2f} MPa along the path" in words
+    assert "under 800 N m on the pinion; E 210000 MPa, Poisson's ratio 0.3" in words
+    limits = ", ".join(str(Limit(code)) for code in np.unique(found.reaches[found.reaches >= 0]))
+    past = np.count_nonzero(found.reaches >= 0)
+    assert f"at {past} of 9 positions the ellipse ends beyond an edge of a flank ({limits})" in words
+    assert "pressure_MPa" not in rows_of(printed("tca", "csv"))[0]
+    assert "hertz" not in strict_json(printed("tca", "json").stdout)
+
+
+def test_flanks_that_cut_each_other_have_no_pressure() -> None:
+    given = (
+        "tca",
+        "--parabola-pinion",
+        "0.002",
+        "--parabola-gear",
+        "0.002",
+        "--points",
+        "3",
+        "--force",
+        "10",
+    )
+    rows, data = rows_of(run(*given, "--csv")), strict_json(run(*given, "--json").stdout)["hertz"]
+    assert [(row["pressure_MPa"], row["reaches"], row["ellipse"]) for row in rows] == [
+        ("", "", "interference")
+    ] * 3
+    assert data["pressure"] == data["reaches"] == [None] * 3
+    words = " ".join(run(*given).stdout.split())
+    assert "3 of 3 positions the flanks cut each other beside the contact: no ellipse, no pressure" in words
+    lost = run(*given, "--offset-error", "30")
+    assert (lost.exit_code, "ellipse" in lost.stdout) == (1, False)
+
+
+EASE_OFF = ("ease-off", *MODIFIED, "--grid", "4", "5")
+
+
+def test_csv_of_an_ease_off_has_its_points() -> None:
+    rows, data = rows_of(run(*EASE_OFF, "--csv")), strict_json(run(*EASE_OFF, "--json").stdout)
+    assert len(rows) == 4 * 4 * 5
+    for flank in ("right", "left"):
+        for state in ("as_given", "without_parabola"):
+            own = [row for row in rows if (row["flank"], row["parabola"]) == (flank, state)]
+            found = data[flank][state]
+            for header, name in (
+                ("deviation_mm", "deviation"),
+                ("pinion_roll_rad", "pinion_roll"),
+                ("z_mm", "z"),
+            ):
+                assert [float(row[header]) for row in own] == np.ravel(found[name]).tolist()
+            assert {row["status"] for row in own} == {"solved"}
+            places = found["profile_place"][1], found["face_place"][2]
+            assert (float(own[7]["profile_place"]), float(own[7]["face_place"])) == places
+            assert found["corners"]["tip_toe"] == found["deviation"][-1][0]
+
+
+def test_text_of_an_ease_off_is_in_um() -> None:
+    text, data = run(*EASE_OFF).stdout, strict_json(run(*EASE_OFF, "--json").stdout)
+    for words, group, name in (
+        ("root, heel", "corners", "root_heel"),
+        ("twist", "second_order", "twist"),
+        ("rms of the rest", "second_order", "rest"),
+    ):
+        (line,) = (line for line in text.splitlines() if line.strip().startswith(words))
+        wanted = [
+            data[f][s][group][name] for f in ("right", "left") for s in ("as_given", "without_parabola")
+        ]
+        found = [float(word) for word in line.split(words)[1].split()]
+        assert found == pytest.approx(1e3 * np.array(wanted), abs=5.1e-4)
+    assert "without parabola" not in run("ease-off", "--grid", "3", "3").stdout
+
+
+def test_an_ease_off_without_a_path_on_one_flank() -> None:
+    """The other flank has it; without parabolas it is told apart from the design as given."""
+    text, data, table = (
+        run("ease-off", "--offset-error", "5", "--grid", "3", "3", *f) for f in ((), ("--json",), ("--csv",))
+    )
+    assert (text.exit_code, data.exit_code, table.exit_code, data.stderr) == (1, 1, 1, "")
+    assert text.stderr == table.stderr
+    assert text.stderr.startswith("No contact: the path of contact does not meet the right flanks")
+    assert text.stderr.count("\n") == 1
+    found = strict_json(data.stdout)
+    assert (
+        found["reason"]
+        == found["right"]["as_given"]["reason"]
+        == text.stderr.removeprefix("No contact: ")[:-1]
+    )
+    assert {row["flank"] for row in rows_of(table)} == {"left"}
+    assert "note right flanks, as given: the path of contact does not meet" in " ".join(text.stdout.split())
+    none = run("ease-off", "--offset-error", "30", "--csv")
+    assert (none.exit_code, none.stdout.count("\n")) == (1, 1)
+    assert none.stdout.startswith("flank,parabola,profile_place")
+
+
+def test_points_of_an_ease_off_without_a_conjugate_are_empty() -> None:
+    given = ("ease-off", "--parabola-pinion=-0.002", "--parabola-gear", "0.003", "--grid", "3", "5")
+    lost = [row for row in rows_of(run(*given, "--csv")) if row["status"] != "solved"]
+    assert [(row["status"], row["deviation_mm"], row["pinion_roll_rad"]) for row in lost] == [
+        ("not_converged", "", "")
+    ] * len(lost)
+    words = " ".join(run(*given).stdout.split())
+    assert f"right flanks, as given: the mate has no conjugate at {len(lost)} of 15 points" in words
+    assert "nan" not in words
 
 
 def test_csv_of_a_pattern_has_its_points() -> None:

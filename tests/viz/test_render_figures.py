@@ -72,7 +72,7 @@ def test_figures_of_time_are_made_last_and_alone() -> None:
 
 
 RESULTS = """
-separation pattern transmission-error sliding sensitivity tolerance-cloud map-parabola map-mounting
+separation pattern transmission-error ease-off sliding sensitivity tolerance-cloud map-parabola map-mounting
 mesh-convergence speed-accuracy posed-pair meshed-tooth
 """
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from beveloid_geom import (
     Errors,
     builtin_design,
+    ease_off,
     path_of_contact,
     path_sensitivity,
     sliding_of,
@@ -126,6 +127,34 @@ def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
         found = sliding_of(path_of_contact(design, "right", 201))
         shown = [row["pinion_specific"] for row in known if row["flank"] == "right"][:201]
         np.testing.assert_array_equal(shown, found.specific[:, 0])
+
+
+def test_an_ease_off_is_the_librarys() -> None:
+    page, rows = drawn("ease-off", builtin_design())
+    for flank in ("right", "left"):
+        for parabola in ((0.0, 0.0), (0.001, -0.001)):
+            design = builtin_design().with_parabola(*parabola)
+            case = [
+                row for row in rows if (row["flank"], row["parabola_pinion_per_mm"]) == (flank, parabola[0])
+            ]
+            found = ease_off(design, flank, (29, 41))
+            grid = [row["deviation_mm"] for row in case if row["kind"] == "grid"]
+            np.testing.assert_array_equal(grid, found.deviation.ravel())
+            along = [row["l_mm"] for row in case if row["kind"] == "path"]
+            np.testing.assert_array_equal(along, path_of_contact(design, flank, 41).l1)
+            assert {row["twist_mm"] for row in case} == {found.second_order.twist}
+            for value in found.corners.values():
+                assert f"{1e3 * value:+.1f}".replace("-", "\u2212") in words(page)
+    assert "crowning: face +5.22, profile +0.37" in words(page)
+
+
+def test_an_ease_off_that_is_not_there_says_why() -> None:
+    page, rows = drawn("ease-off", builtin_design().with_errors(Errors(offset=5.0)))
+    assert words(page).count("no ease-off: the path of contact does not meet the right flanks") == 2
+    assert [row["flank"] for row in rows if row["reason"]] == ["right", "right", "left"]
+    page, rows = drawn("ease-off", builtin_design().with_parabola(-0.002, 0.003))
+    assert any(np.isnan(row["deviation_mm"]) for row in rows)
+    assert "none" in words(page)
 
 
 @pytest.mark.parametrize("module", [0.05, 50.0])

@@ -53,6 +53,7 @@ FIGURES = (
         "Transmission error in operation, and its amplitudes",
         "results.transmission_error",
     ),
+    Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off"),
     Figure("sliding", "Sliding speed and specific sliding along the path of contact", "results.sliding"),
     Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "results.sensitivity"),
     Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "results.tolerance_cloud"),

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..design.model import Design
-from ..findings.path import UNKNOWN, first_contact_fault
 from ..operation.backlash import FLANKS, Backlash, mounted_backlash
 from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
 from ..status import FirstStatus, Limit
+from .path import UNKNOWN, first_contact_fault
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,277 @@
+"""Ease-off: 0 for conjugate flanks, brute force along the normal, parabolas, transmission error, pattern."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, radians
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar, root
+
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Status,
+    Tool,
+    contact_pattern,
+    ease_off,
+    path_of_contact,
+)
+from beveloid_geom.analysis.ease_off import COEFFICIENTS, ease_off_at, second_order_of
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.placing import frames_at, meshing_pair
+from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
+from beveloid_geom.gear.perpendicular import feet
+from beveloid_geom.pair.frames import layout_of, normals_to_fixed, to_fixed
+from beveloid_geom.status import PatternStatus
+from tests.oracle.table1 import table1
+from tests.stability.five_residuals import mapped
+from tests.stability.named_designs import CROSSING
+from tests.stability.random_designs import random_designs
+from tests.symmetry import mirrored, scaled
+
+MODIFIED = (0.001, -0.001)
+
+
+def helical(shaft_angle: float, helix: float, shifts: tuple[float, float] = (0.0, 0.0)) -> Design:
+    """Two helical gears (module 4, 20 deg) on axes that are all but parallel."""
+    tool = Tool(4.0, radians(20.0))
+    helices = shaft_angle / 2.0 + helix, shaft_angle / 2.0 - helix
+    pinion, gear = (
+        Member(tool, n, beta, 0.0, x, 30.0) for n, beta, x in zip((23, 37), helices, shifts, strict=True)
+    )
+    offset = 2.0 * 23 / cos(helices[0]) + 2.0 * 37 / cos(helices[1])
+    return Design(pinion, gear, Pair(offset, shaft_angle, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("helix", [0.0, radians(15.0), radians(-25.0)])
+@pytest.mark.parametrize("shifts", [(0.0, 0.0), (0.2, -0.2)])
+def test_conjugate_flanks_have_none(flank: str, helix: float, shifts: tuple[float, float]) -> None:
+    """In the limit of parallel axes helical gears touch along lines: 0 all over; it goes with the square of
+    the shaft angle before."""
+    found = ease_off(helical(1e-6, helix, shifts), flank)
+    assert (found.status == Status.SOLVED).all()
+    assert np.abs(found.deviation).max() < 1e-11
+    far, near = (ease_off(helical(angle, helix, shifts), flank).deviation for angle in (1e-3, 1e-4))
+    assert np.abs(far / 100.0 - near).max() < 0.01 * near.max()
+
+
+def test_it_vanishes_along_the_path_of_unmodified_flanks(flank: str) -> None:
+    """Whatever the mounting: the transmission error is 0."""
+    for errors in (Errors(), Errors(0.1, 1e-4, 0.3, -0.2)):
+        path = path_of_contact(table1(errors=errors), flank, 21)
+        assert np.abs(ease_off_at(path.design, flank, path.l1, path.pinion_z)).max() < 1e-12
+        found = ease_off(path.design, flank)
+        assert found.deviation.min() > -1e-12
+        assert (found.status == Status.SOLVED).all()
+
+
+def least_along_the_normal(design: Design, flank: str, l: float, z: float) -> float:
+    """Least distance along the pinion's normal over a fine grid of rolls, then between its neighbours: of the
+    places where it is least that nearest to 0, since what is nowhere trimmed comes back far from the mesh. At
+    each roll SciPy cuts the ray with the gear's flank, from where it was at the roll before. NaN where it is
+    least at no roll."""
+    pose, u = meshing_pair(design, flank), trace_parameter(design.pinion, flank, l, z)
+    patch = flank_patch(design.pinion, flank, l, u)
+    ratio = -float(design.pinion.teeth) / float(design.gear.teeth)
+
+    def cut(roll: float, start: FloatArray) -> FloatArray:
+        pinion, gear = frames_at(design, roll, pose.roll[1] + ratio * (roll - pose.roll[0]))
+        foot, ray = to_fixed(pinion, patch.point), normals_to_fixed(pinion, patch.normal)
+
+        def miss(x: FloatArray) -> FloatArray:
+            mate = to_fixed(gear, flank_point(design.gear, flank, x[1], x[2]))
+            return np.asarray(foot + x[0] * ray - mate)
+
+        found = root(miss, start, tol=1e-13)
+        return np.asarray(found.x if np.abs(found.fun).max() < 1e-10 else np.full(3, np.inf))
+
+    path, rolls = pose.path, pose.roll[0] + np.linspace(-0.4, 0.4, 161)
+    opposite = path.l2[1] + path.l1[1] - l, path.u2[1] + z - path.pinion_z[1]
+    cuts = np.full((161, 3), np.inf)
+    cuts[80] = cut(rolls[80], np.array([0.0, *opposite]))
+    for way in (range(81, 161), range(79, -1, -1)):
+        for k in way:
+            before = cuts[k - way.step]
+            cuts[k] = cut(rolls[k], before) if np.isfinite(before).all() else np.inf
+    gaps = cuts[:, 0]
+    least = 1 + np.flatnonzero((gaps[1:-1] <= gaps[:-2]) & (gaps[1:-1] <= gaps[2:]) & np.isfinite(gaps[1:-1]))
+    if not least.size:
+        return np.nan
+    best = int(least[np.abs(gaps[least]).argmin()])
+
+    def distance(roll: float) -> float:
+        return float(cut(roll, cuts[best])[0])
+
+    ends = float(rolls[best - 1]), float(rolls[best + 1])
+    finest = minimize_scalar(distance, bounds=ends, method="bounded", options={"xatol": 1e-10})
+    return float(finest.fun)
+
+
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), MODIFIED, (-0.002, 0.003)])
+def test_against_brute_force(flank: str, parabola: tuple[float, float]) -> None:
+    """The hollow mate of the last has no conjugate at the right flank's root and toe."""
+    design = table1(parabola, Errors(offset=0.05))
+    found = ease_off(design, flank, (3, 5))
+    for i, j in ((0, 0), (0, 4), (1, 1), (2, 0), (2, 4)):
+        expected = least_along_the_normal(design, flank, found.l[i, j], found.z[i, j])
+        assert found.deviation[i, j] == pytest.approx(expected, abs=1e-10, nan_ok=True)
+    assert np.array_equal(np.isnan(found.deviation), found.status == Status.NOT_CONVERGED)
+    assert found.deviation.size - np.isfinite(found.deviation).sum() == (
+        parabola[0] < -0.001 and flank == "right"
+    )
+
+
+def test_against_the_least_separation_of_the_pattern(flank: str) -> None:
+    """Found by feet on the mating flank and parabolas over the roll; to second order in the slope."""
+    side = contact_pattern(table1(), flank, resolution=2.0).pinion
+    stands = side.status == PatternStatus.STANDSTILL
+    assert np.count_nonzero(stands) > 50
+    own = ease_off_at(table1(), flank, side.l[stands], side.z[stands])
+    longer = own - side.least[stands]  # than the perpendicular
+    assert longer.min() > -1e-8
+    assert (longer < 1e-4 * own + 1e-8).all()
+
+
+def test_along_the_path_it_is_the_transmission_error(flank: str) -> None:
+    """Times its lever, to first order: with half the parabolas what is left is a quarter, or less."""
+    left = []
+    for share in (1.0, 0.5):
+        path = path_of_contact(table1((0.001 * share, -0.001 * share)), flank, 11)
+        layout = layout_of(path.design)
+        axis = np.array((0.0, float(layout.sin_angle), float(layout.cos_angle)))
+        arm = np.cross(axis, path.point - (float(layout.offset), 0.0, 0.0))
+        lever = np.einsum("ni,ni->n", path.normal, arm)
+        own = ease_off_at(path.design, flank, path.l1, path.pinion_z)
+        assert np.abs(own).max() > 5e-4 * share
+        left.append(np.abs(own + path.transmission_error * lever).max())
+        assert abs(own[5]) < 1e-6  # the square of the slope of the transmission error
+    assert left[0] < 2e-6
+    assert left[1] < 0.26 * left[0]
+
+
+def test_a_parabola_of_the_pinion_changes_it_by_its_normal_deviation(flank: str) -> None:
+    """Exact distances of the bent flank from the straight one, at their feet, less that in the middle, where
+    the gear is phased anew: but for the square of the coefficient a, and for the tilt 2 a l of the normal
+    along which the ease-off itself is measured, times its slope (under 0.01 here)."""
+    pose, found, left = meshing_pair(table1(), flank), ease_off(table1(), flank, (7, 7)), []
+    for a in (1e-4, 1e-5):
+        bent, u = table1((a, 0.0)), trace_parameter(table1((a, 0.0)).pinion, flank, found.l, found.z)
+        foot = feet(table1().pinion, flank, flank_point(bent.pinion, flank, found.l, u))
+        own = ease_off_at(bent, flank, found.l, found.z) - ease_off_at(table1(), flank, foot.l, foot.z)
+        assert np.abs(foot.distance).max() > 35.0 * a
+        left.append(np.abs(own + foot.distance - a * pose.path.l1[1] ** 2).max())
+        tilt = 2.0 * a * np.abs(found.l).max() * 0.01 * found.deviation.max()
+        assert left[-1] < 700.0 * a * a + 2.0 * tilt
+    assert left[1] < (0.012 if flank == "right" else 0.12) * left[0]
+
+
+def test_a_parabola_of_the_gear_changes_it_by_its_normal_deviation(flank: str) -> None:
+    """a l2^2 where the conjugate is generated, but for the square of a, and for the same in the middle."""
+    design, left = table1(), []
+    pose, found = meshing_pair(design, flank), ease_off(design, flank, (7, 7))
+    patch = flank_patch(
+        design.pinion, flank, found.l, trace_parameter(design.pinion, flank, found.l, found.z)
+    )
+    roll, ratio = found.pinion_roll, -float(design.pinion.teeth) / float(design.gear.teeth)
+    pinion, (turn, origin) = frames_at(design, roll, pose.roll[1] + ratio * (roll - pose.roll[0]))
+    met = to_fixed(pinion, patch.point + found.deviation[..., None] * patch.normal) - origin
+    on_gear = feet(design.gear, flank, np.einsum("...ji,...j->...i", turn, met))
+    assert np.abs(on_gear.distance).max() < 1e-12
+    for a in (1e-4, 1e-5):
+        own = ease_off_at(table1((0.0, a)), flank, found.l, found.z) - found.deviation
+        height = a * (on_gear.l**2 - pose.path.l2[1] ** 2)
+        assert np.abs(height).max() > 35.0 * a
+        left.append(np.abs(own + height).max())
+    assert left[0] < 3e-5
+    assert left[1] < 0.012 * left[0]
+
+
+def test_line_contact_and_point_contact_are_told_apart() -> None:
+    """Table 1's right flanks are in approximate line contact; with 0.1 um of rest it is a surface of second
+    order: no tip edge of the mate has a part in it."""
+    right, left = (ease_off(table1(), flank).second_order for flank in ("right", "left"))
+    assert right.rest == pytest.approx(0.0887e-3, abs=1e-7)
+    assert left.rest == pytest.approx(0.3291e-3, abs=1e-7)
+    assert right.face_crowning == pytest.approx(5.226e-3, abs=2e-6)
+    assert left.face_crowning > 14.0 * right.face_crowning
+    assert left.twist < 0.0 < right.twist
+
+
+def test_the_mate_is_not_trimmed(flank: str) -> None:
+    """Its face and addendum change nothing, as long as there is a path: without parabola the phase stays."""
+    design = table1()
+    gear = replace(design.gear, face_width=20.0, tool=replace(design.gear.tool, addendum=0.7))
+    less = ease_off(replace(design, gear=gear), flank)
+    np.testing.assert_allclose(less.deviation, ease_off(design, flank).deviation, rtol=0, atol=1e-12)
+
+
+def test_the_same_pair_seen_otherwise(flank: str) -> None:
+    design = table1(MODIFIED, Errors(0.05, 0.0001, 0.1, -0.1))
+    other = {"right": "left", "left": "right"}[flank]
+    found = ease_off(design, flank, (5, 7))
+    mirror = ease_off(mirrored(design), other, (5, 7))
+    np.testing.assert_allclose(mirror.deviation, found.deviation, rtol=0, atol=1e-11)
+    bigger = ease_off(scaled(design, 2.0), flank, (5, 7))
+    np.testing.assert_allclose(bigger.deviation, 2.0 * found.deviation, rtol=0, atol=1e-11)
+
+
+def test_second_order_hardly_depends_on_the_grid(flank: str) -> None:
+    coarse, fine = (
+        vars(ease_off(table1(MODIFIED), flank, shape).second_order) for shape in ((15, 21), (41, 61))
+    )
+    size = max(map(abs, fine.values()))
+    assert all(abs(coarse[name] - fine[name]) < 2e-3 * size for name in fine)
+
+
+def test_second_order_gives_back_its_own_surface() -> None:
+    y, x = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 9)
+    grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
+    wanted = (1.0, -2.0, 3.0, 4.0, -5.0, 6.0)
+    terms = (grid_x**0, grid_x, grid_y, grid_x**2 - 1.0 / 3.0, grid_y**2 - 1.0 / 3.0, grid_x * grid_y)
+    surface = np.sum([c * term + 0.0 * grid_x for c, term in zip(wanted, terms, strict=True)], axis=0)
+    found = second_order_of(y, x, surface)
+    assert [getattr(found, name) for name in COEFFICIENTS] == pytest.approx(wanted, abs=1e-13)
+    assert found.rest < 1e-13
+    surface[0, 0] = np.nan
+    assert second_order_of(y, x, surface).twist == pytest.approx(6.0, abs=1e-13)
+    assert np.isnan(second_order_of(y, x, np.full((5, 9), np.nan)).mean)
+
+
+@pytest.mark.parametrize("design", CROSSING.values(), ids=CROSSING)
+def test_where_the_path_crosses_n_x(design: Design) -> None:
+    found = ease_off(design, "right", (5, 5))
+    solved = found.status == Status.SOLVED
+    assert np.array_equal(solved, np.isfinite(found.deviation))
+    assert solved.any()
+    for i, j in np.argwhere(solved)[::6]:
+        expected = least_along_the_normal(design, "right", found.l[i, j], found.z[i, j])
+        assert found.deviation[i, j] == pytest.approx(expected, abs=1e-8)
+
+
+def test_random_pairs_have_smooth_ones() -> None:
+    """As they are made and mounted, also with a few teeth: no point of another branch of either flank, and
+    all but some beside undercut or past the mate's involute."""
+    designs, known = random_designs("usual", 40, 11), []
+    for k in range(40):
+        design = mapped(lambda value, k=k: float(value[k]) if np.ndim(value) else value, designs)
+        for side in ("right", "left"):
+            if path_of_contact(design, side, 2).ends.status == Status.SOLVED:
+                share = ease_off(design, side, (7, 9)).deviation / float(design.pinion.tool.normal_module)
+                bends = [np.abs(np.diff(share, 2, axis=axis)) for axis in (0, 1)]
+                assert max(np.nanmax(bend, initial=0.0) for bend in bends) < 0.15
+                known.append(np.isfinite(share).mean())
+    assert np.mean(known) > 0.97
+
+
+def test_what_cannot_be_meant() -> None:
+    assert np.isnan(ease_off_at(table1(), "right", [np.nan, 0.0], 0.0)).tolist() == [True, False]
+    with pytest.raises(ValueError, match="at least 3 points"):
+        ease_off(table1(), "right", (2, 5))
+    with pytest.raises(ValueError, match="have no path of contact"):
+        ease_off(table1(errors=Errors(offset=30.0)))
+    with pytest.raises(ValueError, match="got a batch"):
+        ease_off(table1(errors=Errors(offset=np.zeros(2))))
