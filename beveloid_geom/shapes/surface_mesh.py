@@ -1,4 +1,4 @@
-"""Whole teeth to look at: surfaces with exact normals, and sections.
+"""Whole teeth to look at: surfaces with exact normals.
 
 The surfaces are those of the solid (`solid.tooth_surface`), but each part has points of its own
 there, so that edges stay sharp and normals are those of the true surface.
@@ -14,8 +14,7 @@ import numpy as np
 from ..arrays import FloatArray, Indices, Mask
 from ..design.model import Member
 from ..support.few_lines import few_lines
-from .outline import cut_sheets
-from .sampling import Faces, cells_for, form_of, grid_of, stations
+from .sampling import Faces
 from .solid import NAMES, teeth_with, tooth_surface, turned
 
 
@@ -76,20 +75,3 @@ def gear_mesh(
     return Mesh(
         np.concatenate(points), np.concatenate(normals), np.concatenate(faces), np.concatenate(part), NAMES
     )
-
-
-def transverse_section(member: Member, z: float, tolerance: float) -> FloatArray:
-    """Find the outline (n, 2) of a gear in the plane `z` (mm from mid-face), own frame, closed, against the
-    clock. Its points are exact, `tolerance` (mm) sets how many. Raises ValueError as
-    `outline.cut_sheets` does."""
-    at, pieces = np.array([z]), []
-    for name, sheet in cut_sheets(member).items():
-        form = form_of(sheet, tolerance)
-        s, _ = stations(form, cells_for(form, tolerance)[0], 1, sheet.half_width)
-        points = grid_of(sheet, s, at).points[:, 0, :2]
-        pieces.append(points[:0:-1] if name.startswith("right") else points[:-1])
-    tooth = np.concatenate(pieces) @ (1.0, 1.0j)
-    turns = np.exp(2.0j * np.pi / float(member.teeth) * np.arange(int(member.teeth)))
-    outline = np.multiply.outer(turns, tooth).ravel()
-    outline = np.append(outline, outline[0])
-    return np.stack((outline.real, outline.imag), axis=-1)

@@ -24,6 +24,8 @@ Pose: TypeAlias = tuple[FloatArray, FloatArray]
 
 MESH_PX = 0.2
 """Pixels by which triangles of gears may miss their surfaces: finer is not seen (`test_picture_density`)."""
+JOINED = 1e-6
+"""mm within which ends of lines are one."""
 EDGE_ANGLE_DEG = 35.0
 EDGE_COLOUR = "#303840"
 # Lights in the camera's frame (right, up, towards the viewer), and their strengths.
@@ -250,6 +252,16 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
             plotter.add_mesh(lines, color=EDGE_COLOUR, line_width=1.5, lighting=False)
     return int(len(faces) * (faces.shape[1] - 2))
+
+
+def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatArray]:
+    """Cut a closed surface by a plane through `point` (3,): its outlines (n, 3), each in order and closed."""
+    import pyvista as pv
+
+    faces = np.column_stack((np.full(len(surface.faces), surface.faces.shape[1]), surface.faces))
+    lines: Any = pv.PolyData(surface.points, faces.ravel()).slice(normal=normal, origin=point)
+    lines = lines.clean(tolerance=JOINED, absolute=True).strip(join=True, max_length=lines.n_cells)
+    return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
 
 
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:

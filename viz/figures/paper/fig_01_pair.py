@@ -7,48 +7,57 @@ from typing import Any
 
 import numpy as np
 
-from beveloid_geom import Design
+from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
-from beveloid_geom.shapes.surface_mesh import transverse_section
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 
 from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
 from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Size, fit_camera
+from ...stage.scene import MESH_PX, Camera, Item, Size, cut, fit_camera
 
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
-SECTION_TOLERANCE = 0.001
-"""Of the section, in normal modules."""
+SECTION_TOLERANCE = 0.003
+"""Of the section, in normal modules: less than a pixel."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairFigure:
-    """The pair as posed, and where its flanks touch both transverse sections through the contact
-    point, outlines (n, 3) in S_f."""
+    """The pair as posed, and where its flanks touch both members cut by one plane through the contact point:
+    outlines (n, 3) in S_f of each; what is to the right and upwards (2, 3), the common normal downwards."""
 
     pair: PosedPair
-    sections: tuple[FloatArray, ...]
+    axes: FloatArray
+    sections: tuple[list[FloatArray], ...]
 
 
 def compute(design: Design) -> PairFigure:
     """Find the pair with its right flanks touching in the middle of their path."""
     pair = posed.pose(design)
+    if not pair.touching:
+        return PairFigure(pair, np.full((2, 3), np.nan), ())
+    normal = path_of_contact(design, "right", 3).normal[1]
+    along = pair.axis.sum(axis=0)
+    along -= (along @ normal) * normal
+    along /= np.linalg.norm(along)
     sections = []
-    for member, (rotation, origin) in zip(design.members, pair.frames, strict=True):
-        z = float((pair.contact - origin) @ rotation[:, 2])
+    for member, frame in zip(design.members, pair.frames, strict=True):
         try:
-            outline = transverse_section(member, z, SECTION_TOLERANCE * float(member.tool.normal_module))
+            mesh = gear_mesh(
+                member,
+                SECTION_TOLERANCE * float(member.tool.normal_module),
+                bore_radius=posed.shaft_radius(member),
+            )
         except ValueError:
             break
-        flat = np.column_stack((outline, np.full(len(outline), z)))
-        sections.append(to_fixed((rotation, origin), flat))
-    return PairFigure(pair, tuple(sections))
+        sections.append(cut(posed.surface(mesh, frame, ""), pair.contact, along))
+    return PairFigure(pair, np.stack((np.cross(normal, along), -normal)), tuple(sections))
 
 
 def _ends(pair: PosedPair) -> FloatArray:
@@ -146,26 +155,24 @@ def _free_corner(page: theme.Page, shown: FloatArray) -> theme.Box:
 
 
 def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
-    """Draw both transverse sections, seen along the middle of the two axes."""
+    """Draw both members cut by one plane, the common normal out of the pinion downwards."""
     pair = data.pair
     axes = theme.overlay(page, box)
-    along = pair.axis.sum(axis=0)
-    along /= np.linalg.norm(along)
-    across = np.array([1.0, 0.0, 0.0]) - along[0] * along
-    across /= np.linalg.norm(across)
-    plane = np.stack((across, -np.cross(along, across)))
     half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
-    for outline, colour in zip(data.sections, theme.METALS, strict=True):
-        axes.fill(*(plane @ (outline - pair.contact).T), facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
+    for found, colour in zip(data.sections, theme.METALS, strict=True):
+        for outline in found:
+            seen = data.axes @ (outline - pair.contact).T
+            axes.fill(*seen, facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
+    axes.annotate("", (0.0, -0.55 * half), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": theme.RED})
     axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
     high = half * box.height / box.width
     axes.set_axis_on()
     axes.set(xlim=(-half, half), ylim=(-high, high), xticks=[], yticks=[])
     axes.spines[:].set(visible=True, color=theme.GREY, linewidth=1.0)
-    axes.set_title("Transverse sections through the contact point", fontsize=theme.SMALL)
-    annotate.text(axes, (-0.75 * half, -0.85 * high), "pinion")
-    annotate.text(axes, (0.75 * half, 0.85 * high), "gear")
-    annotate.text(axes, (0.0, 0.0), "contact", (0.0, -18.0), color=theme.RED, fontsize=theme.SMALL)
+    axes.set_title("Section that holds the common normal", fontsize=theme.SMALL)
+    annotate.text(axes, (-0.75 * half, 0.1 * high), "pinion")
+    annotate.text(axes, (0.75 * half, -0.1 * high), "gear")
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, 18.0), color=theme.RED, fontsize=theme.SMALL)
     length = theme.round_length(0.6 * half)
     axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
     middle = 0.9 * half - 0.5 * length, -0.9 * high
