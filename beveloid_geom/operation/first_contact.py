@@ -39,10 +39,10 @@ from .mesh import (
     middle_roll as middle_roll,
     spread as spread,
 )
-from .search_starts import TIP_SPARE, Grid, Scan, beside_fillets, grid_of, scan_of, starts_of
+from .search_starts import TIP_SPARE, Chart, Grid, Scan, beside_fillets, chart_of, grid_of, scan_of, starts_of
 from .separation import pitch_shift, pose_of
 
-Grids: TypeAlias = tuple[Grid, Grid]
+Grids: TypeAlias = tuple[Grid, Grid, Chart]
 
 GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
@@ -147,11 +147,11 @@ def first_contact(
 
 
 def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
-    """Give the points scanned, coarse and fine."""
+    """Give the points scanned, coarse and fine, and the chart of the gear for them."""
     points = [(*points[:2], max(points[2], int(np.ceil(each * mesh.turns)))) for points, each in GRIDS]
     with np.errstate(invalid="ignore", divide="ignore"):
-        coarse, fine = (grid_of(mesh.own, design.pinion, flank, count) for count in points)
-    return coarse, fine
+        coarse, fine = (grid_of(design.pinion, flank, count) for count in points)
+        return coarse, fine, chart_of(mesh.other, 0.5 * coarse.cell[0], 0.5 * coarse.cell[1])
 
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
@@ -186,7 +186,7 @@ def in_step(mesh: Mesh, unknown: Mask, grids: Grids) -> Mesh:
     task = replace(mesh.task(position, mesh.nearest[position]), period=2.0 * np.pi)
     f, phase = np.full(unknown.size, np.inf), mesh.phase.copy()
     with np.errstate(invalid="ignore", divide="ignore"):
-        f[position] = scan_of(task, grids[1]).within
+        f[position] = scan_of(task, grids[1], grids[2]).within
     touches = np.isfinite(f).reshape(unknown.shape)
     first = np.take_along_axis(f.reshape(unknown.shape), touches.argmax(axis=1)[:, None], axis=1)
     added = np.where(unknown & np.isfinite(first), mesh.other.sigma * first / mesh.lever, 0.0)
@@ -202,14 +202,14 @@ def _solved(
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
         pair = pair + mesh.nearest[position]
-    rough = scan_of(mesh.task(position, pair), grids[0], pairs is None)
+    rough = scan_of(mesh.task(position, pair), grids[0], grids[2], pairs is None)
     first, count = positions[:1].sum(), positions.size
     best, bottom = np.full(count, np.inf), np.zeros(count, dtype=bool)
     np.minimum.at(best, position - first, rough.within)
     kept = np.flatnonzero(rough.f.min(axis=1) <= best[position - first] + SPARE * mesh.module)
     position, pair = position[kept], pair[kept]
     task, group = mesh.task(position, pair), position - first
-    scan = scan_of(task, grids[1], pairs is None)
+    scan = scan_of(task, grids[1], grids[2], pairs is None)
     np.minimum.at(best, group, scan.within)
     bottom[group[scan.bottom]] = True
     own = np.minimum(rough.within[kept], scan.within)

@@ -9,7 +9,7 @@ explicit: if the pinion's point moves by dP and n is the gear's unit normal wher
 
 so that f is stationary where the normals are opposed. The limits of both members are eight
 functions c(s1, z1) >= 0 in the order of `status.Limit`, those of the gear through the meeting
-point; a root limit is the end of the fillet here. Second derivatives are complex steps.
+point; a root limit is the end of the fillet here. Second derivatives of the surfaces by s are complex steps.
 
 `least_clearances` goes from a start to a local least f within the limits by quadratic programs. In
 two unknowns such a program inside a trust box is solved outright, by trying its interior, edges
@@ -24,10 +24,9 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.equation import COMPLEX_STEP
-from ..gear.rack import Numbers
-from ..gear.tooth_side import Cut, Surface, cut_at
+from ..gear.tooth_side import Cut, Surface, cut_at, profile_at
 from ..status import Limit
-from .separation import Pose, met_by, seen_by_other
+from .separation import Pose
 
 BOX_SIDES = 4
 LINES = len(Limit) + BOX_SIDES
@@ -128,96 +127,144 @@ class Least:
         return Least(*(np.concatenate(parts, axis=-1) for parts in values))
 
 
-def _seen(task: Task, s: Numbers, z: Numbers) -> tuple[Cut, tuple[Numbers, Numbers, Numbers], Numbers]:
-    """Give the pinion's points at (s1, z1): where the rack cuts them, x, y, z2 as seen by the gear, and how
-    they move (3, 2, ...) with s1 and z1."""
-    cut, pose = cut_at(task.own, s, z), task.pose
-    cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
+def _with_rates(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Cut]:
+    """Give where the rack cuts a surface at (s, z), and the derivatives of that by s, by a complex step."""
+    values = vars(cut_at(surface, s + COMPLEX_STEP * 1j, z))
+    real = {name: np.real(value) for name, value in values.items()}
+    rates = {name: np.imag(value) / COMPLEX_STEP for name, value in values.items()}
+    return Cut(**real), Cut(**rates)
 
-    def turned(x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
-        return cos * x - sin * y, sin * x + cos * y
 
-    a, b = turned(cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x)
-    c, d = turned(cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x)
-    moves = np.stack(
+def _seen(task: Task, z: FloatArray, cut: Cut, by_s: Cut) -> FloatArray:
+    """Give the pinion's points x, y, z2 as seen by the gear, and their derivatives by s1, z1, twice s1, both
+    and twice z1: (3, 6, n)."""
+    pose, turned = task.pose, cut.phi + task.roll
+    # A point that turns by phi moves by (x', y') and phi' times its own place a quarter turn on.
+    a, b = cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x
+    c, d = cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x
+    rows = (
+        (cut.x, cut.y),
+        (a, b),
+        (c, d),
         (
-            np.stack((-a, -c)),
-            np.stack((-pose.cos * b, pose.sin - pose.cos * d)),
-            np.stack((pose.sin * b, pose.cos + pose.sin * d)),
-        )
+            by_s.x_s - by_s.phi_s * cut.y - cut.phi_s * (cut.y_s + b),
+            by_s.y_s + by_s.phi_s * cut.x + cut.phi_s * (cut.x_s + a),
+        ),
+        (
+            -by_s.phi_z * cut.y - cut.phi_z * cut.y_s - cut.phi_s * d,
+            by_s.y_z + by_s.phi_z * cut.x + cut.phi_z * cut.x_s + cut.phi_s * c,
+        ),
+        (-cut.phi_z * (cut.y_z + d), cut.phi_z * (cut.x_z + c)),
     )
-    return cut, seen_by_other(pose, 0, *turned(cut.x, cut.y), z), moves
+    x, y = np.array(rows).swapaxes(0, 1)
+    cos, sin = np.cos(turned), np.sin(turned)
+    x, y = cos * x - sin * y, sin * x + cos * y
+    seen = np.stack((-x, -pose.cos * y, pose.sin * y))
+    seen[0, 0] += pose.offset
+    ahead = z + pose.position[0]
+    seen[1, 0] += pose.sin * ahead
+    seen[2, 0] += pose.cos * ahead - pose.position[1]
+    seen[1, 2] += pose.sin
+    seen[2, 2] += pose.cos
+    return seen
 
 
-def limits_at(task: Task, s: Numbers, z: Numbers) -> tuple[Numbers, Numbers]:
-    """Give margins (8, ...) and their rates (8, 2, ...) by s1 and z1 at places, mm."""
-    return _limits(task, s, z, *_seen(task, s, z))
+def limits_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give margins (8, n) and their rates (8, 2, n) by s1 and z1 at places (n,), mm."""
+    cut, by_s = _with_rates(task.own, s, z)
+    margin, rate, _ = _limits(task, s, z, _radii(cut, by_s), _seen(task, z, cut, by_s))
+    return margin, rate
+
+
+def _radii(cut: Cut, by_s: Cut) -> FloatArray:
+    """Give the radius of points and its derivatives by s, z, twice s, both and twice z, (6, n)."""
+    x, y = cut.x, cut.y
+    square = (
+        cut.x_s**2 + cut.y_s**2 + x * by_s.x_s + y * by_s.y_s,
+        cut.x_s * cut.x_z + cut.y_s * cut.y_z + y * by_s.y_z,
+        cut.x_z**2 + cut.y_z**2,
+    )
+    rows = x * x + y * y, x * cut.x_s + y * cut.y_s, x * cut.x_z + y * cut.y_z, *square
+    return _rooted(np.array(rows))
+
+
+def _rooted(rows: FloatArray) -> FloatArray:
+    """Give a root and its derivatives (6, n) from its square and half the derivatives of that."""
+    root = np.sqrt(rows[0])
+    rows = rows / root
+    rows[3] -= rows[1] * rows[1] / root
+    rows[4] -= rows[1] * rows[2] / root
+    rows[5] -= rows[2] * rows[2] / root
+    return rows
 
 
 def _limits(
-    task: Task, s: Numbers, z: Numbers, cut: Cut, seen: tuple[Numbers, Numbers, Numbers], moves: Numbers
-) -> tuple[Numbers, Numbers]:
-    (x, y, z2), own, other = seen, task.own, task.other
-    r, r2 = np.sqrt(cut.square), np.sqrt(x * x + y * y)
-    margins = (
-        s - own.bottom,
-        r2 - other.root - other.root_taper * z2,
-        own.tip + own.taper * z - r,
-        other.tip + other.taper * z2 - r2,
-        own.half_width + z,
-        other.half_width + z2,
-        own.half_width - z,
-        other.half_width - z2,
-    )
-    margin = np.stack(np.broadcast_arrays(*margins))  # in the order of Limit
-    return margin, _rates(own, other, cut, (x * moves[0] + y * moves[1]) / r2, moves[2])
+    task: Task, s: FloatArray, z: FloatArray, radii: FloatArray, seen: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give margins (8, n), in the order of `Limit`, rates (8, 2, n) and second derivatives (8, 2, 2, n), from
+    the pinion's `radii` and what is `seen` (3, 6, n)."""
+    own, other, (x, y, high) = task.own, task.other, seen
+    squares = x[0] * x + y[0] * y
+    for k, (i, j) in enumerate(((1, 1), (1, 2), (2, 2)), 3):
+        squares[k] += x[i] * x[j] + y[i] * y[j]
+    other_radii = _rooted(squares)
+    rows = np.zeros((len(Limit), 6, x.shape[1]))
+    rows[Limit.PINION_ROOT, 1] = 1.0
+    rows[Limit.GEAR_ROOT] = other_radii - other.root_taper * high
+    rows[Limit.PINION_TIP] = -radii
+    rows[Limit.GEAR_TIP] = other.taper * high - other_radii
+    rows[Limit.PINION_TOE, 2], rows[Limit.PINION_HEEL, 2] = 1.0, -1.0
+    rows[Limit.GEAR_TOE], rows[Limit.GEAR_HEEL] = high, -high
+    rows[Limit.PINION_TIP, 2] += own.taper
+    rows[Limit.PINION_ROOT, 0] = s - own.bottom
+    rows[Limit.GEAR_ROOT, 0] -= other.root
+    rows[Limit.PINION_TIP, 0] += own.tip + own.taper * z
+    rows[Limit.GEAR_TIP, 0] += other.tip
+    rows[Limit.PINION_TOE, 0], rows[Limit.PINION_HEEL, 0] = own.half_width + z, own.half_width - z
+    rows[[Limit.GEAR_TOE, Limit.GEAR_HEEL], 0] += other.half_width
+    return rows[:, 0], rows[:, 1:3], _square(rows[:, 3:])
 
 
-def _first_order(task: Task, s: Numbers, z: Numbers, other_s: FloatArray) -> tuple[Numbers, ...]:
-    """Give slope (2, ...), margins (8, ...) and rates (8, 2, ...) at complex places; `other_s` is s2 at their
-    real parts."""
-    other = task.other
-    cut, (x, y, z2), moves = _seen(task, s, z)
-    square = x * x + y * y
-    near = cut_at(other, other_s.astype(complex) + 0.0 * z2, z2)
-    met = cut_at(other, other_s - (near.square - square) / near.square_s, z2)
-    u, v = (x * met.x + y * met.y) / square, (y * met.x - x * met.y) / square
-    normal = (u * met.nx - v * met.ny, v * met.nx + u * met.ny, met.nz)
-    scale = other.sigma * task.lever / (other.pitch_radius * met.ny)
-    slope = scale * (normal[0] * moves[0] + normal[1] * moves[1] + normal[2] * moves[2])
-    return slope, *_limits(task, s, z, cut, (x, y, z2), moves)
-
-
-def _rates(own: Surface, other: Surface, cut: Cut, by_r: Numbers, by_z: Numbers) -> Numbers:
-    """Give derivatives (8, 2, ...) of the margins by s1 and z1, from those (2, ...) of r2 and z2."""
-    r = np.sqrt(cut.square)
-    rate = np.zeros((len(Limit), *by_r.shape), dtype=by_r.dtype)
-    rate[Limit.PINION_ROOT, 0] = rate[Limit.PINION_TOE, 1] = 1.0
-    rate[Limit.PINION_HEEL, 1] = -1.0
-    rate[Limit.PINION_TIP] = np.stack((-0.5 * cut.square_s / r, own.taper - 0.5 * cut.square_z / r))
-    rate[Limit.GEAR_ROOT] = by_r - other.root_taper * by_z
-    rate[Limit.GEAR_TIP] = other.taper * by_z - by_r
-    rate[Limit.GEAR_TOE], rate[Limit.GEAR_HEEL] = by_z, -by_z
-    return rate
+def _square(rows: FloatArray) -> FloatArray:
+    """Give second derivatives (..., 2, 2, n) from those by twice s1, both and twice z1, (..., 3, n)."""
+    return rows[..., [[0, 1], [1, 2]], :]
 
 
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     """Give the clearance and its derivatives at places (s1, z1), each (n,), mm."""
-    cut = cut_at(task.own, s, z)
-    cos, sin = np.cos(cut.phi + task.roll), np.sin(cut.phi + task.roll)
-    x, y, z2 = seen_by_other(task.pose, 0, cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z)
-    angle, _, other_s, _, _ = met_by(task.other, x, y, z2, task.start)
-    step = COMPLEX_STEP * 1j * np.array(((1.0, 0.0), (0.0, 1.0)))[..., None]
-    slope, margin, rate = _first_order(task, s + step[0], z + step[1], other_s)
-    bend, curve = slope.imag / COMPLEX_STEP, rate.imag / COMPLEX_STEP
+    other = task.other
+    cut, by_s = _with_rates(task.own, s, z)
+    seen = _seen(task, z, cut, by_s)
+    x, y, high = seen[:, 0]
+    square, moves = x * x + y * y, seen[:, 1:3]
+    other_s = profile_at(other, square, high)
+    met, by_other = _with_rates(other, other_s, high)
+    cos, sin = x * met.x + y * met.y, y * met.x - x * met.y
+    # Angle between the point and the cut point as one arctangent, small at contact.
+    turn = np.arctan2(sin, cos) - met.phi - task.start
+    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    cos, sin = cos / square, sin / square
+    normal, scale = np.stack((met.nx, met.ny, met.nz)) / met.ny, other.sigma * task.lever / other.pitch_radius
+    bent = (np.stack((by_other.nx, by_other.ny, by_other.nz)) - by_other.ny * normal) / met.ny
+    normal, bent = (np.stack((cos * a - sin * b, sin * a + cos * b, c)) for a, b, c in (normal, bent))
+    slope = (normal[:, None] * moves).sum(axis=0)
+    # As the place moves, the point met moves along the profile, and its normal turns.
+    met_s = (2.0 * (x * moves[0] + y * moves[1]) - met.square_z * moves[2]) / met.square_s
+    turned = slope / other.pitch_radius + met.phi_s * met_s + met.phi_z * moves[2]
+    change = bent[:, None] * met_s
+    change[0] -= turned * normal[1]
+    change[1] += turned * normal[0]
+    bend = _square((normal[:, None] * seen[:, 3:]).sum(axis=0))
+    bend = bend + (moves[:, :, None] * change[:, None]).sum(axis=0)
+    margin, rate, curve = _limits(task, s, z, _radii(cut, by_s), seen)
     return Local(
         f=task.counted(angle) * task.lever,
-        slope=slope.real[:, 0],
-        bend=0.5 * (bend + bend.swapaxes(0, 1)),
-        margin=margin.real[:, 0],
-        rate=rate.real[:, :, 0],
+        slope=scale * slope,
+        bend=0.5 * scale * (bend + bend.swapaxes(0, 1)),
+        margin=margin,
+        rate=rate,
         curve=curve,
-        meeting=np.stack((other_s, z2)),
+        meeting=np.stack((other_s, high)),
     )
 
 

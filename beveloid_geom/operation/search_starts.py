@@ -1,5 +1,10 @@
 """Scans of the clearance over a tooth of the pinion, and where to start a search for its least.
 
+A scan takes the clearance of a point from the angle between it and the gear's surface at its radius and
+height. A chart holds the angles of that surface at nodes over radius and height; between them they are
+interpolated, which takes no equation to be solved. The error of a chart is known, so that the least
+clearance of every tooth pair is exact: every point is evaluated that may be the least.
+
 The clearance (`least_clearance`) is convex along the profile of ordinary flanks and nearly so along the
 face, so that the local least values of a scan's lines lead to the true ones. Fillets are concave:
 beside a tangency on the flank there may be another least at the edge of a tip on the other's
@@ -16,10 +21,11 @@ import numpy as np
 from ..arrays import FloatArray, Integers, Mask
 from ..design.model import Member
 from ..gear.flank import tip_parameter
-from ..gear.tooth_side import Surface, angle_of, cut_at
+from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..status import Limit
+from ..support.read_only import kept
 from .least_clearance import Task, limits_at, local_at
-from .separation import BLOCK, met_by, seen_by_other
+from .separation import met_by
 
 STARTS, STATIONS = 3, 8
 """Local least values that are followed of each scan line, along the face and along the profile; stations
@@ -29,41 +35,82 @@ SPARE, TIP_SPARE = 0.05, 0.01
 scanned and still be a start."""
 TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
-FILLET_STEPS = 1.8
-"""Points on a fillet for each cell of its length."""
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the clearance falls faster than this from it along the profile."""
 FURTHEST = 2.0
 """Cells from a fillet, or below a tip, from where on no edge on a fillet is less than a cell away."""
-TIP_REACH, TIP_STEPS = 0.05, (0.05, 0.25)
-"""Shares of a cell: how far from a fillet a tip's edge still counts as on it, and how far a step may
-go along the profile from such an edge and from beside it, lest it leap over what is looked for."""
+TIP_STEPS = 0.05, 0.25
+"""Shares of a cell: how far a step may go along the profile from a tip's edge on a fillet and from beside it,
+lest it leap over what is looked for."""
+FILLET_STEPS = 1.8
+"""Points on a fillet for each cell of its length."""
+TIP_REACH = 0.05
+"""Share of a cell: how far from a fillet a tip's edge still counts as on it."""
+NODES = 128, 12
+"""Nodes of a chart, by radius and along the face."""
+SAFE = 2.0
+"""Times the error seen in the middle of a chart's meshes that it may have anywhere."""
+BLOCK = 12288
+"""Points taken at a time, so that the arrays stay in the cache."""
+LARGE = 1e300
+"""Less than infinite."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points of the pinion's surface for a scan, (n,): coordinates s, z, radius, angle; `shape`
-    (profile, face); `cell`: steps along s and z, mm."""
+    """Points of the pinion's surface for a scan: `points` (4, n): x, y, z in the own frame at roll 0, and 1;
+    their profile coordinate `s` and `z` (n,); `shape` (profile, face); `cell`: steps along s and z, mm. Of
+    the lines along the face only the first ones, `low` in number, have points less than half a cell above
+    the joint or below it."""
 
+    points: FloatArray
     s: FloatArray
     z: FloatArray
-    radius: FloatArray
-    angle: FloatArray
     shape: tuple[int, int]
     cell: tuple[float, float]
+    low: int
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """Angles (rad) of a surface about its axis (NODES), at equal steps of the root of the height above its
+    root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of these; and their `error` (rad)."""
+
+    angle: FloatArray
+    start: float
+    rate: tuple[float, float]
+    error: float
+
+    def at(self, above: FloatArray, z: FloatArray) -> FloatArray:
+        """Give angles (rad) of points by their height `above` the root cone and z, mm."""
+        across, along = np.sqrt(above) * self.rate[0], (z - self.start) * self.rate[1]
+        first = np.minimum(across.astype(np.int32), NODES[0] - 2)
+        second = np.minimum(along.astype(np.int32), NODES[1] - 2)
+        across -= first
+        along -= second
+        node, angle = first * NODES[1] + second, self.angle.ravel()
+        low, high = (angle.take(node + k, mode="clip") for k in (0, NODES[1]))
+        low += along * (angle.take(node + 1, mode="clip") - low)
+        high += along * (angle.take(node + NODES[1] + 1, mode="clip") - high)
+        high -= low
+        high *= across
+        low += high
+        return np.asarray(low)
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell;
-    `at_tips` (n, 2, points): distance, mm, from the gear's and the pinion's tip edge, finite where
-    it is near the other's fillet; the least f `within` the limits; whether a tip and a `bottom` land meet.
-    `periods` (n, points): how many periods of the task after its start f is counted from."""
+    """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell; distance, mm,
+    from tips' edges where these are near the other's fillet, or infinite: of the gear's, `gear_tip` (n, low
+    points), and of the pinion's, 0 on its edge, `pinion_tip` (n, face); the least f `within` the limits;
+    whether a tip and a `bottom` land meet. `periods` (n, points): how many periods of the task after its
+    start f is counted from."""
 
     f: FloatArray
     periods: Integers
-    at_tips: FloatArray
+    gear_tip: FloatArray
+    pinion_tip: FloatArray
     within: FloatArray
     bottom: Mask
 
@@ -79,10 +126,11 @@ class Starts:
     box: FloatArray
 
 
-def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
+@kept(64)
+def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     """Give fillet and flank of the pinion with `points` on the fillet, on the flank and along the face; more
     on the fillet, up to as many as on the flank, where a step of them would rise by more than a cell."""
-    fillet, profile, face = points
+    own, (fillet, profile, face) = surface_of(member, flank), points
     cell = ((own.highest - own.joint) / (profile - 1), 2.0 * own.half_width / (face - 1))
     fillet = max(fillet, int(min(np.nan_to_num(FILLET_STEPS * (own.joint - own.bottom) / cell[0]), profile)))
     z = own.half_width * np.linspace(-1.0, 1.0, face)
@@ -91,48 +139,117 @@ def grid_of(own: Surface, member: Member, flank: str, points: tuple[int, int, in
     low = own.joint - (own.joint - own.bottom) * below
     high = own.joint + (top - own.joint) * np.linspace(0.0, 1.0, profile)[:, None]
     s = np.concatenate((low + 0.0 * z, high))
-    z = np.broadcast_to(z, s.shape)
+    deep = (s < own.joint + (0.5 + TIP_REACH) * cell[0]).any(axis=1)
+    shape, s, z = s.shape, s.ravel(), np.broadcast_to(z, s.shape).ravel()
     cut = cut_at(own, s, z)
-    s, z, radius, angle = (x.reshape(-1) for x in (s, z, np.sqrt(cut.square), angle_of(cut)))
-    return Grid(s, z, radius, angle, shape=(fillet + profile, face), cell=cell)
+    cos, sin = np.cos(cut.phi), np.sin(cut.phi)
+    place = np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z, np.ones(z.shape)))
+    return Grid(place, s, z, shape, cell, int(np.flatnonzero(deep)[-1]) + 1)
 
 
-def scan_of(task: Task, grid: Grid, turns: bool = True) -> Scan:
-    """Give the clearance at the points of a grid, for every tooth pair of the task; with `turns` also where
-    the same teeth meet again periods later."""
-    other, n, reach = task.other, grid.s.size, TIP_REACH * grid.cell[0]
-    turned = grid.angle + task.roll[:, None]
-    pose = task.pose.at(np.arange(len(task.roll))[:, None])
-    x, y, z = seen_by_other(pose, 0, grid.radius * np.cos(turned), grid.radius * np.sin(turned), grid.z)
-    r = np.hypot(x, y)
-    root, above = r - other.root - other.root_taper * z, r - other.tip - other.taper * z
-    outside = np.maximum(np.maximum(above, 0.0) / grid.cell[0], (np.abs(z) - other.half_width) / grid.cell[1])
-    f, other_s = np.full(r.shape, np.inf), np.full(r.shape, np.inf)
-    periods = np.zeros(r.shape, dtype=np.int64)
-    near = np.flatnonzero((outside <= 0.5) & (root > 0.0))
-    x, y, z, start = x.reshape(-1)[near], y.reshape(-1)[near], z.reshape(-1)[near], task.start[near // n]
-    for first in range(0, near.size, BLOCK):
-        part = slice(first, first + BLOCK)
-        angle, _, met, _, _ = met_by(other, x[part], y[part], z[part], start[part])
-        angle = task.counted(angle)
-        before = np.nan_to_num(np.floor((angle - task.earliest) / task.period))
-        angle -= before * task.period
-        periods.reshape(-1)[near[part]] = other.sigma * before
-        lost = np.isnan(angle) if turns else np.isnan(angle) | (before != 0.0)
-        f.reshape(-1)[near[part]] = np.where(lost, np.inf, angle * task.lever)
-        other_s.reshape(-1)[near[part]] = met
-    # Nearly a millimetre along the profile is a millimetre of the other's radius.
-    deep = (np.abs(above) <= 0.5 * grid.cell[0]) & (grid.s + above < task.own.joint + reach)
-    tip = (np.arange(n) >= n - grid.shape[1]) & (other_s < other.joint + reach)
-    within = outside <= 0.0
-    bottom = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
-    return Scan(
-        f=f,
-        periods=periods,
-        at_tips=np.stack((np.where(deep, np.abs(above), np.inf), np.where(tip, 0.0, np.inf)), axis=1),
-        within=np.where(within, f, np.inf).min(axis=1),
-        bottom=np.asarray(bottom),
+@kept(64)
+def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
+    """Make the chart of a surface from its root up to `above` (mm) its tip, and `beyond` (mm) its toe and
+    heel; NaN where it has no points."""
+    half = surface.half_width + beyond
+    depth = surface.tip - surface.root + abs(surface.taper - surface.root_taper) * half + above
+    root, z = np.linspace(0.0, np.sqrt(depth), NODES[0])[:, None], half * np.linspace(-1.0, 1.0, NODES[1])
+
+    def angles(root: FloatArray, z: FloatArray) -> FloatArray:
+        root, z = np.broadcast_arrays(root, z)
+        square = (surface.root + surface.root_taper * z + root * root) ** 2
+        s = profile_at(surface, square.ravel(), z.ravel())
+        return angle_of(cut_at(surface, s, z.ravel())).reshape(z.shape)
+
+    angle = np.concatenate(
+        (angle_of(cut_at(surface, surface.bottom + 0.0 * z, z))[None], angles(root[1:], z))
     )
+    middle = 0.25 * (angle[1:, 1:] + angle[1:, :-1] + angle[:-1, 1:] + angle[:-1, :-1])
+    missed = np.abs(middle - angles(0.5 * (root[1:] + root[:-1]), 0.5 * (z[1:] + z[:-1])))
+    rate = (NODES[0] - 1) / float(np.sqrt(depth)), (NODES[1] - 1) / (2.0 * half)
+    return Chart(angle, -half, rate, SAFE * float(np.nan_to_num(missed).max()))
+
+
+def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
+    """Give the clearance at the points of a grid, for every tooth pair of the task, by a chart of the gear;
+    with `turns` also where the same teeth meet again periods later."""
+    count, lines = task.roll.size, (grid.low * grid.shape[1], grid.shape[1])
+    scan = Scan(
+        f=np.empty((count, grid.s.size)),
+        periods=np.zeros((count, grid.s.size), dtype=np.int16),
+        gear_tip=np.empty((count, lines[0])),
+        pinion_tip=np.empty((count, lines[1])),
+        within=np.full(count, np.inf),
+        bottom=np.zeros(count, dtype=bool),
+    )
+    moves, rows = _moves(task), max(1, BLOCK // grid.s.size)
+    doubt = []
+    for first in range(0, count, rows):
+        part = slice(first, first + rows)
+        here = Scan(*(value[part] for value in vars(scan).values()))
+        row, point, within = _scan_rows(task, grid, chart, turns, (moves[:, part], task.start[part]), here)
+        doubt.append((row + first, point, within))
+    if doubt:
+        row, point, within = (np.concatenate(parts) for parts in zip(*doubt, strict=True))
+        x, y, z = (moves[:, row] * grid.points[:, point].T).sum(axis=-1)
+        angle, before = _counted(task, met_by(task.other, x, y, z, task.start[row])[0])
+        f = np.where(np.isnan(angle) | ((before != 0.0) & (not turns)), np.inf, angle * task.lever)
+        scan.f[row, point], scan.periods[row, point] = f, task.other.sigma * before
+        np.minimum.at(scan.within, row[within], f[within])
+    return scan
+
+
+def _moves(task: Task) -> FloatArray:
+    """Give what makes the gear's coordinates x, y, z of the `points` of a grid, (3, n, 4)."""
+    pose, cos, sin = task.pose, np.cos(task.roll), np.sin(task.roll)
+    ahead, none = pose.position[0], np.zeros(task.roll.shape)
+    rows = (
+        (-cos, sin, none, pose.offset + none),
+        (-pose.cos * sin, -pose.cos * cos, pose.sin, pose.sin * ahead),
+        (pose.sin * sin, pose.sin * cos, pose.cos, pose.cos * ahead - pose.position[1]),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows])
+
+
+def _counted(task: Task, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give angles (rad) of the gear in the period they are looked at, and after how many."""
+    if angle.min(initial=0.0) >= task.earliest and angle.max(initial=0.0) < task.earliest + task.period:
+        return angle, np.zeros((1,) * angle.ndim)
+    least = -np.pi - task.earliest
+    angle = angle - 2.0 * np.pi * np.floor((angle - least) / (2.0 * np.pi))
+    before = np.nan_to_num(np.floor((angle - task.earliest) / task.period))
+    return angle - before * task.period, before
+
+
+def _scan_rows(
+    task: Task, grid: Grid, chart: Chart, turns: bool, rows: tuple[FloatArray, FloatArray], scan: Scan
+) -> tuple[Integers, Integers, Mask]:
+    """Scan tooth pairs with these moves and starts of the gear, but for what is `within`; and give the pairs,
+    points and whether within of what can be the least, as far as the chart tells, and of what it does not."""
+    other, reach, face = task.other, TIP_REACH * grid.cell[0], grid.shape[1]
+    moves, start = rows
+    x, y, z = moves @ grid.points
+    r = np.sqrt(x * x + y * y)
+    root, above = r - other.root_taper * z - other.root, r - other.taper * z - other.tip
+    outside = np.maximum(above / grid.cell[0], (np.abs(z) - other.half_width) / grid.cell[1])
+    near, within = (outside <= 0.5) & (root > 0.0), outside <= 0.0
+    turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
+    angle, before = _counted(task, other.sigma * turn)
+    scan.f[:] = np.where(near if turns else near & (before == 0.0), task.lever * angle, np.inf)
+    scan.periods[:] = other.sigma * before
+    # Nearly a millimetre along the profile is a millimetre of the other's radius.
+    low, edge = slice(0, grid.low * face), slice(-face, None)
+    deep, rise = np.abs(above[:, low]), grid.s[low] + above[:, low]
+    on = (deep <= 0.5 * grid.cell[0]) & (rise < task.own.joint + reach)
+    scan.gear_tip[:] = np.where(on, deep, np.inf)
+    fillet = cut_at(other, np.full(z[:, edge].shape, other.joint + reach), z[:, edge]).square
+    on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < fillet)
+    scan.pinion_tip[:] = np.where(on, 0.0, np.inf)
+    scan.bottom[:] = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
+    least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * task.lever * chart.error
+    unknown = np.isnan(scan.f)
+    row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, LARGE)[:, None]) | unknown))
+    return row, point, within[row, point]
 
 
 def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> Starts:
@@ -140,10 +257,12 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     row, point = _line_starts(scan.f, grid.shape, least + SPARE * module)
     cell = np.array(grid.cell)[:, None]
     place = np.stack((grid.s[point], grid.z[point]))
-    parts = [Starts(row, scan.periods[row, point], place, np.broadcast_to(cell, place.shape))]
+    parts = [
+        Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
+    ]
     bound = least + SPARE * module, least + TIP_SPARE * module
-    for k, (tip, inwards) in enumerate(TIPS):
-        row, periods, place = _edge_starts(task, scan, scan.at_tips[:, k], grid, bound, tip)
+    for tip, inwards in TIPS:
+        row, periods, place = _edge_starts(task, scan, grid, bound, tip)
         for step, moved in zip(TIP_STEPS, (0.0, inwards * grid.cell[0]), strict=True):
             box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
             parts.append(Starts(row, periods, place + np.array(((moved,), (0.0,))), box))
@@ -172,17 +291,18 @@ def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tu
 
 
 def _edge_starts(
-    task: Task, scan: Scan, away: FloatArray, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
+    task: Task, scan: Scan, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
 ) -> tuple[Integers, Integers, FloatArray]:
     """Give tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
-    station along the face: the scanned points least `away` from it (tasks, points), if f is within the first
-    bound (tasks,) there, moved on to the edge, where f is within the second."""
-    lines = away.reshape(-1, *grid.shape)
+    station along the face: the scanned points least away from it, if f is within the first bound (tasks,)
+    there, moved on to the edge, where f is within the second."""
+    away, first = (scan.gear_tip, 0) if tip == Limit.GEAR_TIP else (scan.pinion_tip, grid.shape[0] - 1)
+    lines = away.reshape(len(away), away.shape[1] // grid.shape[1], grid.shape[1])
     row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
-    point = lines[row, :, station].argmin(axis=1) * grid.shape[1] + station
+    point = (lines[row, :, station].argmin(axis=1) + first) * grid.shape[1] + station
     near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
     row, point = row[near], point[near]
-    periods = scan.periods[row, point]
+    periods = scan.periods[row, point].astype(np.int64)
     place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
     if not row.size:
         return row, periods, place
