@@ -20,7 +20,7 @@ from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
-POINTS, RUNNING = 161, 17
+POINTS, RUNNING = 161, 11
 """Coefficients at which Eq. 16 is evaluated, and the mesh cycle."""
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (

@@ -25,7 +25,7 @@ from ...stage import theme
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"
-STEPS, STEPS_IN_OPERATION = 33, 21
+STEPS, STEPS_IN_OPERATION = 33, 17
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
 COLUMNS_OF_TEXT = 172
 ROW_OF_TEXT = 125
