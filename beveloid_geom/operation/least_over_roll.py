@@ -26,8 +26,8 @@ from .separation import Pose, pose_of, seen_by_other
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-BESIDE = 2
-"""Samples looked at on either side of where the least is expected."""
+BESIDE = 3
+"""Samples looked at on either side of where the least may be."""
 PASSES, STAND, REACHED, HALVED = 60, 2e-4, 1e-7, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
@@ -110,21 +110,27 @@ def whole(number: float) -> int:
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Distances `table` (k, n), mm, of points at the rolls of a mating, infinite where there is none or none
-    was asked for; all `rows` (4, m) that were, of which `place` (k, n) has the numbers, -1 for none."""
+    was asked for; all `rows` (4, m) that were, of which `place` (k, n) has the numbers, -1 for none. `room`
+    (mm): by how much a foot may miss the mating flank at a sample and yet be on it close by."""
 
     table: FloatArray
     rows: FloatArray
     place: Integers
+    room: float
 
     @property
     def near(self) -> Mask:
-        """Say near which samples (k, n) the least may be: such as are lower than those beside them, and those
-        between which the foot may come onto the mating flank for a while; all, if there is none."""
-        low, most = np.isfinite(self.table) & _least(self.table), np.full(self.table.shape, np.nan)
-        most[self.place >= 0] = np.nan_to_num(self.rows[MARGIN, self.place[self.place >= 0]], nan=-np.inf)
-        beside = np.pad(most, ((1, 1), (0, 0)), constant_values=np.inf)
-        reached = 2.0 * most >= np.minimum(beside[:-2], beside[2:])
-        found = low | (np.isinf(self.table) & np.isfinite(most) & _least(-most) & reached)
+        """Say near which samples (k, n) the least may be: all, if there is none, else those lower than the
+        ones beside them, those from which the separation falls while the foot leaves the mating flank, and
+        those at which the foot comes nearest to that without being on it."""
+        on, known = np.isfinite(self.table), self.place >= 0
+        low, margin, apart = on & _least(self.table), *np.full((2, *on.shape), np.nan)
+        margin[known] = self.rows[MARGIN, self.place[known]]
+        apart[known] = self.rows[DISTANCE, self.place[known]]
+        found = low | (~on & (margin > -self.room) & _least(-np.nan_to_num(margin, nan=-np.inf)))
+        falls = ~on[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), ~on[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
+        found[:-1] |= falls[0]
+        found[1:] |= falls[1]
         count, near = len(low), np.pad(found, ((BESIDE, BESIDE), (0, 0)))
         near = np.logical_or.reduce([near[k : k + count] for k in range(2 * BESIDE + 1)])
         return np.asarray(near | ~low.any(axis=0))
@@ -163,7 +169,7 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
         beside = np.clip(table.argmin(axis=0) + np.array([[-1], [1]]), 0, count - 1)
         alone = (place[beside, np.arange(n)] < 0).any(axis=0) | np.isinf(table.min(axis=0))
         asked = (place < 0) & alone
-    return Samples(table, np.concatenate(parts, axis=1), place)
+    return Samples(table, np.concatenate(parts, axis=1), place, float(mating.sheet.module))
 
 
 def least_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> LeastSeparation:
