@@ -23,8 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray
 from ..design.model import Member
-from ..gear.flank import flank_patch
-from ..gear.perpendicular import turned
+from ..gear.flank import flank_patch, turned
 from ..gear.rack import rack_normal, rack_of, rack_point, rack_tangent
 from ..pair.frames import layout_by_case, layout_of, member_frame, normals_to_fixed
 from ..status import EllipseStatus

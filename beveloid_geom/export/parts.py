@@ -18,8 +18,8 @@ from ..contact.placing import MeshingPair
 from ..design.model import Design, Member
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
+from ..operation.least_over_roll import least_separation, mating_of
 from ..operation.operating_rolls import first_contact_operation
-from ..operation.pattern import least_separation, sampled_rolls, separation_of
 from ..operation.separation import separation
 from ..shapes.elements import VolumeMesh
 from ..shapes.outline import require_tolerance
@@ -103,11 +103,8 @@ def flank_surface(grid: FlankGrid, fields: dict[str, FloatArray]) -> SurfaceMesh
 def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
     """Find the least separation (nl, nz), mm, of the flank over the mesh of one tooth pair, as
     `contact_pattern` finds it: below its thickness marking compound is left. NaN without a mate."""
-    operation = first_contact_operation(design, pose.flank)
-    rolls = sampled_rolls(design, operation)
-    apart = separation_of(design, pose.flank, member, operation)
-    least, _, _ = least_separation(apart, grid.points.reshape(-1, 3), rolls)
-    return np.where(np.isfinite(least), least, np.nan).reshape(grid.l.shape)
+    mating = mating_of(design, pose.flank, member, first_contact_operation(design, pose.flank))
+    return least_separation(mating, grid.points.reshape(-1, 3)).least.reshape(grid.l.shape)
 
 
 def separation_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:

@@ -19,15 +19,19 @@ start for any parabola. u and the signed distance follow as V.t and along n.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Mask
+from ..arrays import Codes, FloatArray, Mask, Quantity
 from ..design.model import Member
 from ..status import Status
-from .flank import highest_parameter, root_parameter, tip_radius, turned as turned
+from .flank import active_range, tip_radius
 from .rack import Rack, rack_normal, rack_of, rack_point
+
+Vector: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Components of points (mm) or vectors in a member's own frame."""
 
 NEWTON_LIMIT = 30
 LAST_STEP = 2e-8
@@ -54,6 +58,49 @@ class Feet:
     status: Codes
 
 
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A single member's flank as its `rack` cuts it, with its limits, mm: lowest and highest `l`, the tip
+    cone's radius at mid-face and `taper`, half the face width; and the module, mm."""
+
+    rack: Rack
+    root: Quantity
+    highest: Quantity
+    tip: Quantity
+    taper: Quantity
+    half: Quantity
+    module: Quantity
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """Feet as in `Feet`, and the generating roll angle `phi` (rad) of each; `normal` by components, and its
+    `moment` (mm) about the member's axis."""
+
+    l: FloatArray
+    phi: FloatArray
+    u: FloatArray
+    z: FloatArray
+    distance: FloatArray
+    normal: Vector
+    moment: FloatArray
+    margin: FloatArray
+
+
+def sheet_of(member: Member, flank: str) -> Sheet:
+    """Give a flank with its limits."""
+    root, highest = active_range(member)
+    return Sheet(
+        rack=rack_of(member, flank),
+        root=root,
+        highest=highest,
+        tip=tip_radius(member, 0.0),
+        taper=np.tan(member.cone_angle),
+        half=0.5 * member.face_width,
+        module=member.tool.normal_module,
+    )
+
+
 def feet(
     member: Member, flank: str, points: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
 ) -> Feet:
@@ -62,18 +109,29 @@ def feet(
 
     The foot is taken on the flank as its parameters extend it; `status` says whether it lies within
     root, tip, toe and heel."""
-    rack, last = rack_of(member, flank), LAST_STEP * np.asarray(member.tool.normal_module)
+    sheet = sheet_of(member, flank)
     x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        l, phi = _unmodified_foot(rack, x, y, z) if start is None else _given_foot(rack, *start)
-        done = np.zeros(np.shape(x), dtype=bool)
-        for _ in range(NEWTON_LIMIT):
-            step_l, step_phi, regular = _newton_step(rack, (x, y, z), l, phi)
-            l, phi = l + step_l, phi + step_phi
-            done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
-            if np.all(done | ~np.isfinite(l)):
-                break
-        return _feet(member, rack, (x, y, z), np.where(done & regular, l, np.nan), phi)
+        foot = foot_on(sheet, (x, y, z), None if start is None else _given_foot(sheet.rack, *start))
+    beyond = foot.margin < -EDGE * np.asarray(sheet.module)
+    off = np.where(beyond, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
+    status = np.where(np.isnan(foot.l), np.int8(Status.NOT_CONVERGED), off).astype(np.int8)
+    normal = np.stack(np.broadcast_arrays(*foot.normal), axis=-1)
+    return Feet(foot.l, foot.u, foot.z, foot.distance, normal, foot.margin, status)
+
+
+def foot_on(sheet: Sheet, point: Vector, near: tuple[FloatArray, FloatArray] | None = None) -> Foot:
+    """Find the feet on a flank of perpendiculars from points by components; `near`: l and phi to start from,
+    else those of the unmodified flank's foot. To be called where errors of numbers are ignored."""
+    rack, last = sheet.rack, LAST_STEP * np.asarray(sheet.module)
+    l, phi = _unmodified_foot(rack, *point) if near is None else near
+    for _ in range(NEWTON_LIMIT):
+        step_l, step_phi, regular = _newton_step(rack, point, l, phi)
+        l, phi = l + step_l, phi + step_phi
+        done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
+        if np.all(done | ~np.isfinite(l)):
+            break
+    return _foot(sheet, point, np.where(done & regular, l, np.nan), phi)
 
 
 def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -97,9 +155,7 @@ def _unmodified_foot(
     return _slid(rack, (x, y, z), phi)[0], phi
 
 
-def _slid(
-    rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], phi: FloatArray
-) -> tuple[FloatArray, ...]:
+def _slid(rack: Rack, point: Vector, phi: FloatArray) -> tuple[FloatArray, ...]:
     """Find V.d, V.m, V.t of the module's text, with W.d, W.m and dW/dphi . d, dW/dphi . m."""
     x, y, z = point
     cos, sin = np.cos(phi), np.sin(phi)
@@ -115,7 +171,7 @@ def _slid(
 
 
 def _newton_step(
-    rack: Rack, point: tuple[FloatArray, FloatArray, FloatArray], l: FloatArray, phi: FloatArray
+    rack: Rack, point: Vector, l: FloatArray, phi: FloatArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
@@ -133,26 +189,18 @@ def _newton_step(
     return step_l / determinant, step_phi / determinant, (determinant > 0.0) & (a < 0.0)
 
 
-def _feet(
-    member: Member,
-    rack: Rack,
-    point: tuple[FloatArray, FloatArray, FloatArray],
-    l: FloatArray,
-    phi: FloatArray,
-) -> Feet:
+def _foot(sheet: Sheet, point: Vector, l: FloatArray, phi: FloatArray) -> Foot:
+    rack = sheet.rack
     vd, vm, u, *_ = _slid(rack, point, phi)
     bend = 2.0 * rack.parabola * l
     length = np.sqrt(1.0 + bend * bend)
     distance = (vm - 0.5 * bend * l - bend * (vd - l)) / length
-    normal = turned(phi, *rack_normal(rack, l))
-    u = np.where(np.isnan(l), np.nan, u)
-    x, y, z = (value - distance * normal[..., axis] for axis, value in enumerate(point))
-    half = 0.5 * np.asarray(member.face_width)
-    reach = tip_radius(member, z) - np.hypot(x, y)
+    nx, ny, nz = ((m - bend * d) / length for m, d in zip(rack.normal, rack.direction, strict=True))
+    cos, sin = np.cos(phi), np.sin(phi)
+    normal = cos * nx - sin * ny, sin * nx + cos * ny, nz
+    x, y, z = (value - distance * n for value, n in zip(point, normal, strict=True))
+    reach = sheet.tip + sheet.taper * z - np.sqrt(x * x + y * y)
     # A parabola folds back far out, to where radii mean nothing: no tip lies beyond `highest`.
-    inside = (l - root_parameter(member), highest_parameter(member) - l, reach, half + z, half - z)
-    margin = np.stack(np.broadcast_arrays(*inside)).min(axis=0)
-    beyond = margin < -EDGE * np.asarray(member.tool.normal_module)
-    off = np.where(beyond, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
-    status = np.where(np.isnan(l), np.int8(Status.NOT_CONVERGED), off).astype(np.int8)
-    return Feet(l, u, z, distance, normal, margin, status)
+    margin = np.minimum(np.minimum(l - sheet.root, sheet.highest - l), reach)
+    margin = np.minimum(margin, sheet.half - np.abs(z))
+    return Foot(l, phi, np.where(np.isnan(l), np.nan, u), z, distance, normal, rack.pitch_radius * ny, margin)

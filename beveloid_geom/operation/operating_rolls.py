@@ -22,6 +22,8 @@ from .mesh_cycle import mesh_cycle
 
 RUN_OUT, LEAST_CYCLE = 0.5, 3.0
 """Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
+STEP = 1e-7
+"""rad between rolls of which the difference gives a rate."""
 
 
 class UnknownOperationError(ValueError):
@@ -44,6 +46,13 @@ class Operation:
     span: tuple[float, float]
     gear_roll: Callable[[FloatArray], FloatArray]
     kinks: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
+        """Give the gear's roll (rad) and, by differences, its rate over the pinion's (2, n) at rolls (n,),
+        rad. At a kink it is the rate on the side `towards` (n,)."""
+        beside = roll + np.clip(0.25 * (towards - roll), -STEP, STEP)
+        here, there = self.gear_roll(np.stack((roll, beside)))
+        return np.stack((here, (there - here) / (beside - roll)))
 
 
 def given_operation(

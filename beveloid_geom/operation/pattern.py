@@ -6,9 +6,8 @@ transmission error the least separation is the ease-off of the one flank against
 the other one generates.
 
 The separation is the exact distance to the mating flank (`perpendicular.feet`), counted while the foot
-lies on that flank. Along the roll it is sampled, at the kinks of the operation too; between it is smooth, and
-parabolas lead to its least value. Where the foot leaves the mating flank before, the least value is that at
-the edge, found by quartering.
+lies on that flank, and `least_over_roll` finds its least over the roll. Grids, and borders of areas, are
+looked at only near those samples of the roll at which coarser grids have local least values.
 
 The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
 (`mesh_cycle`). The least separation is then positive but for rounding.
@@ -16,36 +15,21 @@ The gear's roll at a pinion roll is given, or that of the first contact of all t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Integers, Mask
+from ..arrays import Codes, FloatArray, Mask
 from ..contact.ellipse import MARKING_SEPARATION
-from ..contact.placing import frames_at
 from ..design.model import Design, Member
 from ..gear.flank import flank_point, place_at
-from ..gear.perpendicular import feet
-from ..pair.frames import to_fixed
-from ..status import PatternStatus, Status
+from ..status import PatternStatus
 from ..support.few_lines import few_lines
-from .marked_area import marked_area
-from .operating_rolls import Operation, first_contact_operation, given_operation
+from ..support.marked_area import marked_area
+from .least_over_roll import Mating, least_separation, mating_of, sampled, whole
+from .operating_rolls import first_contact_operation, given_operation
 
-POSES_PER_PITCH = 10
-"""Poses at which the separation is sampled before it is refined."""
-QUARTERINGS = 18
-"""Steps to the edge of the mating flank."""
-GOLDEN, STEPS = 0.5 * (3.0 - np.sqrt(5.0)), 16
-"""Share of the longer side of a bracket at which to look where no parabola tells; steps at most."""
-BESIDE, LEVEL = 1e-5, 1e-13
-"""Share of a bracket within which the place is looked for: the square of it is an error of the value; mm by
-which the ends of a bracket may stand above its least value and all be one."""
-BLOCK = 8192
-"""Points taken at a time, so that the arrays stay in the cache."""
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
 flank's root that the mating tip does not reach."""
@@ -54,8 +38,8 @@ AREA_ERROR = 0.01
 LEAST_AREA_ERROR = 1e-3
 """Least error of areas that may be asked for."""
 MAX_POINTS = 1_000_000
-ROUNDING = 1e-12
-"""Relative: what counts as whole."""
+ON_LINE = 1e-9
+"""Cells of a grid by which a place may miss a line and still count as on it."""
 NEAR = 4.0
 """Multiples of the separation up to which the least separation is resolved to a tolerance."""
 
@@ -95,11 +79,6 @@ class ContactPattern:
     roll_range: tuple[float, float]
     pinion: MemberPattern
     gear: MemberPattern
-
-
-Apart: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
-"""Separation (mm) of points (..., 3), own frame, at pinion rolls that broadcast with them; infinite
-while the foot is not on the mating flank."""
 
 
 def contact_pattern(
@@ -145,9 +124,8 @@ def contact_pattern(
     _check(design, separation, resolution, tolerance, area_error)
     operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
     patterns = []
-    rolls = sampled_rolls(design, operation)
     for number, member in enumerate(design.members):
-        side = _Side(member, flank, separation_of(design, flank, number, operation), rolls)
+        side = _Side(member, flank, mating_of(design, flank, number, operation))
         if resolution is not None:
             grid = _found_on(side, _cells_of_size(member, resolution))
             coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
@@ -175,37 +153,13 @@ def _check(
         raise ValueError(f"area_error must be from {LEAST_AREA_ERROR:g} to under 1, got {area_error:g}")
 
 
-def separation_of(design: Design, flank: str, member: int, operation: Operation) -> Apart:
-    """Give the separation from the mating flank of points of `member` (0 pinion, 1 gear) in operation."""
-    other = 1 - member
-
-    def apart(points: FloatArray, roll: FloatArray) -> FloatArray:
-        """Give distances (...), mm, infinite while the foot is not on the mating flank."""
-        frames = frames_at(design, roll, operation.gear_roll(np.asarray(roll)))
-        frame, (rotation, origin) = frames[member], frames[other]
-        seen = np.einsum("...ji,...j->...i", rotation, to_fixed(frame, points) - origin)
-        found = feet(design.members[other], flank, seen)
-        return np.where(found.status == Status.SOLVED, found.distance, np.inf)
-
-    return apart
-
-
-def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
-    """Give pinion rolls (n,), rad, at which the separation is sampled over the cycle, its kinks among
-    them."""
-    pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
-    even = np.linspace(*operation.span, max(_whole(POSES_PER_PITCH * pitches) + 1, 3))
-    return np.union1d(even, operation.kinks)
-
-
 @dataclass(frozen=True, eq=False)
 class _Side:
-    """A member's flank and its separation from the mating one over the cycle's `rolls` (n,), rad."""
+    """A member's flank and its `mating` with the other."""
 
     member: Member
     flank: str
-    apart: Apart
-    rolls: FloatArray
+    mating: Mating
 
     def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Give l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the
@@ -216,7 +170,8 @@ class _Side:
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound."""
+    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound; and samples
+    `near` (k, nl, nz) the least separation, as `Samples` has them."""
 
     l: FloatArray
     z: FloatArray
@@ -224,30 +179,42 @@ class _Grid:
     least: FloatArray
     pinion_roll: FloatArray
     status: Codes
+    near: Mask
 
 
-def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
-    """Give the least separations on a grid evenly spaced in depth and face."""
-    depth, face = (np.linspace(0.0, 1.0, count + 1) for count in cells)
-    l, z, points = side.at(depth[:, None], face)
-    least, roll, status = least_separation(side.apart, points.reshape(-1, 3), side.rolls)
-    shape = l.shape
-    return _Grid(l, z, points, least.reshape(shape), roll.reshape(shape), status.reshape(shape))
+def _found_on(side: _Side, cells: tuple[int, int], known: _Grid | None = None) -> _Grid:
+    """Give the least separations on a grid evenly spaced in depth and face. Near which samples they are is
+    told by a grid `known` or a coarser one, if it is not coarse itself."""
+    lines, near = [np.linspace(0.0, 1.0, n + 1) for n in cells], None if known is None else known.near
+    if near is None and all(n >= least for n, least in zip(cells, CELLS[0], strict=True)):
+        coarse = [np.linspace(0.0, 1.0, min(n // 2, m) + 1) for n, m in zip(cells, CELLS[0], strict=True)]
+        _, _, points = side.at(coarse[0][:, None], coarse[1])
+        near = sampled(side.mating, points.reshape(-1, 3)).near.reshape(-1, *points.shape[:2])
+    if near is not None:
+        near = _around(near, np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2))
+    l, z, points = side.at(lines[0][:, None], lines[1])
+    found = least_separation(side.mating, points.reshape(-1, 3), near)
+    least, roll = (values.reshape(l.shape) for values in (found.least, found.roll))
+    near = found.samples.near.reshape(-1, *l.shape)
+    return _Grid(l, z, points, least, roll, found.status.reshape(l.shape), near)
+
+
+def _around(near: Mask, share: FloatArray) -> Mask:
+    """Say which samples are near those of any corner of the cells (k, nl, nz) of an even grid of the unit
+    square that hold places (n, 2)."""
+    place = share * (np.array(near.shape[1:]) - 1)
+    (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
+    return np.asarray(near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n])
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
     depth = 2.0 * float(member.tool.addendum * np.asarray(member.tool.normal_module))
-    cells = _whole(depth / resolution), _whole(float(member.face_width) / resolution)
+    cells = whole(depth / resolution), whole(float(member.face_width) / resolution)
     if (cells[0] + 1) * (cells[1] + 1) > MAX_POINTS:
         raise ValueError(
             f"resolution {resolution:g} mm is too fine: it takes more than {MAX_POINTS:,} points"
         )
     return cells
-
-
-def _whole(number: float) -> int:
-    """Give the number rounded up; rounding of a whole one must not make it one more."""
-    return int(np.ceil(number - ROUNDING * number))
 
 
 def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
@@ -262,7 +229,7 @@ def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
         count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
         counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
     cells = counts[0], counts[1]
-    return grid if cells == CELLS[0] else _found_on(side, cells)
+    return grid if cells == CELLS[0] else _found_on(side, cells, grid)
 
 
 def _member_pattern(
@@ -276,95 +243,13 @@ def _member_pattern(
 
     def excess_at(share: FloatArray) -> FloatArray:
         *_, points = side.at(*share.T)
-        return excess(least_separation(side.apart, points, side.rolls)[0])
+        return excess(least_separation(side.mating, points, _around(found.near, share)).least)
 
     area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
-        **vars(grid),
+        **{name: values for name, values in vars(grid).items() if name != "near"},
         marked=grid.least <= separation,
         area=area,
         area_share=area / whole,
         area_error=error,
     )
-
-
-def least_separation(
-    apart: Apart, points: FloatArray, rolls: FloatArray
-) -> tuple[FloatArray, FloatArray, Codes]:
-    """Give the least separation (mm), the pinion roll (rad) at which it occurs, and status, each (n,), of
-    points (n, 3) over the range of rising `rolls`, between which it is smooth."""
-    block = max(1, BLOCK // len(points))
-    starts = range(0, len(rolls), block)
-    table = np.concatenate([apart(points, rolls[k : k + block, None]) for k in starts])
-    best = table.argmin(axis=0)
-    least, at = table.min(axis=0), rolls[best]
-    status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
-    met = np.flatnonzero(np.isfinite(least))
-    points, table, best = points[met], table[:, met], best[met]
-    x, y = _brackets(apart, points, table, best, rolls)
-    low, high = x[0], x[2]
-    small = 1e-3 * (high - low)
-    least[met], at[met] = _refined(apart, points, x, y)
-    for limit, end, way in ((low, 0, -1), (high, len(rolls) - 1, 1)):
-        close = np.abs(at[met] - limit) <= small
-        beside = np.clip(best + way, 0, len(rolls) - 1)
-        leaves = np.isinf(table[beside, np.arange(len(met))])
-        status[met[close & leaves]] = PatternStatus.MATE_EDGE
-        status[met[close & (best == end)]] = PatternStatus.END_OF_ROLL
-    least[np.isinf(least)], at[status == PatternStatus.NO_MATE] = np.nan, np.nan
-    return least, at, status
-
-
-def _brackets(
-    apart: Apart, points: FloatArray, table: FloatArray, best: Integers, rolls: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Give rolls (3, n): the best sample and, on either side, the next or where the foot leaves the mating
-    flank before; and the separations there (3, n)."""
-    around, column = np.clip(best + np.array([[-1], [0], [1]]), 0, len(rolls) - 1), np.arange(len(best))
-    x, y = rolls[around], table[around, column]
-    way, lost = np.nonzero(np.isinf(y))
-    valid, value, step = rolls[best[lost]], y[1, lost], x[way, lost] - rolls[best[lost]]
-    for _ in range(QUARTERINGS if lost.size else 0):
-        step = 0.25 * step
-        gaps = apart(points[lost], valid + step * np.arange(1.0, 4.0)[:, None])
-        held = np.logical_and.accumulate(np.isfinite(gaps)).sum(axis=0)
-        value = np.where(held > 0, gaps[held - 1, np.arange(lost.size)], value)
-        valid = valid + step * held
-    x[way, lost], y[way, lost] = valid, value
-    return x, y
-
-
-def _refined(apart: Apart, points: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the least separations and their rolls (n,) inside brackets `x` (3, n) with the separations `y` (3,
-    n) by successive parabolas, of which the vertex, lower or not, makes the bracket narrower."""
-    left, right = y[0] < y[1], (y[2] < y[1]) & ~(y[0] < y[1])
-    # Where an end lies lowest the bracket has it twice.
-    x, y = (np.where(left, v[[0, 0, 1]], np.where(right, v[[1, 2, 2]], v)) for v in (x, y))
-    beside, going, failed = BESIDE * (x[2] - x[0]), np.arange(len(points)), np.zeros(len(points))
-    for _ in range(STEPS):
-        (a, b, c), (f, g, h), step = x[:, going], y[:, going], beside[going]
-        side = np.where(c - b > b - a, 1.0, -1.0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            p, q = (b - a) * (g - h), (b - c) * (g - f)
-            away = -0.5 * ((b - a) * p - (b - c) * q) / (p - q)
-        golden = GOLDEN * np.where(side > 0.0, c - b, a - b)
-        away = np.where((away > a - b) & (away < c - b), away, golden)
-        # Close by, or where a vertex was none, it is seen beside the least value whether that is one.
-        again = np.where(failed[going] > 0.0, c - b, np.where(failed[going] < 0.0, b - a, 0.0)) > 2.0 * step
-        side = np.where(again, failed[going], side)
-        away = np.where(again | (np.abs(away) < step) | (a == b) | (b == c), side * step, away)
-        new = b + away
-        gap = apart(points[going], new)
-        lower, before = gap < g, away < 0.0
-        ends = np.where(
-            lower, np.where(before, (a, new, b), (b, new, c)), np.where(before, (new, b, c), (a, b, new))
-        )
-        gaps = np.where(
-            lower, np.where(before, (f, gap, g), (g, gap, h)), np.where(before, (gap, g, h), (f, g, gap))
-        )
-        x[:, going], y[:, going], failed[going] = ends, gaps, np.where(lower, 0.0, np.sign(away))
-        found = (np.diff(ends, axis=0) <= 2.0 * step).all(axis=0)
-        going = going[~found & (gaps[[0, 2]].max(axis=0) - gaps[1] > LEVEL)]
-        if not going.size:
-            break
-    return y[1], x[1]

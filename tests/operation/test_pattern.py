@@ -11,8 +11,9 @@ from beveloid_geom import Design, Errors, Member, contact_pattern, path_of_conta
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.operation.least_over_roll import Mating, least_separation, mating_of
 from beveloid_geom.operation.operating_rolls import Operation, first_contact_operation
-from beveloid_geom.operation.pattern import ContactPattern, least_separation, sampled_rolls, separation_of
+from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1
@@ -64,6 +65,12 @@ def scanned(
     return np.asarray(values.min(axis=1))
 
 
+def apart(mating: Mating, points: FloatArray, roll: float) -> FloatArray:
+    """Separations at one roll, infinite off the mating flank."""
+    turned = mating.turned(np.array([roll]), mating.operation.gear_roll(np.array([roll])))
+    return mating.valid(mating.at(points, np.tile(turned, len(points))))
+
+
 @pytest.mark.parametrize("member", [0, 1])
 def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     design = table1((0.0, 0.0), Errors(offset=0.05, pinion_axial=0.2))
@@ -71,8 +78,9 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     depth, face = np.meshgrid((-5.9, -5.2, -3.0, 0.0, 2.5, 5.5), (-0.5, -0.47, -0.2, 0.1, 0.45, 0.5))
     l, z = depth.ravel(), part.face_width * face.ravel()
     points = flank_point(part, flank, l, trace_parameter(part, flank, l, z))
-    rolls = np.linspace(*operation.span, 28)
-    least, roll, status = least_separation(separation_of(design, flank, member, operation), points, rolls)
+    mating = mating_of(design, flank, member, operation)
+    found = least_separation(mating, points)
+    least, roll, status = found.least, found.roll, found.status
     assert np.array_equal(np.isnan(least), status == PatternStatus.NO_MATE)
     assert np.array_equal(np.isnan(roll), status == PatternStatus.NO_MATE)
     inner, edge = status == PatternStatus.STANDSTILL, status == PatternStatus.MATE_EDGE
@@ -81,8 +89,7 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     assert np.abs(least - wanted)[inner].max() < 1e-8
     assert edge.sum() > 5
     dense = np.linspace(*operation.span, 1001)
-    apart = separation_of(design, flank, member, operation)
-    wanted = np.min([apart(points[edge], np.full(edge.sum(), at)) for at in dense], axis=0)
+    wanted = np.min([apart(mating, points[edge], at) for at in dense], axis=0)
     assert (least[edge] < wanted + 1e-9).all()
     assert (wanted - least[edge] < 2e-2).all()
 
@@ -90,12 +97,11 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
 def test_the_path_of_contact_touches(flank: str) -> None:
     design = table1()
     path, operation = path_of_contact(design, flank, 9), first_contact_operation(design, flank)
-    rolls = np.linspace(*operation.span, 50)
     for member, l, u in ((0, path.l1, path.u1), (1, path.l2, path.u2)):
         points = flank_point(design.members[member], flank, l, u)
-        least, roll, _ = least_separation(separation_of(design, flank, member, operation), points, rolls)
-        assert np.abs(least).max() < 1e-9
-        assert np.abs(roll - path.pinion_roll).max() < 1e-4
+        found = least_separation(mating_of(design, flank, member, operation), points)
+        assert np.abs(found.least).max() < 1e-9
+        assert np.abs(found.roll - path.pinion_roll).max() < 1e-4
 
 
 def pattern(design: Design, flank: str) -> ContactPattern:
@@ -152,9 +158,9 @@ def scanned_share(design: Design, flank: str, member: int, separation: float, li
     patch = flank_patch(part, flank, l, trace_parameter(part, flank, l, z))
     along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
     size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1) * (tip - root)
-    apart, rolls = separation_of(design, flank, member, operation), sampled_rolls(design, operation)
+    mating = mating_of(design, flank, member, operation)
     blocks = np.array_split(patch.point.reshape(-1, 3), 4)
-    least = np.concatenate([least_separation(apart, block, rolls)[0] for block in blocks])
+    least = np.concatenate([least_separation(mating, block).least for block in blocks])
     root_of = np.where(np.isnan(least), 1e3, np.sqrt(np.maximum(least, 0.0))).reshape(l.shape)
     first, second = np.sqrt(separation) - root_of[:-1], np.sqrt(separation) - root_of[1:]
     inside = np.maximum(first, 0.0) + np.maximum(second, 0.0)

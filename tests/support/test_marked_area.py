@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.operation.marked_area import marked_area
+from beveloid_geom.support.marked_area import marked_area
 
 Field = Callable[[FloatArray, FloatArray], FloatArray]
 DEPTH, FACE = 12.0, 50.0

@@ -1,0 +1,258 @@
+"""The least separation of points of one member from the mating flank, over the roll of the pair.
+
+Seen from the mate, a point Q moves as the pair rolls, and its distance f to the flank along the normal n
+changes with
+
+    df/droll = n.dQ/droll = r' V.n - R' r_P n_y
+
+as the foot itself moves square to n: V is the velocity of Q by a turn of its own member, r_P n_y the moment
+of n about the mate's axis, r' and R' are the rates at which the two members turn. The least f is where this
+slope is zero, or where the foot reaches an edge of the mating flank, its `margin` being zero; whichever comes
+first on the way down from the least of the samples. Secants lead there, of both at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Codes, FloatArray, Integers, Mask
+from ..design.model import Design
+from ..gear.perpendicular import EDGE, Sheet, foot_on, sheet_of
+from ..status import PatternStatus
+from .operating_rolls import Operation
+from .separation import Pose, pose_of, seen_by_other
+
+POSES_PER_PITCH = 10
+"""Poses at which the separation is sampled before it is refined."""
+BESIDE = 3
+"""Samples looked at on either side of where the least may be."""
+PASSES, STAND, REACHED, HALVED = 60, 2e-4, 1e-7, 1e-11
+"""Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
+and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
+BLOCK = 8192
+"""Points taken at a time, so that the arrays stay in the cache."""
+ROUNDING = 1e-12
+"""Relative: what counts as whole."""
+DISTANCE, MARGIN, OWN, MATE = range(4)
+"""Rows of what is known of a point at a pose: its distance from the mating flank and how far the foot lies
+within that, mm; by what the distance changes with the rolls of the own member and of the mate, mm/rad."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mating:
+    """Points of `member` (0 pinion, 1 gear) in `operation`, opposite the mate's flank `sheet`, sampled at the
+    pinion rolls `rolls` (k,), rad, between which all is smooth."""
+
+    member: int
+    sheet: Sheet
+    pose: Pose
+    operation: Operation
+    rolls: FloatArray
+
+    def at(self, points: FloatArray, turned: FloatArray) -> FloatArray:
+        """Give the rows (4, n) of points (n, 3), own frame, at poses `turned` (4, n)."""
+        rows = np.empty((4, len(points)))
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            for first in range(0, len(points), BLOCK):
+                part = slice(first, first + BLOCK)
+                rows[:, part] = self._rows(points[part].T.copy(), turned[:, part])
+        return rows
+
+    def valid(self, rows: FloatArray) -> FloatArray:
+        """Give the distances (n,) of rows (4, n), infinite while the foot is not on the mating flank."""
+        return np.where(rows[MARGIN] >= 0.0, rows[DISTANCE], np.inf)
+
+    def turned(self, roll: FloatArray, gear_roll: FloatArray) -> FloatArray:
+        """Give the poses at rolls of pinion and gear (n,), rad: cosine and sine of the own and of the mate's
+        roll (4, n)."""
+        both = roll, gear_roll
+        own, mate = both[self.member], both[1 - self.member]
+        return np.stack((np.cos(own), np.sin(own), np.cos(mate), np.sin(mate)))
+
+    def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
+        (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
+        x, y = cos * x - sin * y, sin * x + cos * y
+        seen, moves = seen_by_other(pose, self.member, x, y, z), (y, -pose.cos * x, pose.sin * x)
+        (x, y, z), (u, v, w) = (
+            (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
+        )
+        foot = foot_on(self.sheet, (x, y, z))
+        (nx, ny, nz), margin = foot.normal, foot.margin + EDGE * np.asarray(self.sheet.module)
+        return foot.distance, margin, u * nx + v * ny + w * nz, -foot.moment
+
+    def slope(self, rows: FloatArray, gear_rate: FloatArray) -> FloatArray:
+        """Give df/droll (n,), mm/rad of the pinion's roll, from rows (4, n) and the gear's rate."""
+        own, mate = (1.0, gear_rate) if self.member == 0 else (gear_rate, 1.0)
+        return np.asarray(own * rows[OWN] + mate * rows[MATE])
+
+
+def mating_of(design: Design, flank: str, member: int, operation: Operation) -> Mating:
+    """Give points of `member` (0 pinion, 1 gear) in operation opposite the mating flank."""
+    sheet = sheet_of(design.members[1 - member], flank)
+    return Mating(member, sheet, pose_of(design), operation, sampled_rolls(design, operation))
+
+
+def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
+    """Give pinion rolls (n,), rad, at which the separation is sampled over the cycle, its kinks among
+    them."""
+    pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
+    even = np.linspace(*operation.span, max(whole(POSES_PER_PITCH * pitches) + 1, 3))
+    return np.union1d(even, operation.kinks)
+
+
+def whole(number: float) -> int:
+    """Give the number rounded up; rounding of a whole one must not make it one more."""
+    return int(np.ceil(number - ROUNDING * number))
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Distances `table` (k, n), mm, of points at the rolls of a mating, infinite where there is none or none
+    was asked for; all `rows` (4, m) that were, of which `place` (k, n) has the numbers, -1 for none. `room`
+    (mm): by how much a foot may miss the mating flank at a sample and yet be on it close by."""
+
+    table: FloatArray
+    rows: FloatArray
+    place: Integers
+    room: float
+
+    @property
+    def near(self) -> Mask:
+        """Say near which samples (k, n) the least may be: all, if there is none, else those lower than the
+        ones beside them, those from which the separation falls while the foot leaves the mating flank, and
+        those at which the foot comes nearest to that without being on it."""
+        on, known = np.isfinite(self.table), self.place >= 0
+        low, margin, apart = on & _least(self.table), *np.full((2, *on.shape), np.nan)
+        margin[known] = self.rows[MARGIN, self.place[known]]
+        apart[known] = self.rows[DISTANCE, self.place[known]]
+        found = low | (~on & (margin > -self.room) & _least(-np.nan_to_num(margin, nan=-np.inf)))
+        falls = ~on[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), ~on[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
+        found[:-1] |= falls[0]
+        found[1:] |= falls[1]
+        count, near = len(low), np.pad(found, ((BESIDE, BESIDE), (0, 0)))
+        near = np.logical_or.reduce([near[k : k + count] for k in range(2 * BESIDE + 1)])
+        return np.asarray(near | ~low.any(axis=0))
+
+
+def _least(values: FloatArray) -> Mask:
+    """Say which values (k, n) are not above those beside them."""
+    wide = np.pad(values, ((1, 1), (0, 0)), constant_values=np.inf)
+    return np.asarray((values <= wide[:-2]) & (values <= wide[2:]))
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSeparation:
+    """Of points (n,): the `least` separation, mm, the pinion's `roll` at which it occurs, rad, and `status`,
+    codes of `PatternStatus`; and the `samples` from which it was found."""
+
+    least: FloatArray
+    roll: FloatArray
+    status: Codes
+    samples: Samples
+
+
+def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Samples:
+    """Sample points (n, 3) at all rolls, or at those that are `near` (k, n); at all too if the least of these
+    is not between others."""
+    rolls, count, n = mating.rolls, len(mating.rolls), len(points)
+    poses = mating.turned(rolls, mating.operation.gear_roll(rolls))
+    table, place, parts, done = np.full((count, n), np.inf), np.full((count, n), -1), [np.empty((4, 0))], 0
+    asked = np.ones((count, n), dtype=bool) if near is None else near
+    while asked.any():
+        at, column = np.nonzero(asked)
+        parts.append(mating.at(points[column], poses[:, at]))
+        table[at, column] = mating.valid(parts[-1])
+        place[at, column] = done + np.arange(at.size)
+        done += at.size
+        beside = np.clip(table.argmin(axis=0) + np.array([[-1], [1]]), 0, count - 1)
+        alone = (place[beside, np.arange(n)] < 0).any(axis=0) | np.isinf(table.min(axis=0))
+        asked = (place < 0) & alone
+    return Samples(table, np.concatenate(parts, axis=1), place, float(mating.sheet.module))
+
+
+def least_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> LeastSeparation:
+    """Give the least separation of points (n, 3) over the cycle; `near` (k, n), if known: the samples near
+    which it may be."""
+    samples, rolls = sampled(mating, points, near), mating.rolls
+    best, least = samples.table.argmin(axis=0), samples.table.min(axis=0)
+    at = rolls[best]
+    status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
+    met = np.flatnonzero(np.isfinite(least))
+    start = samples.rows[:, samples.place[best[met], met]]
+    ways = []
+    for way in (-1, 1):
+        beside = np.clip(best[met] + way, 0, len(rolls) - 1)
+        inner, towards = beside != best[met], rolls[beside]
+        other = rolls[np.clip(best[met] - way, 0, len(rolls) - 1)]
+        _, rate = mating.operation.motion(at[met], np.where(inner, towards, other))
+        fall = -way * mating.slope(start, rate)
+        status[met[(fall > 0.0) & ~inner]] = PatternStatus.END_OF_ROLL
+        leaves = np.isinf(samples.table[beside, met])
+        for edge, wanted in ((False, fall > 0.0), (True, leaves)):
+            down = np.flatnonzero(inner & wanted)
+            end = samples.rows[:2, samples.place[beside[down], met[down]]]
+            span = np.stack((at[met[down]], towards[down]))
+            ways.append((down, span, fall[down], end, np.full(down.size, edge)))
+    down, span, fall, end, to_edge = (np.concatenate(parts, axis=-1) for parts in zip(*ways, strict=True))
+    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge)
+    order = np.argsort(-found, kind="stable")  # of two ways the lower comes last
+    order = order[found[order] < least[met[down[order]]]]
+    point = met[down[order]]
+    least[point], at[point] = found[order], roll[order]
+    status[point] = np.where(reached[order], PatternStatus.MATE_EDGE, PatternStatus.STANDSTILL)
+    least[np.isinf(least)], at[status == PatternStatus.NO_MATE] = np.nan, np.nan
+    return LeastSeparation(least, at, status, samples)
+
+
+def _way_down(
+    mating: Mating,
+    points: FloatArray,
+    span: FloatArray,
+    start: FloatArray,
+    fall: FloatArray,
+    end: FloatArray,
+    to_edge: Mask,
+) -> tuple[FloatArray, FloatArray, Mask]:
+    """Give the least separation, its roll and whether an edge is reached there, (n,), on the way from the
+    first to the second roll of `span` (2, n), given the rows (4, n) at the `start` and the first two at the
+    `end`. At the start the separation falls by `fall` (n,), mm/rad.
+
+    Shares t of the way are looked for: `low` and beyond that the least is, not beyond `high`."""
+    n, length = len(points), span[1] - span[0]
+    t, low, high = np.zeros(n), np.zeros(n), np.ones(n)
+    f = start[DISTANCE].copy()
+    left = np.stack((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
+    by_t = np.stack((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
+    edge, going = np.zeros(n, dtype=bool), np.arange(n)
+    for count in range(PASSES):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ends = np.where(by_t[:, going] < 0.0, t[going] - left[:, going] / by_t[:, going], np.inf)
+        ends[1, to_edge[going]] = np.inf
+        new, edge[going] = ends.min(axis=0), ends[0] < ends[1]
+        halved = ~((new >= low[going]) & (new <= high[going])) | (count % 8 == 7)
+        new = np.where(halved, 0.5 * (low[going] + high[going]), new)
+        step = new - t[going]
+        found = ~halved & (np.abs(step) <= np.where(edge[going], REACHED, STAND))
+        found |= high[going] - low[going] <= HALVED
+        done, step = going[found], step[found]
+        f[done] -= step * (left[1, done] + 0.5 * step * np.nan_to_num(by_t[1, done]))
+        t[done] = new[found]
+        going, new = going[~found], new[~found]
+        if not going.size:
+            break
+        roll, towards = span[0, going] + new * length[going], span[(new < 0.5).astype(int), going]
+        gear_roll, rate = mating.operation.motion(roll, towards)
+        rows = mating.at(points[going], mating.turned(roll, gear_roll))
+        after = np.stack((rows[MARGIN], -length[going] * mating.slope(rows, rate)))
+        lost = np.isnan(rows[DISTANCE])
+        inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge[going])
+        low[going] = np.where(inside, new, low[going])
+        high[going] = np.where(
+            inside, high[going], np.where(lost, low[going] + 0.999 * (new - low[going]), new)
+        )
+        here, new, after, rows = going[~lost], new[~lost], after[:, ~lost], rows[:, ~lost]
+        by_t[:, here] = (after - left[:, here]) / (new - t[here])
+        t[here], f[here], left[:, here] = new, rows[DISTANCE], after
+    return f, span[0] + t * length, edge
