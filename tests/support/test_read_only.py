@@ -23,8 +23,9 @@ import beveloid_geom
 import beveloid_viz
 from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash, path_of_contact
 from beveloid_geom.contact.equation import _kept_flanks
-from beveloid_geom.gear.tooth_side import _kept_surface
+from beveloid_geom.gear.tooth_side import _kept_surface, surface_of
 from beveloid_geom.operation.backlash import _kept_backlash
+from beveloid_geom.operation.search_starts import chart_of, grid_of
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.studies.claims import Case
@@ -41,6 +42,10 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.design.model.Design.batch_shape": lambda: TABLE.batch_shape,
     "beveloid_geom.pair.mounting._kept_mounting": lambda: _kept_mounting(*TABLE.members, TABLE.pair),
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
+    "beveloid_geom.operation.search_starts.grid_of": lambda: grid_of(TABLE.pinion, "right", (1, 5, 5)),
+    "beveloid_geom.operation.search_starts.chart_of": lambda: chart_of(
+        surface_of(TABLE.gear, "right"), 1.0, 1.0
+    ),
     "beveloid_geom.shapes.flank_mesh.flank_mesh": lambda: flank_mesh(TABLE.pinion, "right", 0.05),
     "beveloid_geom.studies.claims.Case.face": lambda: Case(TABLE, "right").face,
     "beveloid_geom.studies.claims.Case.modified": lambda: Case(TABLE, "right").modified,
