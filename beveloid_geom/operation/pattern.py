@@ -200,11 +200,13 @@ def _found_on(side: _Side, cells: tuple[int, int], known: _Grid | None = None) -
 
 
 def _around(near: Mask, share: FloatArray) -> Mask:
-    """Say which samples are near those of any corner of the cells (k, nl, nz) of an even grid of the unit
-    square that hold places (n, 2)."""
+    """Say which samples (k, n) lie among those `near` (k, nl, nz) the corners of the cells of an even grid of
+    the unit square that hold places (n, 2)."""
     place = share * (np.array(near.shape[1:]) - 1)
     (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
-    return np.asarray(near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n])
+    found = near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n]
+    begun, goes_on = (np.logical_or.accumulate(found[::way])[::way] for way in (1, -1))
+    return np.asarray(begun & goes_on)
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:

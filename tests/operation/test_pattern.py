@@ -94,6 +94,34 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     assert (wanted - least[edge] < 2e-2).all()
 
 
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0005, 0.0005)])
+def test_looking_near_coarser_grids_finds_what_all_samples_tell(
+    flank: str, parabola: tuple[float, float]
+) -> None:
+    design = table1(parabola, Errors(offset=0.05, pinion_axial=0.2))
+    found, operation = contact_pattern(design, flank), first_contact_operation(design, flank)
+    for member, side in enumerate((found.pinion, found.gear)):
+        wanted = least_separation(mating_of(design, flank, member, operation), side.points.reshape(-1, 3))
+        assert np.array_equal(wanted.status, side.status.ravel())
+        assert np.allclose(wanted.least, side.least.ravel(), rtol=0.0, atol=1e-11, equal_nan=True)
+
+
+def test_the_slope_over_the_roll_is_that_of_the_separation(flank: str) -> None:
+    design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-5))
+    operation, roll = first_contact_operation(design, flank), np.linspace(-0.3, 0.3, 7)
+    for member, part in enumerate(design.members):
+        mating = mating_of(design, flank, member, operation)
+        points = flank_point(part, flank, np.zeros(7), trace_parameter(part, flank, np.zeros(7), 3.0))
+
+        def rows(rolls: FloatArray, mating: Mating = mating, points: FloatArray = points) -> FloatArray:
+            return mating.at(points, mating.turned(rolls, mating.operation.gear_roll(rolls)))
+
+        slope = mating.slope(rows(roll), operation.motion(roll, roll + 1.0)[1])
+        there, back = rows(roll + 1e-6), rows(roll - 1e-6)
+        assert np.abs(slope).min() > 0.1
+        assert np.abs(slope - 0.5e6 * (there[0] - back[0])).max() < 1e-4
+
+
 def test_the_path_of_contact_touches(flank: str) -> None:
     design = table1()
     path, operation = path_of_contact(design, flank, 9), first_contact_operation(design, flank)
