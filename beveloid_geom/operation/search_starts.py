@@ -144,7 +144,7 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     cut = cut_at(own, s, z)
     cos, sin = np.cos(cut.phi), np.sin(cut.phi)
     place = np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z, np.ones(z.shape)))
-    return Grid(place, s, z, shape, cell, int(np.flatnonzero(deep).max(initial=-1)) + 1)
+    return Grid(place, s, z, shape, cell, int(np.flatnonzero(deep).max(initial=0)) + 1)
 
 
 @kept(64)
