@@ -100,9 +100,9 @@ def test_operation_in_paths_of_contact() -> None:
         return path_of_contact(given, "right", 101)
 
     works: dict[str, tuple[Callable[[Design], object], float]] = {
-        "mesh cycle": (mesh_cycle, 40.0),
-        "operating ratio": (operating_ratio, 60.0),
-        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 45.0),
+        "mesh cycle": (mesh_cycle, 30.0),
+        "operating ratio": (operating_ratio, 45.0),
+        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 32.0),
         "pattern of both members": (contact_pattern, 65.0),
         "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
