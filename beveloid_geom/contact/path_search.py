@@ -76,9 +76,8 @@ class Group:
         """Give the group of the cases at the places `index`, which rise."""
         if index.size == self.cases.size:
             return self
-        return Group(
-            self.cases[index], self.pairing.cases(index), self.series.cases(index), self.ends.cases(index)
-        )
+        series, ends = self.series.cases(index), self.ends.cases(index)
+        return Group(self.cases[index], self.pairing.cases(index), series, ends)
 
     def of(self, cases: NDArray[np.int_]) -> Group:
         """Give the group under the numbers `cases` of its cases in a greater lot."""

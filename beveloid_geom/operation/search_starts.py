@@ -156,6 +156,7 @@ def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
     root, z = np.linspace(0.0, np.sqrt(depth), NODES[0])[:, None], half * np.linspace(-1.0, 1.0, NODES[1])
 
     def angles(root: FloatArray, z: FloatArray) -> FloatArray:
+        """Solve for the angles at roots of the depth over the root cone and heights z."""
         root, z = np.broadcast_arrays(root, z)
         square = (surface.root + surface.root_taper * z + root * root) ** 2
         s = profile_at(surface, square.ravel(), z.ravel())

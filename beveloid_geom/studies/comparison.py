@@ -59,7 +59,7 @@ from .comparison_methods import (
     path_answer,
     true_positions,
 )
-from .first_methods import exact_answer, first_positions, grid_answer, meshes_answer
+from .first_methods import exact_answer, first_positions, first_turned, grid_answer
 
 Result = TypeVar("Result")
 FIRST = ", first contact"
@@ -295,7 +295,7 @@ def _first_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
         work = partial(grid_answer, positions, count)
         yield _Trial((GRID, "points", count), work, COUNT, setup)
     coarse = replace(settings, tolerances=settings.tolerances[: max(1, len(settings.tolerances) - 1)])
-    yield from _mesh_trials(positions, coarse, meshes_answer, FIRST)
+    yield from _mesh_trials(positions, coarse, partial(mesh_answer, turned=first_turned), FIRST)
     low, high = positions.pinion_roll[0], positions.pinion_roll[-1]
     for size in (batch for batch in settings.batches if COUNT <= batch <= MOST):
         rolls = np.append(positions.pinion_roll, np.linspace(low, high, size - COUNT))
@@ -304,4 +304,4 @@ def _first_trials(positions: Positions, settings: Settings) -> Iterator[_Trial]:
 
 TRIALS: Trials = (_mesh_trials, _five_trials, _path_trials, _newton_trials)
 FIRST_TRIALS: Trials = (_first_trials,)
-"""All methods, in the order of the rows."""
+"""All methods, in the order of the rows: of the tangency, and of first contacts."""

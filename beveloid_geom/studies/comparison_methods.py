@@ -10,7 +10,7 @@ said at `mesh_answer`.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 from numbers import Integral, Real
@@ -33,7 +33,7 @@ from ..design.model import Design
 from ..gear.flank import flank_patch, trace_parameter
 from ..pair.mounting import mounting_of
 from ..reference import five_equations_math, pitch_region
-from ..shapes.mesh_contact import MeshContact, mesh_contact
+from ..shapes.mesh_contact import mesh_contact
 from ..status import Status
 
 COUNT = 5
@@ -59,6 +59,11 @@ class Positions:
     gear_roll: FloatArray
     l1: FloatArray
     point: FloatArray
+
+
+Turned: TypeAlias = Callable[[Positions, float, bool, float, float], tuple[FloatArray, float]]
+"""Point of contact of meshes to a tolerance, mm, polished or not, at a pinion roll, and the roll to which the
+gear is turned from that given, rad."""
 
 
 def numbers_in(name: str, values: object, least: int | None = None) -> None:
@@ -123,27 +128,27 @@ def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatAr
     return np.array([[float(x) for x in (c.phi1, c.phi2, c.l1, *c.point)] for c in found])
 
 
-def mesh_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
+def mesh_answer(positions: Positions, tolerance: float, polish: bool, turned: Turned | None = None) -> Answer:
     """Find points and rolls by proximity of flanks sampled to `tolerance` (mm), the gear turned until they
-    touch.
+    touch, by `turned` if it is not the tangency that is looked for.
 
     The gear starts START_TURN off its true roll and is turned by the least separation over the
     moment of its normal, until that separation vanishes. Raises ArithmeticError where it does not,
     or where the flanks are nearest on an edge."""
     found = [
-        _turned(positions, tolerance, polish, pinion_roll, gear_roll)
+        (turned or _turned)(positions, tolerance, polish, pinion_roll, gear_roll)
         for pinion_roll, gear_roll in zip(
             positions.pinion_roll.tolist(), (positions.gear_roll + START_TURN).tolist(), strict=True
         )
     ]
     rolls = np.array([roll for _, roll in found])
-    return np.array([contact.point for contact, _ in found]), np.stack((positions.pinion_roll, rolls))
+    return np.array([point for point, _ in found]), np.stack((positions.pinion_roll, rolls))
 
 
 def _turned(
     positions: Positions, tolerance: float, polish: bool, pinion_roll: float, gear_roll: float
-) -> tuple[MeshContact, float]:
-    """Give the contact of meshes at a pinion roll, and the gear roll to which it is turned."""
+) -> tuple[FloatArray, float]:
+    """Give the point of contact of meshes at a pinion roll, and the gear roll to which it is turned."""
     design, flank = positions.design, positions.flank
     limit = TURNED_EXACTLY if polish else TURNED * tolerance
     for _ in range(TURNS):
@@ -155,7 +160,7 @@ def _turned(
         own = flank_patch(design.gear, flank, found.l[1], u)
         gear_roll += found.separation / float(own.point[0] * own.normal[1] - own.point[1] * own.normal[0])
         if abs(found.separation) <= limit:
-            return found, gear_roll
+            return found.point, gear_roll
     raise ArithmeticError(f"the least separation does not vanish within {TURNS} turns of the gear")
 
 

@@ -75,24 +75,12 @@ def _in_space(positions: Positions, number: int, pair: int, l: float, z: float) 
     return to_fixed(frames_at(positions.design, *rolls)[0], own)
 
 
-def meshes_answer(positions: Positions, tolerance: float, polish: bool) -> Answer:
-    """Find first contacts by proximity of flanks sampled to `tolerance` (mm), points of either member against
-    the other, the gear turned until the nearest pair of teeth touches. Raises ArithmeticError where none
-    does."""
-    found = [
-        _turned(positions, tolerance, polish, pinion_roll, gear_roll)
-        for pinion_roll, gear_roll in zip(
-            positions.pinion_roll.tolist(), (positions.gear_roll + START_TURN).tolist(), strict=True
-        )
-    ]
-    rolls = np.array([roll for _, roll in found])
-    return np.array([point for point, _ in found]), np.stack((positions.pinion_roll, rolls))
-
-
-def _turned(
+def first_turned(
     positions: Positions, tolerance: float, polish: bool, pinion_roll: float, gear_roll: float
 ) -> tuple[FloatArray, float]:
-    """Give the point of contact of meshes at a pinion roll, and the gear roll to which it is turned."""
+    """Give where flanks sampled to `tolerance` (mm) touch first at a pinion roll, by proximity of points of
+    either member to the other, and the gear roll to which the gear is turned until the nearest pair of teeth
+    touches, rad. Raises ArithmeticError where none does."""
     limit = TURNED_EXACTLY if polish else TURNED * tolerance
     pairs = PAIRS
     for _ in range(TURNS):

@@ -20,7 +20,8 @@ COLUMNS = 5
 TEXT = 0.85  # inches: three lines under a panel
 ANGLES = (
     "Length and angle are those in the side view, z along the axis against the radius: the angle that of the"
-    f" chord to the axial direction. {panels.WHAT_TOUCHES.format(edges='blue lines')}"
+    " chord to the axial direction, positive if z rises with the radius."
+    f" {panels.WHAT_TOUCHES.format(edges='blue lines')}"
 )
 
 

@@ -20,8 +20,8 @@ from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
-POINTS, RUNNING = 161, 11
-"""Coefficients at which Eq. 16 is evaluated, and the mesh cycle."""
+POINTS, EVERY = 161, slice(None, None, 16)
+"""Coefficients at which Eq. 16 is evaluated, and those of them at which the mesh cycle is solved."""
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
@@ -34,8 +34,8 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class RatioFigure:
-    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank; at every so many of them
-    (4, RUNNING) the contact ratio of all teeth and the share of edges."""
+    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank; at EVERY so many of them
+    the contact ratio of all teeth and the share of edges."""
 
     size: FloatArray
     ends: dict[str, tuple[PathEnds, ...]]
@@ -53,20 +53,14 @@ def compute(design: Design) -> RatioFigure:
         )
         for flank in FLANKS
     }
-    running = {
-        flank: np.stack([_running(design, flank, *case) for case in cases_of(size)]) for flank in FLANKS
-    }
+    cases = list(zip(CASES, size[:, EVERY], strict=True))
+    running = {flank: np.stack([_running(design, flank, *case) for case in cases]) for flank in FLANKS}
     return RatioFigure(
         size,
         ends,
         {flank: found[..., 0] for flank, found in running.items()},
         {flank: found[..., 1] for flank, found in running.items()},
     )
-
-
-def cases_of(size: FloatArray) -> list[tuple[SignCase, FloatArray]]:
-    """Give the sign cases, with the magnitudes (RUNNING,) at which their mesh cycles are solved, 1/mm."""
-    return list(zip(CASES, size[:, :: (POINTS - 1) // (RUNNING - 1)], strict=True))
 
 
 def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> FloatArray:
@@ -123,7 +117,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     beside = axes.twinx()
     beside.set(ylim=(0.0, 100.0), ylabel="edges touch first (%)")
     for flank in reversed(FLANKS):
-        colour, width, every = *LOOKS[flank][:2], a[:: (POINTS - 1) // (RUNNING - 1)]
+        colour, width, every = *LOOKS[flank][:2], a[EVERY]
         running: dict[str, Any] = {
             "color": colour,
             "linestyle": "",
@@ -176,7 +170,7 @@ def rows(data: RatioFigure) -> Table:
             ends, a = data.ends[flank][index], data.size[index]
             names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]
             running = np.full((2, POINTS), np.nan)
-            running[:, :: (POINTS - 1) // (RUNNING - 1)] = data.ratio[flank][index], data.edges[flank][index]
+            running[:, EVERY] = data.ratio[flank][index], data.edges[flank][index]
             yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names, *running
 
     return header, stacked(cases())
