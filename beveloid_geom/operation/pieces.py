@@ -34,6 +34,8 @@ FITS, SETTLED = 12, 1e-12
 TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
 """Last coefficients, and sizes of f, over the lever, and of places, over the tooth depth, at which they are
 rounding: polynomials with such a tail are right on every part of their range."""
+KNOWN = 1e-6
+"""Share of the tooth depth below which a tail says that a former fit tells where to start the next."""
 AROUND = 1e-3
 """Share of its length by which a piece may end beyond the range it was fitted on."""
 PARTS, DIVISIONS = 128, 6
@@ -148,9 +150,10 @@ def fitted(mesh: Mesh, samples: Samples) -> Pieces:
         limit=found.limit[:, first],
         on_fillet=on_fillet[:, first],
     )
-    ends = limits[0]
+    ends, whole = limits[0], None
     for _ in range(FITS):
-        whole = replace(pieces, coefficients=_coefficients(mesh, samples, pieces, (first, last)))
+        starts = _starts(mesh, samples, pieces, (first, last), whole)
+        whole = replace(pieces, coefficients=_coefficients(mesh, pieces, starts))
         found_ends = _ends(mesh, whole, joined, limits)
         low, high = pieces.low.copy(), pieces.high.copy()
         low[joined + 1], high[joined] = found_ends, found_ends
@@ -199,26 +202,39 @@ def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
     return replace(pieces, low=low, high=high)
 
 
-def _coefficients(
-    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers]
+def _starts(
+    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers], former: Pieces | None
 ) -> FloatArray:
-    """Give coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, whose samples
-    are those from the first to the last of the `runs`; NaN where a contact is not found."""
-    basis = basis_of(DEGREE)
-    roll = pieces.rolls(basis.nodes)
-    case = pieces.case.repeat(roll.shape[1])
+    """Give places (2, n * (DEGREE + 1)) near the contacts at the nodes of the pieces, whose samples are those
+    from the first to the last of the `runs`: by a `former` fit where it is known, elsewhere on straight lines
+    between samples, which far from any of them may lead Newton's method astray."""
+    roll = pieces.rolls(basis_of(DEGREE).nodes)
     order = _order(mesh, samples.case, samples.roll)
-    after = np.searchsorted(order, _order(mesh, case, roll.ravel()))
+    after = np.searchsorted(order, _order(mesh, pieces.case.repeat(roll.shape[1]), roll.ravel()))
     ends = [run.repeat(roll.shape[1]) for run in runs]
     before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
     step = samples.roll[after] - samples.roll[before]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), 0.0, 1.0)
-        place = samples.found.place[:, before]
-        place = place + share * (samples.found.place[:, after] - place)
+    place = samples.found.place[:, before]
+    place = place + share * (samples.found.place[:, after] - place)
+    if former is None:
+        return np.asarray(place)
+    known = (tails_of(former)[1:3] <= KNOWN * (mesh.own.tip - mesh.own.root)).all(axis=0)
+    fit = former.values(np.arange(known.size), roll)[1:3]
+    return np.where(known.repeat(roll.shape[1]), fit.reshape(2, -1), place)
+
+
+def _coefficients(mesh: Mesh, pieces: Pieces, starts: FloatArray) -> FloatArray:
+    """Give coefficients (13, n, DEGREE + 1) of f, places and the eight limits of the pieces, found from
+    places near their nodes; NaN where a contact is not found."""
+    basis = basis_of(DEGREE)
+    roll = pieces.rolls(basis.nodes)
+    case = pieces.case.repeat(roll.shape[1])
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         here = mesh.at(case, roll.ravel())
         task = here.task(np.arange(case.size), pieces.pair.repeat(roll.shape[1]))
-        place, found = held_to(task, place, pieces.limit.repeat(roll.shape[1], axis=1))
+        place, found = held_to(task, starts, pieces.limit.repeat(roll.shape[1], axis=1))
         values = np.concatenate((found.f[None], place, found.meeting, found.margin))
         return basis.coefficients(values.reshape(-1, *roll.shape))
 

@@ -17,7 +17,7 @@ from tests.oracle.table1 import table1
 FILMS = (0.0, 0.001, 0.00635, 0.02)
 
 
-@pytest.mark.parametrize(("parabola", "share"), [((0.001, -0.001), 0.75), ((0.0002, 0.0002), 0.5)])
+@pytest.mark.parametrize(("parabola", "share"), [((0.001, -0.001), 0.75), ((0.0002, 0.0002), 1.0)])
 def test_mountings_by_pieces_are_as_by_search(
     parabola: tuple[float, float], share: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
