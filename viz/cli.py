@@ -17,7 +17,7 @@ import click
 from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 
-from .figures import FIGURES, Figure
+from .figures import FIGURES, SETS, UNASKED, Figure
 from .options import command, option, prepare_folder, require_drawing, size_option, writing
 
 if TYPE_CHECKING:
@@ -34,13 +34,15 @@ def usable_cores() -> int:
     return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
 
 
-def chosen_figures(names: Sequence[str]) -> list[Figure]:
-    """Give the figures named, in the paper's order; all of them without names."""
+def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
+    """Give the figures named and those of the sets, the paper's first; without either those of UNASKED."""
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:
         raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}"])
-    return [figure for figure in FIGURES if not names or figure.name in names]
+    if not names:
+        sets = sets or UNASKED
+    return [figure for figure in FIGURES if figure.name in names or figure.set in sets]
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def write_figure(figure: Figure, found: Made, folder: Path) -> None:
 
 def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not context.resilient_parsing:
-        write_out("".join(f"{figure.name}  {figure.title}\n" for figure in FIGURES))
+        write_out("".join(f"{figure.name}  {figure.set:7}  {figure.title}\n" for figure in FIGURES))
         context.exit()
 
 
@@ -120,6 +122,14 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     help="List the figures, and stop.",
 )
 @click.option("--only", "names", metavar="NAME", multiple=True, help="Draw only this figure; repeatable.")
+@click.option(
+    "--set",
+    "sets",
+    type=click.Choice(SETS),
+    multiple=True,
+    show_default=" and ".join(UNASKED),
+    help="Draw the figures of the paper, of results, of methods; repeatable.",
+)
 @option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for PNG and CSV files.", metavar="DIR")
 @size_option("1600x1200")
 @option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
@@ -130,10 +140,12 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=f"the number of cores, up to {MOST_UNASKED}",
     help="Processes that draw.",
 )
-def main(names: tuple[str, ...], out: Path, size: tuple[int, int], design: str, jobs: int) -> None:
-    """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, contact
-    pattern, separation, transmission error, and meshes."""
-    figures = chosen_figures(names)
+def main(
+    names: tuple[str, ...], sets: tuple[str, ...], out: Path, size: tuple[int, int], design: str, jobs: int
+) -> None:
+    """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
+    contact pattern and transmission error, and, if asked for, how fast and how exact the methods are."""
+    figures = chosen_figures(names, sets)
     loaded = load_design(design)
 
     from tqdm import tqdm

@@ -16,6 +16,7 @@ COMMANDS = {"figures": figures.main, "animation": animation.main, "report": repo
 REFUSED = {
     "figures": {
         "--only fig-16": "no figure named 'fig-16'",
+        "--set software": "'software' is not one of 'paper', 'results', 'methods'",
         "--size 1600": "write it as 1600x1200",
         "--size 10x10": "200 to 8000 pixels",
         "--design nowhere.toml": "nowhere.toml",

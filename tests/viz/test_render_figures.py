@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 
 from beveloid_geom.design.file import builtin_text
-from beveloid_viz.cli import main
+from beveloid_viz.cli import chosen_figures, main
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.stage import opengl
 
@@ -71,19 +71,45 @@ def test_figures_of_time_are_made_last_and_alone() -> None:
     assert [figure.name for figure in FIGURES if figure.timed] == ["speed-accuracy"]
 
 
-RESULTS = """
-separation pattern transmission-error ease-off sliding sensitivity tolerance-cloud map-parabola map-mounting
-mesh-convergence speed-accuracy posed-pair meshed-tooth
-"""
+PAPER = [f"fig-{k:02d}" for k in range(1, 16)]
+RESULTS = [
+    "separation",
+    "pattern",
+    "transmission-error",
+    "ease-off",
+    "sliding",
+    "sensitivity",
+    "tolerance-cloud",
+    "map-parabola",
+    "map-mounting",
+    "posed-pair",
+    "meshed-tooth",
+]
+METHODS = ["mesh-convergence", "speed-accuracy"]
 
 
-def test_list_names_the_papers_figures_and_those_of_the_meshes() -> None:
+def test_list_names_the_figures_and_their_sets() -> None:
     done = run("--list")
     assert done.returncode == 0
-    names = [f"fig-{k:02d}" for k in range(1, 16)]
-    names += RESULTS.split()
-    assert [line.split()[0] for line in done.stdout.splitlines()] == names
-    assert [figure.name for figure in FIGURES] == names
+    names = [(name, "paper") for name in PAPER]
+    names += [(name, "results") for name in RESULTS] + [(name, "methods") for name in METHODS]
+    assert [tuple(line.split()[:2]) for line in done.stdout.splitlines()] == names
+    assert [(figure.name, figure.set) for figure in FIGURES] == names
+
+
+@pytest.mark.parametrize(
+    ("names", "sets", "chosen"),
+    [
+        ((), (), PAPER + RESULTS),
+        ((), ("methods",), METHODS),
+        (("speed-accuracy", "fig-02"), (), ["fig-02", "speed-accuracy"]),
+        (("fig-02",), ("methods",), ["fig-02", *METHODS]),
+    ],
+)
+def test_figures_are_chosen_by_name_and_set(
+    names: tuple[str, ...], sets: tuple[str, ...], chosen: list[str]
+) -> None:
+    assert [figure.name for figure in chosen_figures(names, sets)] == chosen
 
 
 def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:

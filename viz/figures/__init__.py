@@ -24,6 +24,11 @@ class Figure:
     module: str
     timed: bool = False
 
+    @property
+    def set(self) -> str:
+        """The room it is in: `paper`, `results` or `methods`."""
+        return self.module.partition(".")[0]
+
     def recipe(self) -> Recipe[Any]:
         """Say how it is computed and drawn."""
         recipes: dict[str, Recipe[Any]] = import_module(f".{self.module}", __name__).RECIPES
@@ -59,6 +64,8 @@ FIGURES = (
     Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "results.tolerance_cloud"),
     Figure("map-parabola", "Map of a design over its parabola coefficients", "results.maps"),
     Figure("map-mounting", "Map of a design over its mounting distances", "results.maps"),
+    Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
+    Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
     Figure(
         "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"
     ),
@@ -68,6 +75,7 @@ FIGURES = (
         "methods.speed_accuracy",
         timed=True,
     ),
-    Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
-    Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
 )
+SETS = ("paper", "results", "methods")
+UNASKED = ("paper", "results")
+"""Sets of figures, and those that are drawn where none is asked for: not what tells of the methods alone."""
