@@ -61,10 +61,10 @@ def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
-def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
+def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     """Draw a chart for each flank."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Error of the mesh method against the mesh tolerance",
         "Contact point and separation found by proximity queries on sampled flanks, before and after the"
         " polish on the exact flanks",

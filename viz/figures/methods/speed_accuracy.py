@@ -134,10 +134,10 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[SpeedCase, ...], layout: theme.Layout) -> Drawing:
     """Draw a chart for each case; beside them the cost of a batch, and first contacts of all teeth."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Speed against accuracy of every way to find the contact",
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",

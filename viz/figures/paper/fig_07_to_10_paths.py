@@ -13,7 +13,7 @@ from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.scene import Picture
 
 FLANK = "right"
 COLUMNS = 5
@@ -75,11 +75,11 @@ def compute(case: SignCase, design: Design) -> PathFigure:
     return PathFigure(case, tuple(solved.solve(changed, FLANK, touching=True) for changed in designs))
 
 
-def draw(data: PathFigure, size: Size) -> Drawing:
+def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case = data.case
     page, low, _ = theme.new_page(
-        size,
+        layout,
         f"Fig. {case.number}   {case.title}",
         f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",

@@ -72,10 +72,10 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
     return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
 
 
-def draw(data: RatioFigure, size: theme.Size) -> Drawing:
+def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 11   Contact ratio against the parabola coefficient",
         "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
         NOTE,

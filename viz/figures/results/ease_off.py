@@ -85,10 +85,10 @@ def _panel(flank: str, case: str, design: Design) -> Panel:
         return Panel(flank, case, None, path, np.zeros(0), str(error))
 
 
-def draw(data: tuple[Panel, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank and case: the wire surface above, level lines below."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Ease-off of the pinion",
         "Right and left flanks, drive and coast, against the conjugate of the untrimmed gear, \u00b5m",
         NOTE,

@@ -92,12 +92,12 @@ def compute(over: Over, design: Design) -> MapFigure:
     return MapFigure(map_of(design, over, FLANK, steps=STEPS), modified)
 
 
-def draw(data: MapFigure, size: theme.Size) -> Drawing:
+def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
     note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
     note += words.note + finding(found)
-    page, low, high = theme.new_page(size, words.title, _subtitle(data), note, 1.25, 0.4, COLUMNS_OF_TEXT)
+    page, low, high = theme.new_page(layout, words.title, _subtitle(data), note, 1.25, 0.4, COLUMNS_OF_TEXT)
     bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.05))
     for index, name in enumerate(data.panels):
         row, column = divmod(index, 3)

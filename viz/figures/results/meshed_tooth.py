@@ -15,7 +15,7 @@ from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Picture, Size, Surface, fit_camera
+from ...stage.scene import Picture, Surface, fit_camera
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -70,11 +70,11 @@ def surface_of(mesh: VolumeMesh, name: str) -> Surface:
     return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
 
 
-def draw(data: MeshedFigure, size: Size) -> Drawing:
+def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     """Draw the tooth from either side."""
     mesh = data.mesh
     page, low, high = theme.new_page(
-        size,
+        layout,
         "A tooth of the pinion meshed for finite elements",
         "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
         ""

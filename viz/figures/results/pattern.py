@@ -23,7 +23,7 @@ from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Item, Paint, Picture, Size
+from ...stage.scene import Item, Paint, Picture
 
 TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
 GRID = (81, 161)
@@ -186,11 +186,11 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under)
 
 
-def draw(data: BandFigure, size: Size) -> Drawing:
+def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     note = panels.how_drawn(flanks, panels.STRETCH) + data.note
-    page, low, _ = theme.new_page(size, data.title, data.subtitle, note)
+    page, low, _ = theme.new_page(layout, data.title, data.subtitle, note)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:

@@ -56,10 +56,10 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
 
 
-def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row of panels for each case, a column for each quantity."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
         NOTE,

@@ -62,10 +62,10 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     }
 
 
-def draw(data: dict[str, tuple[Curve, ...]], size: theme.Size) -> Drawing:
+def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
         NOTE,

@@ -20,7 +20,7 @@ from ...parts.panels import Panel
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.scene import Picture
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, theme.BLUE),
@@ -136,10 +136,10 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
         return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
-def draw(data: tuple[Side, ...], size: Size) -> Drawing:
+def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
         _note(),
