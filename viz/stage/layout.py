@@ -28,16 +28,14 @@ class Layout:
     plain: bool = False
 
     @property
+    def printed(self) -> bool:
+        """Whether the page is laid out for a width in print."""
+        return self.height is None
+
+    @property
     def scale(self) -> float:
         """Inches in the file for an inch of the layout."""
-        return SCALE if self.height is None else 1.0
-
-    def columns(self, panels: int, most: int, least: float) -> int:
-        """Say into how many columns so many panels go, at `most`, where each takes `least` inches: as few as
-        fill as few rows."""
-        room = max(1, min(most, panels, int(self.width / least + 1e-9)))
-        rows = -(-panels // room)
-        return -(-panels // rows)
+        return SCALE if self.printed else 1.0
 
 
 def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = USUAL) -> Layout:
@@ -64,26 +62,29 @@ class Cells:
     most: int
     least: float
 
-    def columns(self, layout: Layout, panels: int) -> int:
-        """Say into how many columns the panels go."""
-        return Layout(layout.width - self.left - self.right + self.across, None, 1.0).columns(
-            panels, self.most, self.least + self.across
-        )
+    def columns(self, layout: Layout, count: int) -> int:
+        """Say into how many columns so many panels go: as few as fill as few rows as there can be."""
+        room = layout.width - self.left - self.right + self.across
+        most = max(1, min(self.most, count, int(room / (self.least + self.across) + 1e-9)))
+        return -(-count // -(-count // most))
 
-    def tall(self, layout: Layout, panels: int, height: float) -> float:
-        """Give the inches that rows of panels of a height take."""
-        rows = -(-panels // self.columns(layout, panels))
+    def width(self, layout: Layout, count: int) -> float:
+        """Give the width of a panel, inches."""
+        columns = self.columns(layout, count)
+        return (layout.width - self.left - self.right - (columns - 1) * self.across) / columns
+
+    def tall(self, layout: Layout, count: int, height: float) -> float:
+        """Give the inches that the rows of panels of a height, inches, take."""
+        rows = -(-count // self.columns(layout, count))
         return rows * height + (rows - 1) * self.down
 
     def boxes(
-        self, layout: Layout, page_height: float, low: float, high: float, panels: int
+        self, layout: Layout, count: int, page_height: float, low: float, high: float
     ) -> list[tuple[float, float, float, float]]:
         """Give left, bottom, width and height of each panel, shares of a page so many inches high, between
         two heights of it, shares too."""
-        columns = self.columns(layout, panels)
-        rows = -(-panels // columns)
-        room = layout.width - self.left - self.right
-        width = (room - (columns - 1) * self.across) / columns
+        columns, width = self.columns(layout, count), self.width(layout, count)
+        rows = -(-count // columns)
         height = ((high - low) * page_height - (rows - 1) * self.down) / rows
         return [
             (
@@ -92,5 +93,5 @@ class Cells:
                 width / layout.width,
                 height / page_height,
             )
-            for row, column in (divmod(panel, columns) for panel in range(panels))
+            for row, column in (divmod(number, columns) for number in range(count))
         ]

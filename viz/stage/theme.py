@@ -102,7 +102,7 @@ class Box:
         return self.width, self.height
 
 
-class Legend(NamedTuple):
+class Entries(NamedTuple):
     """A legend of a page: its entries, and how many columns and which look it has where it has room."""
 
     handles: Sequence[Artist]
@@ -118,7 +118,7 @@ class Page(Figure):
         super().__init__(figsize=(layout.width, height), dpi=layout.dpi, facecolor="white")
         FigureCanvasAgg(self)
         self.layout, self.title, self.subtitle, self.note = layout, title, subtitle, note
-        self.legend_entries: list[Legend] = []
+        self.legend_entries: list[Entries] = []
 
 
 def new_page(
@@ -158,6 +158,12 @@ def rows(low: float, high: float, count: int, gap: float = 0.0) -> tuple[list[fl
     return [high - height - row * (height + gap) for row in range(count)], height
 
 
+def panels(page: Page, cells: Cells, count: int, low: float, high: float) -> list[Axes]:
+    """Make the axes of so many panels between two heights of the page, row by row."""
+    boxes = cells.boxes(page.layout, count, page.get_figheight(), low, high)
+    return [page.add_axes(box) for box in boxes]
+
+
 def top(page: Page) -> float:
     """Give the height, as a share of the page, below title and subtitle, if it has them."""
     return float(1.0 - (MARGIN + (0.0 if page.layout.plain else WORDS)) / page.get_figheight())
@@ -172,7 +178,7 @@ def caption(page: Page, text: str, columns: int = 158) -> float:
     """Write small text at the foot of the page, broken into lines of so many characters, where it is not to
     come at the end or not at all; the height, as a share of the page, above it."""
     page.note = text
-    if page.layout.plain or page.layout.height is None:
+    if page.layout.plain or page.layout.printed:
         return inches(page, 0.6 * MARGIN)
     lines = textwrap.wrap(text, columns)
     x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
@@ -192,8 +198,8 @@ def legend(
 ) -> None:
     """Put a legend at the right of a page, `below` its upper edge by so many inches; or at its left, from a
     share of its width. In print it comes over the figure, in as many of its columns as have room."""
-    if page.layout.height is None:
-        page.legend_entries.append(Legend(handles, columns, style))
+    if page.layout.printed:
+        page.legend_entries.append(Entries(handles, columns, style))
         return
     place: dict[str, Any] = {"loc": "upper left" if left else "upper right", "borderaxespad": 0.0}
     below -= 0.5 * WORDS if page.layout.plain else 0.0

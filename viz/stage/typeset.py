@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
@@ -27,12 +28,13 @@ def settle(page: Page) -> Page:
     """Finish a page laid out for a width in print: set its type, break titles, leave out labels of ticks
     that have no room, put title, subtitle and legends over the figure and the note under it, and cut off
     what is empty."""
-    if page.layout.height is not None:
+    if not page.layout.printed:
         return page
     for text in page.findobj(Text):
         _set_type(text)
     for axes in page.axes:
         _break_titles(axes)
+        _fit_legend(axes)
         for axis in (axes.xaxis, axes.yaxis):
             _thin_out(axis)
     _surround(page)
@@ -97,6 +99,16 @@ def _break_titles(axes: Axes) -> None:
         label.set_rotation(0.0)
         _fill(label, words, box.height)
         label.set_rotation(rotation)
+
+
+def _fit_legend(axes: Axes) -> None:
+    """Break the words of a legend that is wider than its axes."""
+    legend, width = axes.get_legend(), axes.get_window_extent().width
+    over = legend.get_window_extent().width - width if legend else 0.0
+    if legend and over > 0.0:
+        longest = max(text.get_window_extent().width for text in legend.get_texts())
+        for text in legend.get_texts():
+            _fill(text, text.get_text(), longest - over)
 
 
 def _thin_out(axis: Axis) -> None:
@@ -164,17 +176,18 @@ def _line(page: Page, words: str, style: dict[str, Any]) -> Text:
     return text
 
 
-def _legend(page: Page, entries: theme.Legend, width: float) -> Any:
+def _legend(page: Page, entries: theme.Entries, width: float) -> Legend:
     """Make a legend of as many columns as have room in a width, pixels."""
-    for columns in range(min(entries.columns, len(entries.handles)), 0, -1):
-        style = {"borderaxespad": 0.0, "borderpad": 0.0, **entries.style}
-        legend: Any = page.legend(handles=entries.handles, loc="upper left", ncols=columns, **style)
+    style = {"borderaxespad": 0.0, "borderpad": 0.0, "loc": "upper left", **entries.style}
+    columns = min(entries.columns, len(entries.handles))
+    while True:
+        legend = page.legend(handles=entries.handles, ncols=columns, **style)
         for text in legend.findobj(Text):
             _set_type(text)
         if columns == 1 or legend.get_window_extent().width <= width:
-            break
+            return legend
         legend.remove()
-    return legend
+        columns -= 1
 
 
 def _stand(page: Page, artist: Any, x: float, y: float) -> None:
