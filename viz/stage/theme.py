@@ -207,6 +207,14 @@ def legend(
     page.legend(handles=handles, bbox_to_anchor=corner, ncols=columns, **place, **style)
 
 
+def legend_below(page: Page, handles: Sequence[Artist], columns: int, height: float, **style: Any) -> None:
+    """Put a legend in the middle of a page, at a share of its height; in print where all legends are."""
+    if page.layout.printed:
+        page.legend_entries.append(Entries(handles, columns, style))
+        return
+    page.legend(handles=handles, loc="center", bbox_to_anchor=(0.5, height), ncols=columns, **style)
+
+
 def signed(value: float, digits: int) -> str:
     """Give a number with its sign, a true minus, and none if it rounds to zero."""
     sign = "+" if round(value, digits) else ""
