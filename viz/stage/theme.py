@@ -18,7 +18,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
 from numpy.typing import ArrayLike
 
 from .layout import Cells as Cells, Layout as Layout
@@ -184,6 +184,20 @@ def caption(page: Page, text: str, columns: int = 158) -> float:
     x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
     page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
     return inches(page, 0.6 * MARGIN + 0.22 * len(lines) + 0.15)
+
+
+def fill(text: Text, words: str, width: float) -> None:
+    """Write words broken into lines that are at most so many pixels wide; breaks that are there stay."""
+    text.set_text(words)
+    seen = text.get_window_extent().width
+    if seen <= width:
+        return
+    longest = max(len(line) for line in words.splitlines())
+    for columns in range(min(longest, int(1.3 * longest * width / seen) + 1), 6, -1):
+        lines = (textwrap.fill(line, columns, break_long_words=False) for line in words.splitlines())
+        text.set_text("\n".join(lines))
+        if text.get_window_extent().width <= width:
+            return
 
 
 def say(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **style: Any) -> None:

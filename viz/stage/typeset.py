@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import Any
 
 import numpy as np
@@ -73,31 +72,17 @@ def _set_type(text: Any) -> None:
     text.set_fontsize(float(np.clip(text.get_fontsize() * SCALE, least, LARGEST)) / SCALE)
 
 
-def _fill(text: Text, words: str, width: float) -> None:
-    """Write words broken into lines that are at most so many pixels wide; breaks that are there stay."""
-    text.set_text(words)
-    seen = text.get_window_extent().width
-    if seen <= width:
-        return
-    longest = max(len(line) for line in words.splitlines())
-    for columns in range(min(longest, int(1.3 * longest * width / seen) + 1), 6, -1):
-        lines = (textwrap.fill(line, columns, break_long_words=False) for line in words.splitlines())
-        text.set_text("\n".join(lines))
-        if text.get_window_extent().width <= width:
-            return
-
-
 def _break_titles(axes: Axes) -> None:
     """Break titles and names of axes that are longer than their axes."""
     box = axes.get_window_extent()
     for text in (axes.title, axes._left_title, axes._right_title, axes.xaxis.label):  # type: ignore[attr-defined]
         if text.get_text():
-            _fill(text, text.get_text(), box.width)
+            theme.fill(text, text.get_text(), box.width)
     label, words = axes.yaxis.label, axes.get_ylabel()
     if words and label.get_window_extent().height > box.height:
         rotation = label.get_rotation()
         label.set_rotation(0.0)
-        _fill(label, words, box.height)
+        theme.fill(label, words, box.height)
         label.set_rotation(rotation)
 
 
@@ -108,7 +93,7 @@ def _fit_legend(axes: Axes) -> None:
     if legend and over > 0.0:
         longest = max(text.get_window_extent().width for text in legend.get_texts())
         for text in legend.get_texts():
-            _fill(text, text.get_text(), longest - over)
+            theme.fill(text, text.get_text(), longest - over)
 
 
 def _thin_out(axis: Axis) -> None:
@@ -172,7 +157,7 @@ def _line(page: Page, words: str, style: dict[str, Any]) -> Text:
     """Write words as wide as the page, at the top of it for now."""
     text = page.text(0.0, 1.0, words, va="top", ha="left", **style)
     _set_type(text)
-    _fill(text, words, (page.layout.width - 2.0 * EDGE) * page.dpi)
+    theme.fill(text, words, (page.layout.width - 2.0 * EDGE) * page.dpi)
     return text
 
 

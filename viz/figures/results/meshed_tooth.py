@@ -107,8 +107,7 @@ def _legend(page: theme.Page, low: float) -> None:
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name
     handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
-    place = (0.5, low - theme.inches(page, 0.7))
-    page.legend(handles=handles, loc="lower center", bbox_to_anchor=place, ncols=5, fontsize=theme.SMALL)
+    theme.legend_below(page, handles, 5, low - theme.inches(page, 0.4), fontsize=theme.SMALL)
 
 
 def rows(data: MeshedFigure) -> Table:
