@@ -127,7 +127,7 @@ def test_both_flanks_are_drawn(tmp_path: Path) -> None:
     names = sorted(path.stem for path in (tmp_path / "both").glob("*.png"))
     assert names == ["fig-09", "fig-09-left", "fig-11"]
     left, right = (
-        list(csv.DictReader((tmp_path / folder).open(encoding="utf-8", newline="")))
+        list(csv.DictReader((tmp_path / folder).read_text(encoding="utf-8").splitlines()))
         for folder in ("both/fig-09-left.csv", "right/fig-09.csv")
     )
     assert len(left) == len(right) > 1000
