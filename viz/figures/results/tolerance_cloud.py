@@ -339,24 +339,26 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
 
 
 def rows(data: tuple[Side, ...]) -> Table:
-    """List every mounting of every study: its errors, and what it has."""
+    """List every mounting of every study: its errors, and what it has; then shares under larger tolerances."""
     errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
     header = ["flank", "case", "mounting", *errors, "status", "contact_ratio", "transmission_error_rad"]
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
+    shares = ("times_tolerances", "share_ended_elsewhere", "share_without_path")
 
     def cases() -> Rows:
         """Give the columns of every study."""
         for flank, case in ((side.flank, case) for side in data for case in side.cases):
             who = flank, case.name.replace("$", "")
             if case.study is None:
-                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 8)
+                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 5)
                 continue
             found = case.study.mountings
             status = [status_name(code) for code in found.status]
             measures = found.contact_ratio, found.peak_to_peak, *found.pinion_z.T, *found.gear_z.T
-            yield *who, np.arange(len(status)), *found.errors.T, status, *measures
+            yield *who, np.arange(len(status)), *found.errors.T, status, *measures, "", "", ""
+            yield *who, *[""] * (len(header) - 2), list(FACTORS), *case.shares
 
-    return header, stacked(cases())
+    return [*header, *shares], stacked(cases())
 
 
 RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}

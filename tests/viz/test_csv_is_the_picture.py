@@ -1,0 +1,75 @@
+"""What a chart draws stands in its CSV: every curve again from the columns of the table, in their units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from matplotlib.lines import Line2D
+
+from beveloid_geom.arrays import FloatArray
+from beveloid_viz.stage.layout import of_size
+
+from .pages import recipe_of
+from .test_snapshots import _short_measurements as _short_measurements, data_of
+
+CHARTS = {
+    "fig-06": 5,
+    "fig-11": 20,
+    "transmission-error": 30,
+    "sliding": 14,
+    "ease-off": 4,
+    "tolerance-cloud": 10,
+    "mesh-convergence": 4,
+}
+"""Charts by name, and how many curves they have at least."""
+POINTS = 5
+"""Of the shortest curve that is looked at."""
+UNITS = (1.0, 1e3, 1e6, 100.0, float(np.degrees(3600.0)), float(np.degrees(1.0)))
+"""What a column is drawn in: itself, um of mm, urad of rad, percent, arcsec and degrees of rad."""
+ONE_WAY = {"transmission-error": 1, "mesh-convergence": 1, "tolerance-cloud": 0}
+"""Which way of charts that repeat a curve whole pitches on, or draw it over settings or up to a rank."""
+
+
+def curves(name: str) -> Iterator[Line2D]:
+    """The curves of a chart in the coordinates of its axes."""
+    with np.errstate(all="ignore"):
+        page = recipe_of(name).drawn(data_of(name), of_size((800, 600))).page
+    for axes in page.axes:
+        if not axes.axison:
+            continue  # pictures, and wires seen from aside
+        for line in axes.lines:
+            if len(np.atleast_1d(line.get_xdata())) >= POINTS and line.get_transform() == axes.transData:
+                yield line
+
+
+def columns(name: str) -> list[FloatArray]:
+    """The numbers in each column of a table, without their signs, in order."""
+    header, rows = recipe_of(name).rows(data_of(name))
+    found: list[list[float]] = [[] for _ in header]
+    for row in rows:
+        for values, value in zip(found, row, strict=True):
+            if isinstance(value, (int, float, np.number)):
+                values.append(abs(float(value)))
+    return [np.unique(values)[: np.isfinite(np.unique(values)).sum()] for values in found if values]
+
+
+def stands_in(values: FloatArray, column: FloatArray) -> bool:
+    """Whether all values are those of a column, to rounding."""
+    at = np.clip(np.searchsorted(column, values), 1, max(len(column) - 1, 1))
+    near = np.minimum(abs(column[at - 1] - values), abs(column[np.minimum(at, len(column) - 1)] - values))
+    return bool((near <= 1e-9 * values.max(initial=1e-30)).all())
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_every_curve_is_in_the_table(name: str) -> None:
+    table = [unit * column for column in columns(name) for unit in UNITS if column.size]
+    seen = 0
+    for line in curves(name):
+        for drawn in (line.get_data()[ONE_WAY[name]],) if name in ONE_WAY else line.get_data():
+            values = np.abs(np.asarray(drawn, dtype=float))
+            values = values[np.isfinite(values)]
+            assert any(stands_in(values, column) for column in table), (line.get_label(), values[:4])
+        seen += 1
+    assert seen >= CHARTS[name]
