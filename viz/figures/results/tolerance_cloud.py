@@ -339,7 +339,7 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
 
 
 def rows(data: tuple[Side, ...]) -> Table:
-    """List every mounting of every study: its errors, and what it has; then shares under larger tolerances."""
+    """List every mounting of every study: its errors, what it has; then shares under larger tolerances."""
     errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
     header = ["flank", "case", "mounting", *errors, "status", "contact_ratio", "transmission_error_rad"]
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
