@@ -23,7 +23,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Limit
 from ..support.chebyshev import basis_of, evaluate, greatest, polynomials
 from .first_contact import TOGETHER, Found, Mesh
-from .least_clearance import Local, Task, local_at
+from .least_clearance import Local, Task, local_at, square
 
 SAMPLES = 16
 """Rolls of a pitch at which first contacts tell the carriers."""
@@ -269,11 +269,11 @@ def _newton_step(here: Local, limit: Codes) -> FloatArray:
     each = np.arange(limit.shape[1])
     rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
     first, second = (rate.T for rate in rates)
-    curve = np.moveaxis(here.curve[limit[0], ..., each], 0, -1)
-    square = (first * first).sum(axis=0)
-    bend = here.bend - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / square, 0.0) * curve
+    curve = square(here.curve[limit[0], :, each].T)
+    size = (first * first).sum(axis=0)
+    bend = square(here.bend) - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / size, 0.0) * curve
     free = -_solved(bend[0], bend[1], here.slope)
-    onto, along = -margins[0] / square * first, np.stack((-first[1], first[0]))
+    onto, along = -margins[0] / size * first, np.stack((-first[1], first[0]))
     pull = here.slope + (bend * onto).sum(axis=1)
     on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
     corner = -_solved(first, second, np.stack(margins))
