@@ -29,7 +29,9 @@ from .separation import Pose
 
 BOX_SIDES = 4
 LINES = len(Limit) + BOX_SIDES
-CORNERS = np.array([(i, j) for i in range(LINES) for j in range(i)]).T
+WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
+FEW = 2
+"""Limits that reach into a box at once, but for rare cases."""
 PASSES, LAST_STEP = 60, 1e-8
 """Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
 PENALTY = 150.0
@@ -103,6 +105,11 @@ class Local:
         """Give the places with the numbers `index`."""
         return Local(*(value[..., index] for value in vars(self).values()))
 
+    def where_not(self, moved: Mask, there: Local) -> Local:
+        """Give these places, but those `there` where `moved` (n,)."""
+        rows = zip(vars(self).values(), vars(there).values(), strict=True)
+        return Local(*(np.where(moved, new, old) for old, new in rows))
+
 
 @dataclass(frozen=True, eq=False)
 class Least:
@@ -127,7 +134,7 @@ class Least:
 
 
 def _seen(task: Task, z: FloatArray, cut: Cut, bends: Bends | None = None) -> FloatArray:
-    """Give the pinion's points x, y, z2 as seen by the gear and their derivatives by s1, z1 and, with `bends`,
+    """Give the pinion's points x, y, z2 as the gear sees them, their derivatives by s1, z1 and, with `bends`,
     twice s1, both and twice z1: (3, 3, n) or (3, 6, n)."""
     pose, turned = task.pose, cut.phi + task.roll
     x, y = np.empty((2, 3 if bends is None else 6, z.size))
@@ -273,10 +280,11 @@ def _turned(rows: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
 
 
 def _quadratic_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
 ) -> tuple[FloatArray, Integers, FloatArray]:
-    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
-    d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
+    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0, of LINES limits of which the last
+    are the sides of a box of `size` (2, n): d (2, n), the limits it lies on (2, n), -1 for none, and their
+    multipliers (LINES, n)."""
     a, b, c = bend
     g, h = slope
     det = a * c - b * b
@@ -286,18 +294,40 @@ def _quadratic_step(
     bound = np.flatnonzero(~free)
     multiplier = np.zeros(margin.shape)
     if bound.size:
-        slope, (a, b, c), rate = slope[:, bound], bend[:, bound], rate[..., bound]
-        step[:, bound], active[:, bound] = _bounded_step(slope, bend[:, bound], rate, margin[:, bound], depth)
-        x, y = step[:, bound]
+        slope, bend, rate = slope[:, bound], bend[:, bound], rate[..., bound]
+        step[:, bound], active[:, bound] = _bounded_step(
+            slope, bend, rate, margin[:, bound], size[:, bound], depth
+        )
+        (a, b, c), (x, y) = bend, step[:, bound]
         pull = slope + np.stack((a * x + b * y, b * x + c * y))
         multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])
     return step, active, multiplier
 
 
 def _bounded_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
 ) -> tuple[FloatArray, Integers]:
-    """Give the same where the least lies on a limit, by trying all edges and corners."""
+    """Give the same where the least lies on a limit. Limits that do not reach into the box need not be
+    tried, unless those that do leave nothing inside it."""
+    limits = slice(len(Limit))
+    far = margin[limits] > (np.abs(rate[limits]) * size).sum(axis=1) + FEASIBLE * depth
+    order = np.argsort(far, axis=0, kind="stable")[:FEW]
+    lines = np.concatenate((order, np.arange(len(Limit), LINES)[:, None].repeat(far.shape[1], axis=1)))
+    chosen = np.take_along_axis(rate, lines[:, None], axis=0), np.take_along_axis(margin, lines, axis=0)
+    step, active, inside = _tried(slope, bend, *chosen, depth)
+    active = np.where(active >= 0, np.take_along_axis(lines, active, axis=0), -1)
+    every = np.flatnonzero(~inside | ((~far).sum(axis=0) > FEW))
+    if every.size:
+        here = slope[:, every], bend[:, every], rate[..., every], margin[:, every]
+        step[:, every], active[:, every], _ = _tried(*here, depth)
+    return step, active
+
+
+def _tried(
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+) -> tuple[FloatArray, Integers, Mask]:
+    """Give the least of a quadratic program that lies on a limit, the limits and whether it is inside all
+    others, by trying all edges and corners."""
     a, b, c = bend
     g, h = slope
     foot = -(margin / (rate * rate).sum(axis=1))[:, None] * rate
@@ -305,7 +335,7 @@ def _bounded_step(
     onto = np.stack((a * along[:, 0] + b * along[:, 1], b * along[:, 0] + c * along[:, 1]), axis=1)
     steep, stiff = (along * slope + onto * foot).sum(axis=1), (along * onto).sum(axis=1)
     edge = foot - np.where(stiff > 0.0, steep / stiff, np.nan)[:, None] * along
-    i, j = CORNERS
+    i, j = corners = np.array([(i, j) for i in range(len(rate)) for j in range(i)]).T
     cross = rate[i, 0] * rate[j, 1] - rate[i, 1] * rate[j, 0]
     x = (margin[j] * rate[i, 1] - margin[i] * rate[j, 1]) / cross
     y = (margin[i] * rate[j, 0] - margin[j] * rate[i, 0]) / cross
@@ -315,11 +345,13 @@ def _bounded_step(
         low = np.minimum(low, x * p + y * q + m)
     value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
     # Where the limits leave nothing inside the box, the corner least outside is next best.
-    value = np.where(low >= -FEASIBLE * depth, value, 1e6 * (depth - low))
+    inside = low >= -FEASIBLE * depth
+    value = np.where(inside, value, 1e6 * (depth - low))
     best = np.where(np.isfinite(value), value, np.inf).argmin(axis=0)
     each = np.arange(best.size)
-    single = np.stack((np.arange(LINES), np.full(LINES, -1)))
-    return np.stack((x[best, each], y[best, each])), np.concatenate((single, CORNERS), axis=1)[:, best]
+    single = np.stack((np.arange(len(rate)), np.full(len(rate), -1)))
+    active = np.concatenate((single, corners), axis=1)[:, best]
+    return np.stack((x[best, each], y[best, each])), active, np.asarray(inside[best, each])
 
 
 def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:
@@ -354,36 +386,49 @@ def least_clearances(task: Task, place: FloatArray, box: FloatArray) -> Least:
 
 def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
     n, depth = place.shape[1], task.depth
-    place, here = place.copy(), local_at(task, *place)
-    limit = np.full((2, n), -1, dtype=np.int8)
-    weight, reach, converged = np.zeros((len(Limit), n)), np.ones(n), np.zeros(n, dtype=bool)
+    here = local_at(task, *place)
+    least = Least(
+        place=place.copy(),
+        f=here.f.copy(),
+        meeting=here.meeting.copy(),
+        limit=np.full((2, n), -1, dtype=np.int8),
+        outside=np.maximum(-here.margin.min(axis=0), 0.0),
+        converged=np.zeros(n, dtype=bool),
+    )
     going = np.flatnonzero(np.isfinite(here.f))
-    for _ in range(PASSES):
+    task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
+    weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
+    for count in range(PASSES):
         # Longer steps along the profile only where it is convex, off the fillets.
-        profile = np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0))
-        at, size = here.pick(going), np.stack((profile, reach))[:, going] * box[:, going]
-        side = np.stack((size[0], size[1], size[0], size[1]))
-        walls = np.broadcast_to(np.array(((1, 0), (0, 1), (-1, 0), (0, -1.0)))[..., None], (4, 2, going.size))
-        bend = at.bend - (weight[:, None, going] * at.curve).sum(axis=0)
-        step, active, multiplier = _quadratic_step(
-            at.slope, bend, np.concatenate((at.rate, walls)), np.concatenate((at.margin, side)), depth
-        )
+        size = np.stack((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
+        lines = np.concatenate((here.rate, WALLS.repeat(going.size, axis=2)))
+        margin = np.concatenate((here.margin, size, size))
+        bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
+        step, active, multiplier = _quadratic_step(here.slope, bend, lines, margin, size, depth)
         boxed = (active >= len(Limit)).any(axis=0)
         small = (np.abs(step) <= LAST_STEP * depth).all(axis=0) & ~boxed
-        there = local_at(task.pick(going), *(place[:, going] + step))
+        there = local_at(task, *(place + step))
         pull = np.maximum(multiplier[: len(Limit)], 0.0)
-        better = there.merit(pull, depth) <= at.merit(pull, depth) + NOISE * depth
-        moved = going[better]
-        place[:, moved] += step[:, better]
-        for name, value in vars(here).items():
-            value[..., moved] = getattr(there, name)[..., better]
-        weight[:, moved] = pull[:, better]
-        limit[:, going] = active
-        reach[going] *= np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
-        converged[going] = small & better
-        going = going[~(small & better) & (reach[going] > 1e-12)]
-        if not going.size:
+        better = there.merit(pull, depth) <= here.merit(pull, depth) + NOISE * depth
+        if better.all():
+            place, here, weight = place + step, there, pull
+        else:
+            place, weight = np.where(better, place + step, place), np.where(better, pull, weight)
+            here = here.where_not(better, there)
+        reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
+        found = small & better
+        done = found | (reach <= 1e-12) | (count == PASSES - 1)
+        if not done.any():
+            continue
+        ended, stays = going[done], np.flatnonzero(~done)
+        least.place[:, ended], least.f[ended], least.meeting[:, ended] = (
+            row[..., done] for row in (place, here.f, here.meeting)
+        )
+        least.limit[:, ended], least.converged[ended] = active[:, done], found[done]
+        least.outside[ended] = np.maximum(-here.margin[:, done].min(axis=0), 0.0)
+        if not stays.size:
             break
-    limit = np.sort(np.where(limit >= len(Limit), -1, limit), axis=0)[::-1]
-    outside = np.maximum(-here.margin.min(axis=0), 0.0)
-    return Least(place, here.f, here.meeting, limit, outside, converged)
+        task, place, box, here = task.pick(stays), place[:, stays], box[:, stays], here.pick(stays)
+        going, weight, reach = going[stays], weight[:, stays], reach[stays]
+    limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
+    return replace(least, limit=limit)

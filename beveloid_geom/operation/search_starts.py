@@ -33,7 +33,7 @@ along the face for each of them, if that is more: a tooth that winds round its a
 SPARE, TIP_SPARE = 0.05, 0.01
 """Modules by which a scanned point, and an edge on a fillet, may stand further off than the nearest
 scanned and still be a start."""
-TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
+TIPS, INWARDS = np.array((Limit.GEAR_TIP, Limit.PINION_TIP)), np.array((1.0, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
@@ -262,11 +262,11 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
         Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
     ]
     bound = least + SPARE * module, least + TIP_SPARE * module
-    for tip, inwards in TIPS:
-        row, periods, place = _edge_starts(task, scan, grid, bound, tip)
-        for step, moved in zip(TIP_STEPS, (0.0, inwards * grid.cell[0]), strict=True):
-            box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
-            parts.append(Starts(row, periods, place + np.array(((moved,), (0.0,))), box))
+    row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
+    for step, inside in zip(TIP_STEPS, (0.0, 1.0), strict=True):
+        box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
+        moved = np.stack((inside * grid.cell[0] * inwards, 0.0 * inwards))
+        parts.append(Starts(row, periods, place + moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
@@ -292,34 +292,38 @@ def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tu
 
 
 def _edge_starts(
-    task: Task, scan: Scan, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
-) -> tuple[Integers, Integers, FloatArray]:
-    """Give tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
-    station along the face: the scanned points least away from it, if f is within the first bound (tasks,)
-    there, moved on to the edge, where f is within the second."""
-    away, first = (scan.gear_tip, 0) if tip == Limit.GEAR_TIP else (scan.pinion_tip, grid.shape[0] - 1)
-    lines = away.reshape(len(away), away.shape[1] // grid.shape[1], grid.shape[1])
-    row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
-    point = (lines[row, :, station].argmin(axis=1) + first) * grid.shape[1] + station
-    near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
-    row, point = row[near], point[near]
+    task: Task, scan: Scan, grid: Grid, bound: tuple[FloatArray, FloatArray]
+) -> tuple[Integers, Integers, FloatArray, FloatArray]:
+    """Give tooth pairs, their periods and places (2, n) of tips' edges near the other's fillet, at every
+    station along the face: the scanned points least away from them, if f is within the first bound (tasks,)
+    there, moved on to the edge, where f is within the second; and which way leads onto the flank."""
+    rows, points, tips = [], [], []
+    for number, (away, first) in enumerate(((scan.gear_tip, 0), (scan.pinion_tip, grid.shape[0] - 1))):
+        lines = away.reshape(len(away), away.shape[1] // grid.shape[1], grid.shape[1])
+        row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
+        point = (lines[row, :, station].argmin(axis=1) + first) * grid.shape[1] + station
+        near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
+        rows.append(row[near])
+        points.append(point[near])
+        tips.append(np.full(rows[-1].size, number))
+    row, point, tip = (np.concatenate(parts) for parts in (rows, points, tips))
     periods = scan.periods[row, point].astype(np.int64)
     place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
     if not row.size:
-        return row, periods, place
+        return row, periods, place, np.zeros(0)
     place = _on_edge(chosen, place, tip)
     here = local_at(chosen, *place)
-    falls = here.slope[0] if tip == Limit.PINION_TIP else -here.slope[0]
-    close = (here.f <= bound[1][row]) & (falls < TIP_SLOPE)
-    return row[close], periods[close], place[:, close]
+    close = (here.f <= bound[1][row]) & (-INWARDS[tip] * here.slope[0] < TIP_SLOPE)
+    return row[close], periods[close], place[:, close], INWARDS[tip[close]]
 
 
-def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
-    """Give places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
-    place = place.copy()
+def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
+    """Give places (2, n) moved along the profile to the edges of the TIPS with the numbers `tip` (n,), and
+    between the gear's toe and heel."""
+    place, limit, each = place.copy(), TIPS[tip], np.arange(tip.size)
     for _ in range(EDGE_PASSES):
         margin, rate = limits_at(task, *place)
-        place[0] -= np.nan_to_num(margin[tip] / rate[tip, 0])
+        place[0] -= np.nan_to_num(margin[limit, each] / rate[limit, 0, each])
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
             place[1] -= np.nan_to_num(np.minimum(margin[end], 0.0) / rate[end, 1])
     return place
@@ -328,25 +332,22 @@ def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     """Give more starts from what was found: at the same station on a tip's edge if it is on a fillet less
     than a cell away, and beside that fillet. `row` counts the places (2, n) of the tasks."""
-    own, cell, none = task.own, np.array(grid.cell)[:, None], np.zeros(0, dtype=np.int64)
-    parts = [Starts(none, none, place[:, :0], place[:, :0])]
-    for tip, inwards in TIPS:
-        # From further off no edge within a cell lies on a fillet.
-        room = place[0] - own.joint
-        if tip == Limit.PINION_TIP:
-            room = own.tip + own.taper * place[1] - np.sqrt(cut_at(own, *place).square)
-        close = np.flatnonzero(room < FURTHEST * grid.cell[0])
-        if not close.size:
-            continue
+    own, cell = task.own, np.array(grid.cell)[:, None]
+    # From further off no edge within a cell lies on a fillet.
+    room = np.stack(
+        (place[0] - own.joint, own.tip + own.taper * place[1] - np.sqrt(cut_at(own, *place).square))
+    )
+    tip, close = np.nonzero(room < FURTHEST * grid.cell[0])
+    edge, gap = place[:, close], np.full(close.size, np.inf)
+    if close.size:
         near = task.pick(close)
-        edge = _on_edge(near, place[:, close], tip)
+        edge = _on_edge(near, edge, tip)
         meeting = local_at(near, *edge).meeting
-        gap = edge[0] - own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
-        away = np.abs(edge[0] - place[0, close])
-        for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
-            row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
-            moved = inside * inwards * grid.cell[0]
-            moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
-            box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
-            parts.append(Starts(close[row], np.zeros_like(row), moved_place, box))
+        gap = np.where(tip == 0, edge[0] - own.joint, meeting[0] - task.other.joint)
+    away, parts = np.abs(edge[0] - place[0, close]), []
+    for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
+        row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
+        moved = edge[:, row] + np.stack((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
+        box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved.shape)
+        parts.append(Starts(close[row], np.zeros_like(row), moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
