@@ -50,6 +50,7 @@ from .pieces import (
     fitted,
     held_to,
     holding,
+    put_together,
     tails_of,
 )
 
@@ -330,10 +331,9 @@ def _moved(
     whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        place, found = held_to(task, place, pieces.limit[:, piece])
-        margin = np.where(holding(pieces.limit[:, piece]), 0.0, found.margin)
-    values = np.concatenate((found.f[None], place, found.meeting))
-    return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+        values = held_to(task, place, pieces.limit[:, piece])
+        margin = np.where(holding(pieces.limit[:, piece]), 0.0, values[QUANTITIES:])
+    return values[:QUANTITIES], np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
 
 
 def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
@@ -385,6 +385,5 @@ def _joined(parts: list[Pieces]) -> Pieces:
     """Join pieces, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
-    columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
-    pieces = Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
+    pieces = put_together([empty, *parts])
     return pieces.pick(np.lexsort((pieces.low, pieces.case)))
