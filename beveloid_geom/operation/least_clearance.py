@@ -41,6 +41,9 @@ FEASIBLE, NOISE = 1e-10, 1e-12
 """Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 OVERLAP = 0.25
 """Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
+MEETINGS, ALIKE = (1, 2, 3), 1e-3
+"""After which steps searches are looked for that go the same way; shares of the first steps, within which
+places count as the same."""
 BLOCK = 1024
 
 
@@ -373,18 +376,19 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatA
     return values
 
 
-def least_clearances(task: Task, place: FloatArray, box: FloatArray) -> Least:
+def least_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> Least:
     """Give the local least clearance that each start `place` (2, n) leads to; `box` (2, n): how far the first
-    step may go, and all steps along the profile of a fillet; mm."""
+    step may go, and all steps along the profile of a fillet; mm. Of starts with the same `owner` (n,) that
+    lead to the same place one is followed there, the others end as `outside` as can be."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, max(1, place.shape[1]), BLOCK):
             block = slice(start, start + BLOCK)
-            parts.append(_least(task.pick(block), place[:, block], box[:, block]))
+            parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
     return parts[0].and_also(*parts[1:])
 
 
-def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
+def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> Least:
     n, depth = place.shape[1], task.depth
     here = local_at(task, *place)
     least = Least(
@@ -416,8 +420,12 @@ def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
             place, weight = np.where(better, place + step, place), np.where(better, pull, weight)
             here = here.where_not(better, there)
         reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
-        found = small & better
-        done = found | (reach <= 1e-12) | (count == PASSES - 1)
+        found, doubled = small & better, np.zeros(going.size, dtype=bool)
+        if count in MEETINGS:
+            near = np.flatnonzero(better & ~boxed)
+            units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
+            doubled[near] = _doubled(np.stack((*units, *active[:, near], owner[going[near]])))
+        done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
         if not done.any():
             continue
         ended, stays = going[done], np.flatnonzero(~done)
@@ -425,10 +433,18 @@ def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
             row[..., done] for row in (place, here.f, here.meeting)
         )
         least.limit[:, ended], least.converged[ended] = active[:, done], found[done]
-        least.outside[ended] = np.maximum(-here.margin[:, done].min(axis=0), 0.0)
+        least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
         if not stays.size:
             break
         task, place, box, here = task.pick(stays), place[:, stays], box[:, stays], here.pick(stays)
         going, weight, reach = going[stays], weight[:, stays], reach[stays]
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
+
+
+def _doubled(columns: FloatArray) -> Mask:
+    """Say which columns (k, n) are the same as one before them."""
+    order = np.lexsort(columns)
+    doubled = np.zeros(order.size, dtype=bool)
+    doubled[order[1:]] = (columns[:, order[1:]] == columns[:, order[:-1]]).all(axis=0)
+    return doubled

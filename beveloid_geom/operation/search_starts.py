@@ -15,8 +15,10 @@ on the edge and beside it at every station along the face.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask
 from ..design.model import Member
@@ -53,18 +55,23 @@ SAFE = 2.0
 """Times the error seen in the middle of a chart's meshes that it may have anywhere."""
 BLOCK = 12288
 """Points taken at a time, so that the arrays stay in the cache."""
-LARGE = 1e300
+LARGE = 1e30
 """Less than infinite."""
+ROUNDING = 1e-6
+"""What single precision, with which scans reckon, leaves of an angle, rad, and of places, over their size."""
+Single: TypeAlias = NDArray[np.float32]
+Angles = TypeVar("Angles", Single, FloatArray)
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points of the pinion's surface for a scan: `points` (4, n): x, y, z in the own frame at roll 0, and 1;
-    their profile coordinate `s` and `z` (n,); `shape` (profile, face); `cell`: steps along s and z, mm. Of
-    the lines along the face only the first ones, `low` in number, have points less than half a cell above
-    the joint or below it."""
+    """Points of the pinion's surface for a scan: `points` (4, n): x, y, z in the own frame at roll 0, and 1,
+    and `about` the same in single precision; their profile coordinate `s` and `z` (n,); `shape` (profile,
+    face); `cell`: steps along s and z, mm. Of the lines along the face only the first ones, `low` in number,
+    have points less than half a cell above the joint or below it."""
 
     points: FloatArray
+    about: Single
     s: FloatArray
     z: FloatArray
     shape: tuple[int, int]
@@ -74,15 +81,16 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Angles (rad) of a surface about its axis (NODES), at equal steps of the root of the height above its
-    root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of these; and their `error` (rad)."""
+    """Angles (rad) of a surface about its axis (NODES), in single precision, at equal steps of the root of
+    the height above its root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of these; and their
+    `error` (rad)."""
 
-    angle: FloatArray
+    angle: Single
     start: float
     rate: tuple[float, float]
     error: float
 
-    def at(self, above: FloatArray, z: FloatArray) -> FloatArray:
+    def at(self, above: Single, z: Single) -> Single:
         """Give angles (rad) of points by their height `above` the root cone and z, mm."""
         across, along = np.sqrt(above) * self.rate[0], (z - self.start) * self.rate[1]
         first = np.minimum(across.astype(np.int32), NODES[0] - 2)
@@ -96,21 +104,21 @@ class Chart:
         high -= low
         high *= across
         low += high
-        return np.asarray(low)
+        return low
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell; distance, mm,
-    from tips' edges where these are near the other's fillet, or infinite: of the gear's, `gear_tip` (n, low
-    points), and of the pinion's, 0 on its edge, `pinion_tip` (n, face); the least f `within` the limits;
-    whether a tip and a `bottom` land meet. `periods` (n, points): how many periods of the task after its
-    start f is counted from."""
+    """Scanned tooth pairs (n,): `f` (n, points), mm, in single precision, infinite further outside than half
+    a cell; distance, mm, from tips' edges where these are near the other's fillet, or infinite: of the
+    gear's, `gear_tip` (n, low points), and of the pinion's, 0 on its edge, `pinion_tip` (n, face); the least
+    f `within` the limits; whether a tip and a `bottom` land meet. `periods` (n, points): how many periods of
+    the task after its start f is counted from."""
 
-    f: FloatArray
+    f: Single
     periods: Integers
-    gear_tip: FloatArray
-    pinion_tip: FloatArray
+    gear_tip: Single
+    pinion_tip: Single
     within: FloatArray
     bottom: Mask
 
@@ -144,7 +152,9 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     cut = cut_at(own, s, z)
     cos, sin = np.cos(cut.phi), np.sin(cut.phi)
     place = np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z, np.ones(z.shape)))
-    return Grid(place, s, z, shape, cell, int(np.flatnonzero(deep).max(initial=0)) + 1)
+    return Grid(
+        place, place.astype(np.float32), s, z, shape, cell, int(np.flatnonzero(deep).max(initial=0)) + 1
+    )
 
 
 @kept(64)
@@ -168,7 +178,7 @@ def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
     middle = 0.25 * (angle[1:, 1:] + angle[1:, :-1] + angle[:-1, 1:] + angle[:-1, :-1])
     missed = np.abs(middle - angles(0.5 * (root[1:] + root[:-1]), 0.5 * (z[1:] + z[:-1])))
     rate = (NODES[0] - 1) / float(np.sqrt(depth)), (NODES[1] - 1) / (2.0 * half)
-    return Chart(angle, -half, rate, SAFE * float(np.nan_to_num(missed).max()))
+    return Chart(angle.astype(np.float32), -half, rate, SAFE * float(np.nan_to_num(missed).max()))
 
 
 def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
@@ -176,19 +186,19 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     with `turns` also where the same teeth meet again periods later."""
     count, lines = task.roll.size, (grid.low * grid.shape[1], grid.shape[1])
     scan = Scan(
-        f=np.empty((count, grid.s.size)),
+        f=np.empty((count, grid.s.size), dtype=np.float32),
         periods=np.zeros((count, grid.s.size), dtype=np.int16),
-        gear_tip=np.empty((count, lines[0])),
-        pinion_tip=np.empty((count, lines[1])),
+        gear_tip=np.empty((count, lines[0]), dtype=np.float32),
+        pinion_tip=np.empty((count, lines[1]), dtype=np.float32),
         within=np.full(count, np.inf),
         bottom=np.zeros(count, dtype=bool),
     )
     moves, rows = _moves(task), max(1, BLOCK // grid.s.size)
-    doubt = []
+    about, start, doubt = moves.astype(np.float32), task.start.astype(np.float32), []
     for first in range(0, count, rows):
         part = slice(first, first + rows)
         here = Scan(*(value[part] for value in vars(scan).values()))
-        row, point, within = _scan_rows(task, grid, chart, turns, (moves[:, part], task.start[part]), here)
+        row, point, within = _scan_rows(task, grid, chart, turns, (about[:, part], start[part]), here)
         doubt.append((row + first, point, within))
     if doubt:
         row, point, within = (np.concatenate(parts) for parts in zip(*doubt, strict=True))
@@ -212,7 +222,7 @@ def _moves(task: Task) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in rows])
 
 
-def _counted(task: Task, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _counted(task: Task, angle: Angles) -> tuple[Angles, FloatArray]:
     """Give angles (rad) of the gear in the period they are looked at, and after how many."""
     if angle.min(initial=0.0) >= task.earliest and angle.max(initial=0.0) < task.earliest + task.period:
         return angle, np.zeros((1,) * angle.ndim)
@@ -223,20 +233,21 @@ def _counted(task: Task, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _scan_rows(
-    task: Task, grid: Grid, chart: Chart, turns: bool, rows: tuple[FloatArray, FloatArray], scan: Scan
+    task: Task, grid: Grid, chart: Chart, turns: bool, rows: tuple[Single, Single], scan: Scan
 ) -> tuple[Integers, Integers, Mask]:
     """Scan tooth pairs with these moves and starts of the gear, but for what is `within`; and give the pairs,
     points and whether within of what can be the least, as far as the chart tells, and of what it does not."""
     other, reach, face = task.other, TIP_REACH * grid.cell[0], grid.shape[1]
-    moves, start = rows
-    x, y, z = moves @ grid.points
+    (moves, start), lever = rows, float(task.lever)
+    x, y, z = moves @ grid.about
     r = np.sqrt(x * x + y * y)
     root, above = r - other.root_taper * z - other.root, r - other.taper * z - other.tip
     outside = np.maximum(above / grid.cell[0], (np.abs(z) - other.half_width) / grid.cell[1])
-    near, within = (outside <= 0.5) & (root > 0.0), outside <= 0.0
+    rounding = ROUNDING * (float(task.pose.offset.max()) + task.own.tip + other.tip)
+    near, within = (outside <= 0.5) & (root > 0.0), outside <= -rounding / min(grid.cell)
     turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
     angle, before = _counted(task, other.sigma * turn)
-    scan.f[:] = np.where(near if turns else near & (before == 0.0), task.lever * angle, np.inf)
+    scan.f[:] = np.where(near if turns else near & (before == 0.0), lever * angle, np.inf)
     scan.periods[:] = other.sigma * before
     # Nearly a millimetre along the profile is a millimetre of the other's radius.
     low, edge = slice(0, grid.low * face), slice(-face, None)
@@ -247,7 +258,8 @@ def _scan_rows(
     on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < fillet)
     scan.pinion_tip[:] = np.where(on, 0.0, np.inf)
     scan.bottom[:] = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
-    least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * task.lever * chart.error
+    doubt = lever * (chart.error + ROUNDING + 2.0 * rounding / other.pitch_radius)
+    least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * doubt
     unknown = np.isnan(scan.f)
     row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, LARGE)[:, None]) | unknown))
     return row, point, within[row, point]
@@ -270,7 +282,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
-def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
+def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
     """Give tooth pairs and point numbers of the least local least values of the scan lines."""
     values, points = [], []
     f = f.reshape(-1, *shape)
