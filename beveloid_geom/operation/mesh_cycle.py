@@ -263,7 +263,7 @@ def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Inte
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
         case, roll = _samples_of(mesh, CLOSE_SAMPLES)
         closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
-        pieces, status = _joined([pieces, closer]), np.where(lost, again, status)
+        pieces, status = in_order([pieces, closer]), np.where(lost, again, status)
     return pieces, status
 
 
@@ -288,7 +288,7 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
-    return _joined(done), status
+    return in_order(done), status
 
 
 def _between(
@@ -365,23 +365,23 @@ def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, 
     """Give pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed;
     and the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
-    jump, found = ends[0][0] - ends[1][0], samples.found
+    ends = np.stack([pieces.values_at(inner + k, pieces.high[inner]) for k in (0, 1)])
+    jump, found = ends[0, 0] - ends[1, 0], samples.found
+    jumps = np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever)
+    early = (jump[jumps] > 0.0).astype(int)
     own = pieces.number(mesh, samples.case, samples.roll)
-    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
-        early = int(jump[k] > 0.0)
-        row = np.flatnonzero(own == inner[k] + 1 - early)
-        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
-        piece = np.full(row.size, inner[k] + early)
-        values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        better = np.flatnonzero(within & (values[0] < found.f[row]))
-        row, values, piece = row[better], values[:, better], piece[better]
-        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[np.abs(jump) > CHECKED * mesh.lever], samples
+    which, row = np.nonzero(own == (inner[jumps] + 1 - early)[:, None])
+    piece, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
+    values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+    better = np.flatnonzero(within & (values[0] < found.f[row]))
+    better = better[np.argsort(-values[0, better], kind="stable")]  # of two neighbours the earlier comes last
+    row, values, piece = row[better], values[:, better], piece[better]
+    found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
+    found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
+    return inner[jumps], samples
 
 
-def _joined(parts: list[Pieces]) -> Pieces:
+def in_order(parts: list[Pieces]) -> Pieces:
     """Join pieces, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
