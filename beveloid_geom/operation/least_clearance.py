@@ -25,10 +25,12 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..gear.tooth_side import Bends, Cut, Surface, cut_at, cut_with_bends, cut_with_turn, profile_at
 from ..status import Limit
+from ..support.read_only import kept
 from .separation import Pose
 
 BOX_SIDES = 4
 LINES = len(Limit) + BOX_SIDES
+SIDES = np.arange(len(Limit), LINES)[:, None]
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
 FEW = 2
 """Limits that reach into a box at once, but for rare cases."""
@@ -312,49 +314,59 @@ def _bounded_step(
 ) -> tuple[FloatArray, Integers]:
     """Give the same where the least lies on a limit. Limits that do not reach into the box need not be
     tried, unless those that do leave nothing inside it."""
-    limits = slice(len(Limit))
+    limits, each = slice(len(Limit)), np.arange(slope.shape[1])
     far = margin[limits] > (np.abs(rate[limits]) * size).sum(axis=1) + FEASIBLE * depth
-    order = np.argsort(far, axis=0, kind="stable")[:FEW]
-    lines = np.concatenate((order, np.arange(len(Limit), LINES)[:, None].repeat(far.shape[1], axis=1)))
-    chosen = np.take_along_axis(rate, lines[:, None], axis=0), np.take_along_axis(margin, lines, axis=0)
-    step, active, inside = _tried(slope, bend, *chosen, depth)
-    active = np.where(active >= 0, np.take_along_axis(lines, active, axis=0), -1)
-    every = np.flatnonzero(~inside | ((~far).sum(axis=0) > FEW))
+    reaching = len(Limit) - far.sum(axis=0)
+    lines = np.argsort(far, axis=0, kind="stable")[: min(FEW, int(reaching.max()))]
+    lines = np.concatenate((lines, SIDES.repeat(each.size, axis=1)))
+    rates = rate[lines, 0, each], rate[lines, 1, each]
+    step, active, inside = _tried(slope, bend, rates, margin[lines, each], depth)
+    active = np.where(active >= 0, lines[active, each], -1)
+    every = np.flatnonzero(~inside | (reaching > FEW))
     if every.size:
-        here = slope[:, every], bend[:, every], rate[..., every], margin[:, every]
-        step[:, every], active[:, every], _ = _tried(*here, depth)
+        rates = rate[:, 0, every], rate[:, 1, every]
+        step[:, every], active[:, every], _ = _tried(
+            slope[:, every], bend[:, every], rates, margin[:, every], depth
+        )
     return step, active
 
 
 def _tried(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+    slope: FloatArray,
+    bend: FloatArray,
+    rates: tuple[FloatArray, FloatArray],
+    margin: FloatArray,
+    depth: float,
 ) -> tuple[FloatArray, Integers, Mask]:
     """Give the least of a quadratic program that lies on a limit, the limits and whether it is inside all
-    others, by trying all edges and corners."""
-    a, b, c = bend
-    g, h = slope
-    foot = -(margin / (rate * rate).sum(axis=1))[:, None] * rate
-    along = np.stack((-rate[:, 1], rate[:, 0]), axis=1)
-    onto = np.stack((a * along[:, 0] + b * along[:, 1], b * along[:, 0] + c * along[:, 1]), axis=1)
-    steep, stiff = (along * slope + onto * foot).sum(axis=1), (along * onto).sum(axis=1)
-    edge = foot - np.where(stiff > 0.0, steep / stiff, np.nan)[:, None] * along
-    i, j = corners = np.array([(i, j) for i in range(len(rate)) for j in range(i)]).T
-    cross = rate[i, 0] * rate[j, 1] - rate[i, 1] * rate[j, 0]
-    x = (margin[j] * rate[i, 1] - margin[i] * rate[j, 1]) / cross
-    y = (margin[i] * rate[j, 0] - margin[j] * rate[i, 0]) / cross
-    x, y = np.concatenate((edge[:, 0], x)), np.concatenate((edge[:, 1], y))
-    low = x * rate[0, 0] + y * rate[0, 1] + margin[0]
-    for (p, q), m in zip(rate[1:], margin[1:], strict=True):
-        low = np.minimum(low, x * p + y * q + m)
+    others, by trying all edges and corners; by components of the rates, (k, n) each."""
+    (a, b, c), (g, h), (p, q) = bend, slope, rates
+    foot = -margin / (p * p + q * q)
+    foot_x, foot_y = foot * p, foot * q
+    onto_x, onto_y = b * p - a * q, c * p - b * q
+    stiff = p * onto_y - q * onto_x
+    share = (p * h - q * g + onto_x * foot_x + onto_y * foot_y) / np.where(stiff > 0.0, stiff, np.nan)
+    (i, j), codes = _candidates(len(p))
+    cross = p[i] * q[j] - q[i] * p[j]
+    x = np.concatenate((foot_x + share * q, (margin[j] * q[i] - margin[i] * q[j]) / cross))
+    y = np.concatenate((foot_y - share * p, (margin[i] * p[j] - margin[j] * p[i]) / cross))
+    low = x * p[0] + y * q[0] + margin[0]
+    for line in zip(p[1:], q[1:], margin[1:], strict=True):
+        low = np.minimum(low, x * line[0] + y * line[1] + line[2])
     value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
     # Where the limits leave nothing inside the box, the corner least outside is next best.
     inside = low >= -FEASIBLE * depth
     value = np.where(inside, value, 1e6 * (depth - low))
-    best = np.where(np.isfinite(value), value, np.inf).argmin(axis=0)
-    each = np.arange(best.size)
-    single = np.stack((np.arange(len(rate)), np.full(len(rate), -1)))
-    active = np.concatenate((single, corners), axis=1)[:, best]
-    return np.stack((x[best, each], y[best, each])), active, np.asarray(inside[best, each])
+    best, each = np.where(np.isfinite(value), value, np.inf).argmin(axis=0), np.arange(x.shape[1])
+    return np.stack((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
+
+
+@kept(16)
+def _candidates(lines: int) -> tuple[Integers, Integers]:
+    """Give the pairs (2, m) of so many lines; and which lines meet (2, lines + m) on each line, where the
+    second is -1, and at each corner."""
+    pairs = np.array([(i, j) for i in range(lines) for j in range(i)]).T
+    return pairs, np.concatenate((np.stack((np.arange(lines), np.full(lines, -1))), pairs), axis=1)
 
 
 def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:

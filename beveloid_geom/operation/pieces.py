@@ -147,12 +147,11 @@ def fitted(mesh: Mesh, samples: Samples) -> Pieces:
         slack = AROUND * (whole.high - whole.low)  # further beyond a fit its noise grows
         known = (low >= whole.low - slack) & (high <= whole.high + slack) & _resolved(mesh, whole)
         steady, known = (_of_whole_cases(mask, pieces.case) for mask in (steady, known))
-        cut = np.flatnonzero(known & ~steady)
-        values = whole.values(cut, pieces.pick(cut).rolls(basis_of(DEGREE).nodes))
-        pieces.coefficients[:, cut] = basis_of(DEGREE).coefficients(values)
-        ended, on = (np.flatnonzero(mask) for mask in (steady | known, ~(steady | known)))
-        if count == FITS - 1:
-            ended, on = np.arange(number.size), ended[:0]
+        ready = steady | known | (count == FITS - 1)
+        moved = np.flatnonzero(ready & ~steady)  # polynomials of what lies between the new ends
+        values = whole.values(moved, pieces.pick(moved).rolls(basis_of(DEGREE).nodes))
+        pieces.coefficients[:, moved] = basis_of(DEGREE).coefficients(values)
+        ended, on = np.flatnonzero(ready), np.flatnonzero(~ready)
         done.append((number[ended], pieces.pick(ended)))
         if not on.size:
             break
