@@ -24,6 +24,7 @@ from ..design.model import Design
 from ..status import FirstStatus
 from ..support.chebyshev import evaluate
 from ..support.few_lines import few_lines, html_table
+from ..support.read_only import kept
 from .first_contact import (
     FirstContact,
     Found,
@@ -194,7 +195,7 @@ def cycle_and_pairs(
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
-    mesh, phase = mesh_of(design, flank, start[..., None])
+    mesh, phase = mesh_of(design, flank, start[..., None], start)
     grids, shape = grids_of(mesh, design, flank), start.shape
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
@@ -226,11 +227,16 @@ def cycle_and_pairs(
     return cycle, grids, samples, (position, alone)
 
 
+@kept(1)
+def _gauss_points() -> tuple[FloatArray, FloatArray]:
+    return leggauss(BETWEEN)
+
+
 def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray, FloatArray]:
     """Give, of each case, Fourier coefficients (cases, harmonics + 1) of the transmission error, its peak to
     peak, rad, and the share that edges carry."""
     cases, errors = mesh.roll.size, mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
-    points, weights = leggauss(BETWEEN)
+    points, weights = _gauss_points()
     length = (pieces.high - pieces.low) / mesh.pitch[0]
     share = (pieces.rolls(points) - mesh.roll[pieces.case, None]) / mesh.pitch[0]
     turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)

@@ -360,9 +360,10 @@ def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) ->
 
 def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Give the greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
-    end = np.ones((series.shape[1], 1))
-    most, least = (evaluate(series, greatest(sign * series[0], -end, end))[0, :, 0] for sign in (1.0, -1.0))
-    return most, least
+    both = np.concatenate((series, -series), axis=1)
+    end = np.ones((both.shape[1], 1))
+    most, least = evaluate(both, greatest(both[0], -end, end))[0, :, 0].reshape(2, -1)
+    return most, -least
 
 
 def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, Mask]:
