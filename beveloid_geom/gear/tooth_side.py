@@ -227,7 +227,7 @@ def cut_with_turn(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, 
     sin, cos, turn_s = section[2:5]
     sin, cos = turn_s * sin, turn_s * cos
     rates = [-(sin * m + cos * d) for d, m in zip(surface.direction, surface.normal, strict=True)]
-    return _cut(surface, section, z), np.stack(rates)
+    return _cut(surface, section, z), np.array(rates)
 
 
 def _cut(surface: Surface, section: tuple[Numbers, ...], z: Numbers) -> Cut:
@@ -288,7 +288,7 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
     """Solve by Newton from the straight flank. What falls below the joint is left to the fillet."""
     low, high = surface.joint, 2.0 * surface.highest - surface.joint
     last = LAST_STEP * (surface.highest - surface.joint)
-    s = np.where(np.isnan(s), low, np.clip(s, low, high))
+    s = np.where(np.isnan(s), low, np.minimum(np.maximum(s, low), high))
     a, bend = surface.parabola, 2.0 * surface.parabola
     (dx, dy), (mx, my), r = surface.direction[:2], surface.normal[:2], surface.pitch_radius
     start = surface.apex[0] + z * surface.trace[0]
@@ -303,7 +303,7 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
         x = r + x_c
         step = 0.5 * (x * x + y * y - square) / (x * x_s + y * y_s)
         following = s - step
-        s = np.clip(following, low, high)
+        s = np.minimum(np.maximum(following, low), high)
         if not (np.abs(step) > last)[s == following].any():
             break
     return np.where((np.abs(step) <= last) & (following >= low), following, np.nan)

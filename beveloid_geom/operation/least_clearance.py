@@ -253,7 +253,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     turn = np.arctan2(sin, cos) - met.phi - task.start
     angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
     cos, sin = cos / squares[0], sin / squares[0]
-    own = np.stack((met.nx, met.ny, met.nz)) / met.ny
+    own = np.array((met.nx, met.ny, met.nz)) / met.ny
     normal, bent = _turned(own, cos, sin), _turned((by_other - by_other[1] * own) / met.ny, cos, sin)
     scale = other.sigma * task.lever / other.pitch_radius
     slope = (normal[:, None] * moves).sum(axis=0)
@@ -275,13 +275,13 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
         margin=rows[:, 0],
         rate=rows[:, 1:3],
         curve=rows[:, 3:],
-        meeting=np.stack((other_s, high)),
+        meeting=np.array((other_s, high)),
     )
 
 
 def _turned(rows: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
     """Give vectors (3, n) turned about the third axis."""
-    return np.stack((cos * rows[0] - sin * rows[1], sin * rows[0] + cos * rows[1], rows[2]))
+    return np.array((cos * rows[0] - sin * rows[1], sin * rows[0] + cos * rows[1], rows[2]))
 
 
 def _quadratic_step(
@@ -293,7 +293,7 @@ def _quadratic_step(
     a, b, c = bend
     g, h = slope
     det = a * c - b * b
-    step = np.stack((b * h - c * g, b * g - a * h)) / det
+    step = np.array((b * h - c * g, b * g - a * h)) / det
     active = np.full(step.shape, -1)
     free = (det > 0.0) & (a > 0.0) & ((rate * step).sum(axis=1) + margin >= 0.0).all(axis=0)
     bound = np.flatnonzero(~free)
@@ -304,7 +304,7 @@ def _quadratic_step(
             slope, bend, rate, margin[:, bound], size[:, bound], depth
         )
         (a, b, c), (x, y) = bend, step[:, bound]
-        pull = slope + np.stack((a * x + b * y, b * x + c * y))
+        pull = slope + np.array((a * x + b * y, b * x + c * y))
         multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])
     return step, active, multiplier
 
@@ -358,7 +358,7 @@ def _tried(
     inside = low >= -FEASIBLE * depth
     value = np.where(inside, value, 1e6 * (depth - low))
     best, each = np.where(np.isfinite(value), value, np.inf).argmin(axis=0), np.arange(x.shape[1])
-    return np.stack((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
+    return np.array((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
 
 
 @kept(16)
@@ -384,7 +384,7 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatA
         )
     values[active[0][one], each[one]] = single[one]
     for code, part in zip(active, both, strict=True):
-        values[code[two], each[two]] = np.nan_to_num(part[two], posinf=0.0, neginf=0.0)
+        values[code[two], each[two]] = np.where(np.isfinite(part[two]), part[two], 0.0)
     return values
 
 
@@ -416,7 +416,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
     weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
     for count in range(PASSES):
         # Longer steps along the profile only where it is convex, off the fillets.
-        size = np.stack((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
+        size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
         lines = np.concatenate((here.rate, WALLS.repeat(going.size, axis=2)))
         margin = np.concatenate((here.margin, size, size))
         bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
@@ -436,7 +436,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         if count in MEETINGS:
             near = np.flatnonzero(better & ~boxed)
             units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
-            doubled[near] = _doubled(np.stack((*units, *active[:, near], owner[going[near]])))
+            doubled[near] = _doubled(np.array((*units, *active[:, near], owner[going[near]])))
         done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
         if not done.any():
             continue

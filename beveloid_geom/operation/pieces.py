@@ -81,16 +81,17 @@ class Pieces:
         """Give all quantities (rows, n, k) of the pieces `index` (n,) at rolls (n, k), rad."""
         low, high = self.low[index, None], self.high[index, None]
         with np.errstate(invalid="ignore", divide="ignore"):
-            place = np.nan_to_num((2.0 * roll - (low + high)) / (high - low))
-        return evaluate(self.coefficients[:, index], np.clip(place, -BEYOND, BEYOND))
+            place = (2.0 * roll - (low + high)) / (high - low)
+        place = np.where(np.isnan(place), 0.0, np.minimum(np.maximum(place, -BEYOND), BEYOND))
+        return evaluate(self.coefficients[:, index], place)
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
         """Give the first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,),
         rad."""
         low, high = self.low[index], self.high[index]
-        place = np.clip((2.0 * roll - (low + high)) / (high - low), -BEYOND, BEYOND)
+        place = np.minimum(np.maximum((2.0 * roll - (low + high)) / (high - low), -BEYOND), BEYOND)
         powers = polynomials(place, DEGREE)
-        return np.stack([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
+        return np.array([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +171,7 @@ def _runs_of(mesh: Mesh, samples: Samples) -> tuple[Pieces, Integers, FloatArray
     samples of each (2, n); and between which rolls (2, n), rad, the next of the same case may take over."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
-    label = np.stack((case, found.pair, *found.limit, *on_fillet))
+    label = np.array((case, found.pair, *found.limit, *on_fillet))
     begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
     first = np.flatnonzero(begins)
     last = np.append(first[1:], case.size) - 1
@@ -304,17 +305,17 @@ def _newton_step(here: Local, limit: Codes) -> FloatArray:
     size = (first * first).sum(axis=0)
     bend = square(here.bend) - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / size, 0.0) * curve
     free = -_solved(bend[0], bend[1], here.slope)
-    onto, along = -margins[0] / size * first, np.stack((-first[1], first[0]))
+    onto, along = -margins[0] / size * first, np.array((-first[1], first[0]))
     pull = here.slope + (bend * onto).sum(axis=1)
     on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
-    corner = -_solved(first, second, np.stack(margins))
+    corner = -_solved(first, second, np.array(margins))
     return np.asarray(np.where(limit[1] >= 0, corner, np.where(limit[0] >= 0, on_edge, free)))
 
 
 def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
     """Give solutions (2, n) of two equations whose rows are (2, n) each."""
     rows = right[0] * second[1] - right[1] * first[1], first[0] * right[1] - second[0] * right[0]
-    return np.asarray(np.stack(rows) / (first[0] * second[1] - first[1] * second[0]))
+    return np.asarray(np.array(rows) / (first[0] * second[1] - first[1] * second[0]))
 
 
 def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: FloatArray) -> FloatArray:

@@ -269,7 +269,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     """Say where to search, given the least f of each tooth pair's position that is known so far, (tasks,)."""
     row, point = _line_starts(scan.f, grid.shape, least + SPARE * module)
     cell = np.array(grid.cell)[:, None]
-    place = np.stack((grid.s[point], grid.z[point]))
+    place = np.array((grid.s[point], grid.z[point]))
     parts = [
         Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
     ]
@@ -277,7 +277,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
     for step, inside in zip(TIP_STEPS, (0.0, 1.0), strict=True):
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
-        moved = np.stack((inside * grid.cell[0] * inwards, 0.0 * inwards))
+        moved = np.array((inside * grid.cell[0] * inwards, 0.0 * inwards))
         parts.append(Starts(row, periods, place + moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
@@ -320,7 +320,7 @@ def _edge_starts(
         tips.append(np.full(rows[-1].size, number))
     row, point, tip = (np.concatenate(parts) for parts in (rows, points, tips))
     periods = scan.periods[row, point].astype(np.int64)
-    place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
+    place, chosen = np.array((grid.s[point], grid.z[point])), task.pick(row).later(periods)
     if not row.size:
         return row, periods, place, np.zeros(0)
     place = _on_edge(chosen, place, tip)
@@ -335,10 +335,15 @@ def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
     place, limit, each = place.copy(), TIPS[tip], np.arange(tip.size)
     for _ in range(EDGE_PASSES):
         margin, rate = limits_at(task, *place)
-        place[0] -= np.nan_to_num(margin[limit, each] / rate[limit, 0, each])
+        place[0] -= _or_nothing(margin[limit, each] / rate[limit, 0, each])
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
-            place[1] -= np.nan_to_num(np.minimum(margin[end], 0.0) / rate[end, 1])
+            place[1] -= _or_nothing(np.minimum(margin[end], 0.0) / rate[end, 1])
     return place
+
+
+def _or_nothing(steps: FloatArray) -> FloatArray:
+    """Give steps, and none where they are not known."""
+    return np.where(np.isfinite(steps), steps, 0.0)
 
 
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
@@ -359,7 +364,7 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     away, parts = np.abs(edge[0] - place[0, close]), []
     for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
         row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
-        moved = edge[:, row] + np.stack((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
+        moved = edge[:, row] + np.array((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved.shape)
         parts.append(Starts(close[row], np.zeros_like(row), moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
