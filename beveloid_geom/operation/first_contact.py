@@ -55,7 +55,7 @@ IN_STEP = 0.8
 """Share of the overlap looked for that may be found: what is cut off there is the next turn's clearance."""
 LOWER = 1e-8
 """Share of the tooth depth by which a scanned point must lie lower to put a result in doubt."""
-POSITIONS = 256
+POSITIONS = 512
 """Positions taken at a time."""
 
 

@@ -46,7 +46,7 @@ OVERLAP = 0.25
 MEETINGS, ALIKE = (1, 2, 3), 1e-3
 """After which steps searches are looked for that go the same way; shares of the first steps, within which
 places count as the same."""
-BLOCK = 1024
+BLOCK = 2048
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ NODES = 128, 12
 """Nodes of a chart, by radius and along the face."""
 SAFE = 2.0
 """Times the error seen in the middle of a chart's meshes that it may have anywhere."""
-BLOCK = 12288
+BLOCK = 24576
 """Points taken at a time, so that the arrays stay in the cache."""
 LARGE = 1e30
 """Less than infinite."""
@@ -81,11 +81,12 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Angles (rad) of a surface about its axis (NODES), in single precision, at equal steps of the root of
-    the height above its root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of these; and their
-    `error` (rad)."""
+    """Angles (rad) of a surface about its axis, in single precision, over meshes between NODES at equal steps
+    of the root of the height above its root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of
+    these. `parts` (4, meshes): the angle at the first node, and how it grows along either side of the mesh
+    and, beyond that, towards the last node. `error` (rad)."""
 
-    angle: Single
+    parts: Single
     start: float
     rate: tuple[float, float]
     error: float
@@ -93,18 +94,21 @@ class Chart:
     def at(self, above: Single, z: Single) -> Single:
         """Give angles (rad) of points by their height `above` the root cone and z, mm."""
         across, along = np.sqrt(above) * self.rate[0], (z - self.start) * self.rate[1]
-        first = np.minimum(across.astype(np.int32), NODES[0] - 2)
-        second = np.minimum(along.astype(np.int32), NODES[1] - 2)
+        first = np.minimum(np.floor(across), NODES[0] - 2)
+        second = np.minimum(np.floor(along), NODES[1] - 2)
         across -= first
         along -= second
-        node, angle = first * NODES[1] + second, self.angle.ravel()
-        low, high = (angle.take(node + k, mode="clip") for k in (0, NODES[1]))
-        low += along * (angle.take(node + 1, mode="clip") - low)
-        high += along * (angle.take(node + NODES[1] + 1, mode="clip") - high)
-        high -= low
-        high *= across
-        low += high
-        return low
+        first *= NODES[1] - 1
+        first += second
+        mesh = first.astype(np.intp)
+        angle, on, out, both = (part.take(mesh, mode="clip") for part in self.parts)
+        on *= along
+        angle += on
+        both *= along
+        out += both
+        out *= across
+        angle += out
+        return np.asarray(angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +182,9 @@ def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
     middle = 0.25 * (angle[1:, 1:] + angle[1:, :-1] + angle[:-1, 1:] + angle[:-1, :-1])
     missed = np.abs(middle - angles(0.5 * (root[1:] + root[:-1]), 0.5 * (z[1:] + z[:-1])))
     rate = (NODES[0] - 1) / float(np.sqrt(depth)), (NODES[1] - 1) / (2.0 * half)
-    return Chart(angle.astype(np.float32), -half, rate, SAFE * float(np.nan_to_num(missed).max()))
+    out, on = np.diff(angle, axis=0), np.diff(angle, axis=1)
+    parts = np.array((angle[:-1, :-1], on[:-1], out[:, :-1], np.diff(on, axis=0))).reshape(4, -1)
+    return Chart(parts.astype(np.float32), -half, rate, SAFE * float(np.nan_to_num(missed).max()))
 
 
 def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
@@ -254,8 +260,10 @@ def _scan_rows(
     deep, rise = np.abs(above[:, low]), grid.s[low] + above[:, low]
     on = (deep <= 0.5 * grid.cell[0]) & (rise < task.own.joint + reach)
     scan.gear_tip[:] = np.where(on, deep, np.inf)
-    fillet = cut_at(other, np.full(z[:, edge].shape, other.joint + reach), z[:, edge]).square
-    on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < fillet)
+    # At one profile coordinate points of a surface move evenly along z.
+    fillet = cut_at(other, np.array([other.joint + reach]), np.zeros(1))
+    across, up = fillet.x + fillet.x_z * z[:, edge], fillet.y + fillet.y_z * z[:, edge]
+    on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < across * across + up * up)
     scan.pinion_tip[:] = np.where(on, 0.0, np.inf)
     scan.bottom[:] = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
     doubt = lever * (chart.error + ROUNDING + 2.0 * rounding / other.pitch_radius)
