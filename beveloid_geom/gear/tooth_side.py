@@ -111,6 +111,17 @@ class Cut:
         return np.asarray(2.0 * (self.x * self.x_z + self.y * self.y_z))
 
 
+@dataclass(frozen=True, eq=False)
+class Bends:
+    """Second derivatives of a `Cut` by s, and by s and z. Those by z are zero: points move evenly along z."""
+
+    x_ss: FloatArray
+    y_ss: FloatArray
+    phi_ss: FloatArray
+    y_sz: FloatArray
+    phi_sz: FloatArray
+
+
 def _surface(member: Member, flank: str) -> Surface:
     rack, rounding, tool = rack_of(member, flank), tool_round(member.tool, flank), member.tool
     a, radius = float(tool.parabola), rounding.radius
@@ -187,7 +198,41 @@ def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
 
 def cut_at(surface: Surface, s: Numbers, z: Numbers) -> Cut:
     """Find points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
-    p, q, sin, cos, turn_s, p_s, q_s = _section(surface, s)
+    return _cut(surface, _section(surface, s), z)
+
+
+def cut_with_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
+    """Find the same, and second derivatives by s."""
+    section = _section(surface, s)
+    cut, (_, _, sin, cos, turn_s, p_s, q_s) = _cut(surface, section, z), section
+    # Along the flank q' = 2 a l grows, and tau' = 2 a cos^2(tau); on the fillet tau' stays.
+    p_ss, q_ss, turn_ss = np.zeros(1), np.full(1, 2.0 * surface.parabola), -2.0 * q_s * turn_s * turn_s
+    low = s < surface.joint
+    if low.any():
+        p_ss, q_ss = np.where(low, -q_s * turn_s, p_ss), np.where(low, p_s * turn_s, q_ss)
+        turn_ss = np.where(low, 0.0, turn_ss)
+    (bx, by), (cx, cy) = surface.along, surface.out
+    slope, rate = cut.ny / cut.nx, surface.twist / (cut.nx * cut.nx)
+    nx_s, slope_s = -turn_s * (sin * surface.normal[0] + cos * surface.direction[0]), rate * turn_s
+    slope_ss = rate * turn_ss - 2.0 * slope_s * nx_s / cut.nx
+    x_ss, r = p_ss * bx + q_ss * cx, surface.pitch_radius
+    y_ss = slope_ss * (cut.x - r) + 2.0 * slope_s * cut.x_s + slope * x_ss
+    y_sz = slope_s * cut.x_z
+    return cut, Bends(x_ss, y_ss, (p_ss * by + q_ss * cy - y_ss) / r, y_sz, -y_sz / r)
+
+
+def cut_with_turn(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, FloatArray]:
+    """Find where the rack cuts the surface, and the derivatives (3, n) of the unit normal by s."""
+    section = _section(surface, s)
+    sin, cos, turn_s = section[2:5]
+    sin, cos = turn_s * sin, turn_s * cos
+    rates = [-(sin * m + cos * d) for d, m in zip(surface.direction, surface.normal, strict=True)]
+    return _cut(surface, section, z), np.array(rates)
+
+
+def _cut(surface: Surface, section: tuple[Numbers, ...], z: Numbers) -> Cut:
+    """Find where the rack cuts a surface from what `_section` finds."""
+    p, q, sin, cos, turn_s, p_s, q_s = section
     (ax, ay), (bx, by), (cx, cy), (ex, ey) = surface.apex, surface.along, surface.out, surface.trace
     (dx, dy, dz), (mx, my, mz) = surface.direction, surface.normal
     nx, ny = cos * mx - sin * dx, cos * my - sin * dy
@@ -243,7 +288,7 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
     """Solve by Newton from the straight flank. What falls below the joint is left to the fillet."""
     low, high = surface.joint, 2.0 * surface.highest - surface.joint
     last = LAST_STEP * (surface.highest - surface.joint)
-    s = np.where(np.isnan(s), low, np.clip(s, low, high))
+    s = np.where(np.isnan(s), low, np.minimum(np.maximum(s, low), high))
     a, bend = surface.parabola, 2.0 * surface.parabola
     (dx, dy), (mx, my), r = surface.direction[:2], surface.normal[:2], surface.pitch_radius
     start = surface.apex[0] + z * surface.trace[0]
@@ -258,7 +303,7 @@ def _bent_profile(surface: Surface, s: FloatArray, square: FloatArray, z: FloatA
         x = r + x_c
         step = 0.5 * (x * x + y * y - square) / (x * x_s + y * y_s)
         following = s - step
-        s = np.clip(following, low, high)
+        s = np.minimum(np.maximum(following, low), high)
         if not (np.abs(step) > last)[s == following].any():
             break
     return np.where((np.abs(step) <= last) & (following >= low), following, np.nan)

@@ -107,6 +107,6 @@ def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
         task = mesh.task(position, np.zeros_like(position))
         # The path is one of flanks: at the joint rounding must not make a fillet of it.
         l1 = np.maximum(path.l1.reshape(-1), mesh.own.joint + JOINT * mesh.module)
-        (a, b), (_, c) = local_at(task, l1, path.pinion_z.reshape(-1)).bend
+        a, b, c = local_at(task, l1, path.pinion_z.reshape(-1)).bend
         lesser = 0.5 * (a + c) - np.hypot(0.5 * (a - c), b)
     return np.asarray(lesser.reshape(roll.shape))

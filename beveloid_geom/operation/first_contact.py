@@ -55,7 +55,7 @@ IN_STEP = 0.8
 """Share of the overlap looked for that may be found: what is cut off there is the next turn's clearance."""
 LOWER = 1e-8
 """Share of the tooth depth by which a scanned point must lie lower to put a result in doubt."""
-POSITIONS = 256
+POSITIONS = 512
 """Positions taken at a time."""
 
 
@@ -232,14 +232,15 @@ def _searched(
     number of the pair, and after how many of its periods."""
     starts = starts_of(task, scan, grid, known, module)
     row, periods, task = starts.row, starts.periods, task.pick(starts.row).later(starts.periods)
-    least = least_clearances(task, starts.place, starts.box)
+    owner = row + periods * scan.bottom.size
+    least = least_clearances(task, starts.place, starts.box, owner)
     close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_SPARE * module))
     places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
     close = close[np.unique(places, axis=1, return_index=True)[1]]
     more = beside_fillets(task.pick(close), least.place[:, close], grid)
     if more.row.size:
         again = close[more.row]
-        least = least.and_also(least_clearances(task.pick(again), more.place, more.box))
+        least = least.and_also(least_clearances(task.pick(again), more.place, more.box, owner[again]))
         row, periods = np.append(row, row[again]), np.append(periods, periods[again])
     return least, row, periods
 

@@ -9,7 +9,7 @@ explicit: if the pinion's point moves by dP and n is the gear's unit normal wher
 
 so that f is stationary where the normals are opposed. The limits of both members are eight
 functions c(s1, z1) >= 0 in the order of `status.Limit`, those of the gear through the meeting
-point; a root limit is the end of the fillet here. Second derivatives of the surfaces by s are complex steps.
+point; a root limit is the end of the fillet here.
 
 `least_clearances` goes from a start to a local least f within the limits by quadratic programs. In
 two unknowns such a program inside a trust box is solved outright, by trying its interior, edges
@@ -23,14 +23,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
-from ..contact.equation import COMPLEX_STEP
-from ..gear.tooth_side import Cut, Surface, cut_at, profile_at
+from ..gear.tooth_side import Bends, Cut, Surface, cut_at, cut_with_bends, cut_with_turn, profile_at
 from ..status import Limit
+from ..support.read_only import kept
 from .separation import Pose
 
 BOX_SIDES = 4
 LINES = len(Limit) + BOX_SIDES
-CORNERS = np.array([(i, j) for i in range(LINES) for j in range(i)]).T
+SIDES = np.arange(len(Limit), LINES)[:, None]
+WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
+FEW = 2
+"""Limits that reach into a box at once, but for rare cases."""
 PASSES, LAST_STEP = 60, 1e-8
 """Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
 PENALTY = 150.0
@@ -40,7 +43,10 @@ FEASIBLE, NOISE = 1e-10, 1e-12
 """Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 OVERLAP = 0.25
 """Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
-BLOCK = 1024
+MEETINGS, ALIKE = (1, 2, 3), 1e-3
+"""After which steps searches are looked for that go the same way; shares of the first steps, within which
+places count as the same."""
+BLOCK = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +88,8 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Local:
-    """f (n) with its `slope` (2, n) and `bend` (2, 2, n), the limits' `margin` (8, n) with `rate`
-    (8, 2, n) and `curve` (8, 2, 2, n) by (s1, z1), and `meeting` (2, n): s2 and z2; mm."""
+    """f (n) with its `slope` (2, n) by (s1, z1) and `bend` (3, n) by twice s1, both and twice z1, the limits'
+    `margin` (8, n) with `rate` (8, 2, n) and `curve` (8, 3, n), and `meeting` (2, n): s2 and z2; mm."""
 
     f: FloatArray
     slope: FloatArray
@@ -103,6 +109,11 @@ class Local:
     def pick(self, index: Integers) -> Local:
         """Give the places with the numbers `index`."""
         return Local(*(value[..., index] for value in vars(self).values()))
+
+    def where_not(self, moved: Mask, there: Local) -> Local:
+        """Give these places, but those `there` where `moved` (n,)."""
+        rows = zip(vars(self).values(), vars(there).values(), strict=True)
+        return Local(*(np.where(moved, new, old) for old, new in rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,39 +138,27 @@ class Least:
         return Least(*(np.concatenate(parts, axis=-1) for parts in values))
 
 
-def _with_rates(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Cut]:
-    """Give where the rack cuts a surface at (s, z), and the derivatives of that by s, by a complex step."""
-    values = vars(cut_at(surface, s + COMPLEX_STEP * 1j, z))
-    real = {name: np.real(value) for name, value in values.items()}
-    rates = {name: np.imag(value) / COMPLEX_STEP for name, value in values.items()}
-    return Cut(**real), Cut(**rates)
-
-
-def _seen(task: Task, z: FloatArray, cut: Cut, by_s: Cut) -> FloatArray:
-    """Give the pinion's points x, y, z2 as seen by the gear, and their derivatives by s1, z1, twice s1, both
-    and twice z1: (3, 6, n)."""
+def _seen(task: Task, z: FloatArray, cut: Cut, bends: Bends | None = None) -> FloatArray:
+    """Give the pinion's points x, y, z2 as the gear sees them, their derivatives by s1, z1 and, with `bends`,
+    twice s1, both and twice z1: (3, 3, n) or (3, 6, n)."""
     pose, turned = task.pose, cut.phi + task.roll
+    x, y = np.empty((2, 3 if bends is None else 6, z.size))
     # A point that turns by phi moves by (x', y') and phi' times its own place a quarter turn on.
-    a, b = cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x
-    c, d = cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x
-    rows = (
-        (cut.x, cut.y),
-        (a, b),
-        (c, d),
-        (
-            by_s.x_s - by_s.phi_s * cut.y - cut.phi_s * (cut.y_s + b),
-            by_s.y_s + by_s.phi_s * cut.x + cut.phi_s * (cut.x_s + a),
-        ),
-        (
-            -by_s.phi_z * cut.y - cut.phi_z * cut.y_s - cut.phi_s * d,
-            by_s.y_z + by_s.phi_z * cut.x + cut.phi_z * cut.x_s + cut.phi_s * c,
-        ),
-        (-cut.phi_z * (cut.y_z + d), cut.phi_z * (cut.x_z + c)),
-    )
-    x, y = np.array(rows).swapaxes(0, 1)
+    x[0], y[0] = cut.x, cut.y
+    x[1], y[1] = cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x
+    x[2], y[2] = cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x
+    if bends is not None:
+        x[3] = bends.x_ss - bends.phi_ss * cut.y - cut.phi_s * (cut.y_s + y[1])
+        y[3] = bends.y_ss + bends.phi_ss * cut.x + cut.phi_s * (cut.x_s + x[1])
+        x[4] = -bends.phi_sz * cut.y - cut.phi_z * cut.y_s - cut.phi_s * y[2]
+        y[4] = bends.y_sz + bends.phi_sz * cut.x + cut.phi_z * cut.x_s + cut.phi_s * x[2]
+        x[5], y[5] = -cut.phi_z * (cut.y_z + y[2]), cut.phi_z * (cut.x_z + x[2])
     cos, sin = np.cos(turned), np.sin(turned)
-    x, y = cos * x - sin * y, sin * x + cos * y
-    seen = np.stack((-x, -pose.cos * y, pose.sin * y))
+    across = sin * x + cos * y
+    seen = np.empty((3, *x.shape))
+    np.subtract(sin * y, cos * x, out=seen[0])
+    np.multiply(-pose.cos, across, out=seen[1])
+    np.multiply(pose.sin, across, out=seen[2])
     seen[0, 0] += pose.offset
     ahead = z + pose.position[0]
     seen[1, 0] += pose.sin * ahead
@@ -171,61 +170,71 @@ def _seen(task: Task, z: FloatArray, cut: Cut, by_s: Cut) -> FloatArray:
 
 def limits_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Give margins (8, n) and their rates (8, 2, n) by s1 and z1 at places (n,), mm."""
-    cut, by_s = _with_rates(task.own, s, z)
-    margin, rate, _ = _limits(task, s, z, _radii(cut, by_s), _seen(task, z, cut, by_s))
-    return margin, rate
+    cut = cut_at(task.own, s, z)
+    seen = _seen(task, z, cut)
+    rows = _limits(task, s, z, (_squares(cut), _squares_seen(seen)), seen[2])
+    return rows[:, 0], rows[:, 1:]
 
 
-def _radii(cut: Cut, by_s: Cut) -> FloatArray:
-    """Give the radius of points and its derivatives by s, z, twice s, both and twice z, (6, n)."""
+def _squares(cut: Cut, bends: Bends | None = None) -> FloatArray:
+    """Give r^2 of points and half its derivatives by s, z and, with `bends`, twice s, both and twice z,
+    (3, n) or (6, n)."""
     x, y = cut.x, cut.y
-    square = (
-        cut.x_s**2 + cut.y_s**2 + x * by_s.x_s + y * by_s.y_s,
-        cut.x_s * cut.x_z + cut.y_s * cut.y_z + y * by_s.y_z,
-        cut.x_z**2 + cut.y_z**2,
-    )
-    rows = x * x + y * y, x * cut.x_s + y * cut.y_s, x * cut.x_z + y * cut.y_z, *square
-    return _rooted(np.array(rows))
+    rows = np.empty((3 if bends is None else 6, x.size))
+    rows[0], rows[1], rows[2] = x * x + y * y, x * cut.x_s + y * cut.y_s, x * cut.x_z + y * cut.y_z
+    if bends is not None:
+        rows[3] = cut.x_s * cut.x_s + cut.y_s * cut.y_s + x * bends.x_ss + y * bends.y_ss
+        rows[4] = cut.x_s * cut.x_z + cut.y_s * cut.y_z + y * bends.y_sz
+        rows[5] = cut.x_z * cut.x_z + cut.y_z * cut.y_z
+    return rows
+
+
+def _squares_seen(seen: FloatArray) -> FloatArray:
+    """Give r^2 of points as seen by the gear and half its derivatives, as many as those of the points."""
+    x, y, _ = seen
+    rows: FloatArray = x[0] * x + y[0] * y
+    if len(rows) > 3:
+        rows[3:5] += x[1] * x[1:3] + y[1] * y[1:3]
+        rows[5] += x[2] * x[2] + y[2] * y[2]
+    return rows
 
 
 def _rooted(rows: FloatArray) -> FloatArray:
-    """Give a root and its derivatives (6, n) from its square and half the derivatives of that."""
+    """Give a root and its derivatives, (3, n) or (6, n), from its square and half the derivatives of that."""
     root = np.sqrt(rows[0])
     rows = rows / root
-    rows[3] -= rows[1] * rows[1] / root
-    rows[4] -= rows[1] * rows[2] / root
-    rows[5] -= rows[2] * rows[2] / root
+    if len(rows) > 3:
+        over = rows[1:3] / root
+        rows[3:5] -= rows[1] * over
+        rows[5] -= rows[2] * over[1]
     return rows
 
 
 def _limits(
-    task: Task, s: FloatArray, z: FloatArray, radii: FloatArray, seen: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give margins (8, n), in the order of `Limit`, rates (8, 2, n) and second derivatives (8, 2, 2, n), from
-    the pinion's `radii` and what is `seen` (3, 6, n)."""
-    own, other, (x, y, high) = task.own, task.other, seen
-    squares = x[0] * x + y[0] * y
-    for k, (i, j) in enumerate(((1, 1), (1, 2), (2, 2)), 3):
-        squares[k] += x[i] * x[j] + y[i] * y[j]
-    other_radii = _rooted(squares)
-    rows = np.zeros((len(Limit), 6, x.shape[1]))
+    task: Task, s: FloatArray, z: FloatArray, squares: tuple[FloatArray, FloatArray], high: FloatArray
+) -> FloatArray:
+    """Give margins, in the order of `Limit`, with their derivatives, (8, 3, n) or (8, 6, n), from those of
+    r^2 on either member and of the gear's z, `high`."""
+    own, other, (radii, other_radii) = task.own, task.other, (_rooted(rows) for rows in squares)
+    rows = np.zeros((len(Limit), *high.shape))
     rows[Limit.PINION_ROOT, 1] = 1.0
     rows[Limit.GEAR_ROOT] = other_radii - other.root_taper * high
-    rows[Limit.PINION_TIP] = -radii
+    np.negative(radii, out=rows[Limit.PINION_TIP])
     rows[Limit.GEAR_TIP] = other.taper * high - other_radii
     rows[Limit.PINION_TOE, 2], rows[Limit.PINION_HEEL, 2] = 1.0, -1.0
-    rows[Limit.GEAR_TOE], rows[Limit.GEAR_HEEL] = high, -high
+    rows[Limit.GEAR_TOE] = high
+    np.negative(high, out=rows[Limit.GEAR_HEEL])
     rows[Limit.PINION_TIP, 2] += own.taper
     rows[Limit.PINION_ROOT, 0] = s - own.bottom
     rows[Limit.GEAR_ROOT, 0] -= other.root
     rows[Limit.PINION_TIP, 0] += own.tip + own.taper * z
     rows[Limit.GEAR_TIP, 0] += other.tip
     rows[Limit.PINION_TOE, 0], rows[Limit.PINION_HEEL, 0] = own.half_width + z, own.half_width - z
-    rows[[Limit.GEAR_TOE, Limit.GEAR_HEEL], 0] += other.half_width
-    return rows[:, 0], rows[:, 1:3], _square(rows[:, 3:])
+    rows[Limit.GEAR_TOE :: 2, 0] += other.half_width
+    return rows
 
 
-def _square(rows: FloatArray) -> FloatArray:
+def square(rows: FloatArray) -> FloatArray:
     """Give second derivatives (..., 2, 2, n) from those by twice s1, both and twice z1, (..., 3, n)."""
     return rows[..., [[0, 1], [1, 2]], :]
 
@@ -233,88 +242,131 @@ def _square(rows: FloatArray) -> FloatArray:
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     """Give the clearance and its derivatives at places (s1, z1), each (n,), mm."""
     other = task.other
-    cut, by_s = _with_rates(task.own, s, z)
-    seen = _seen(task, z, cut, by_s)
+    cut, bends = cut_with_bends(task.own, s, z)
+    seen = _seen(task, z, cut, bends)
     x, y, high = seen[:, 0]
-    square, moves = x * x + y * y, seen[:, 1:3]
-    other_s = profile_at(other, square, high)
-    met, by_other = _with_rates(other, other_s, high)
+    squares, moves = _squares_seen(seen), seen[:, 1:3]
+    other_s = profile_at(other, squares[0], high)
+    met, by_other = cut_with_turn(other, other_s, high)
     cos, sin = x * met.x + y * met.y, y * met.x - x * met.y
     # Angle between the point and the cut point as one arctangent, small at contact.
     turn = np.arctan2(sin, cos) - met.phi - task.start
     angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-    cos, sin = cos / square, sin / square
-    normal, scale = np.stack((met.nx, met.ny, met.nz)) / met.ny, other.sigma * task.lever / other.pitch_radius
-    bent = (np.stack((by_other.nx, by_other.ny, by_other.nz)) - by_other.ny * normal) / met.ny
-    normal, bent = (np.stack((cos * a - sin * b, sin * a + cos * b, c)) for a, b, c in (normal, bent))
+    cos, sin = cos / squares[0], sin / squares[0]
+    own = np.array((met.nx, met.ny, met.nz)) / met.ny
+    normal, bent = _turned(own, cos, sin), _turned((by_other - by_other[1] * own) / met.ny, cos, sin)
+    scale = other.sigma * task.lever / other.pitch_radius
     slope = (normal[:, None] * moves).sum(axis=0)
     # As the place moves, the point met moves along the profile, and its normal turns.
-    met_s = (2.0 * (x * moves[0] + y * moves[1]) - met.square_z * moves[2]) / met.square_s
+    along, across = met.x * met.x_s + met.y * met.y_s, met.x * met.x_z + met.y * met.y_z
+    met_s = (squares[1:3] - across * moves[2]) / along
     turned = slope / other.pitch_radius + met.phi_s * met_s + met.phi_z * moves[2]
     change = bent[:, None] * met_s
     change[0] -= turned * normal[1]
     change[1] += turned * normal[0]
-    bend = _square((normal[:, None] * seen[:, 3:]).sum(axis=0))
-    bend = bend + (moves[:, :, None] * change[:, None]).sum(axis=0)
-    margin, rate, curve = _limits(task, s, z, _radii(cut, by_s), seen)
+    bend = (normal[:, None] * seen[:, 3:]).sum(axis=0)
+    bend[::2] += (moves * change).sum(axis=0)
+    bend[1] += 0.5 * (moves * change[:, ::-1]).sum(axis=(0, 1))
+    rows = _limits(task, s, z, (_squares(cut, bends), squares), seen[2])
     return Local(
         f=task.counted(angle) * task.lever,
         slope=scale * slope,
-        bend=0.5 * scale * (bend + bend.swapaxes(0, 1)),
-        margin=margin,
-        rate=rate,
-        curve=curve,
-        meeting=np.stack((other_s, high)),
+        bend=scale * bend,
+        margin=rows[:, 0],
+        rate=rows[:, 1:3],
+        curve=rows[:, 3:],
+        meeting=np.array((other_s, high)),
     )
 
 
+def _turned(rows: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
+    """Give vectors (3, n) turned about the third axis."""
+    return np.array((cos * rows[0] - sin * rows[1], sin * rows[0] + cos * rows[1], rows[2]))
+
+
 def _quadratic_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
 ) -> tuple[FloatArray, Integers, FloatArray]:
-    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0 for LINES limits that enclose a box:
-    d (2, n), the limits it lies on (2, n), -1 for none, and their multipliers (LINES, n)."""
-    (a, b), (_, c) = bend
+    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0, of LINES limits of which the last
+    are the sides of a box of `size` (2, n): d (2, n), the limits it lies on (2, n), -1 for none, and their
+    multipliers (LINES, n)."""
+    a, b, c = bend
     g, h = slope
     det = a * c - b * b
-    step = np.stack((b * h - c * g, b * g - a * h)) / det
+    step = np.array((b * h - c * g, b * g - a * h)) / det
     active = np.full(step.shape, -1)
     free = (det > 0.0) & (a > 0.0) & ((rate * step).sum(axis=1) + margin >= 0.0).all(axis=0)
     bound = np.flatnonzero(~free)
     multiplier = np.zeros(margin.shape)
     if bound.size:
-        slope, bend, rate = slope[:, bound], bend[..., bound], rate[..., bound]
-        step[:, bound], active[:, bound] = _bounded_step(slope, bend, rate, margin[:, bound], depth)
-        pull = slope + (bend * step[:, bound]).sum(axis=1)
+        slope, bend, rate = slope[:, bound], bend[:, bound], rate[..., bound]
+        step[:, bound], active[:, bound] = _bounded_step(
+            slope, bend, rate, margin[:, bound], size[:, bound], depth
+        )
+        (a, b, c), (x, y) = bend, step[:, bound]
+        pull = slope + np.array((a * x + b * y, b * x + c * y))
         multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])
     return step, active, multiplier
 
 
 def _bounded_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
 ) -> tuple[FloatArray, Integers]:
-    """Give the same where the least lies on a limit, by trying all edges and corners."""
-    (a, b), (_, c) = bend
-    g, h = slope
-    foot = -(margin / (rate * rate).sum(axis=1))[:, None] * rate
-    along = np.stack((-rate[:, 1], rate[:, 0]), axis=1)
-    onto = np.stack((a * along[:, 0] + b * along[:, 1], b * along[:, 0] + c * along[:, 1]), axis=1)
-    steep, stiff = (along * slope + onto * foot).sum(axis=1), (along * onto).sum(axis=1)
-    edge = foot - np.where(stiff > 0.0, steep / stiff, np.nan)[:, None] * along
-    i, j = CORNERS
-    cross = rate[i, 0] * rate[j, 1] - rate[i, 1] * rate[j, 0]
-    x = (margin[j] * rate[i, 1] - margin[i] * rate[j, 1]) / cross
-    y = (margin[i] * rate[j, 0] - margin[j] * rate[i, 0]) / cross
-    x, y = np.concatenate((edge[:, 0], x)), np.concatenate((edge[:, 1], y))
-    low = x * rate[0, 0] + y * rate[0, 1] + margin[0]
-    for (p, q), m in zip(rate[1:], margin[1:], strict=True):
-        low = np.minimum(low, x * p + y * q + m)
+    """Give the same where the least lies on a limit. Limits that do not reach into the box need not be
+    tried, unless those that do leave nothing inside it."""
+    limits, each = slice(len(Limit)), np.arange(slope.shape[1])
+    far = margin[limits] > (np.abs(rate[limits]) * size).sum(axis=1) + FEASIBLE * depth
+    reaching = len(Limit) - far.sum(axis=0)
+    lines = np.argsort(far, axis=0, kind="stable")[: min(FEW, int(reaching.max()))]
+    lines = np.concatenate((lines, SIDES.repeat(each.size, axis=1)))
+    rates = rate[lines, 0, each], rate[lines, 1, each]
+    step, active, inside = _tried(slope, bend, rates, margin[lines, each], depth)
+    active = np.where(active >= 0, lines[active, each], -1)
+    every = np.flatnonzero(~inside | (reaching > FEW))
+    if every.size:
+        rates = rate[:, 0, every], rate[:, 1, every]
+        step[:, every], active[:, every], _ = _tried(
+            slope[:, every], bend[:, every], rates, margin[:, every], depth
+        )
+    return step, active
+
+
+def _tried(
+    slope: FloatArray,
+    bend: FloatArray,
+    rates: tuple[FloatArray, FloatArray],
+    margin: FloatArray,
+    depth: float,
+) -> tuple[FloatArray, Integers, Mask]:
+    """Give the least of a quadratic program that lies on a limit, the limits and whether it is inside all
+    others, by trying all edges and corners; by components of the rates, (k, n) each."""
+    (a, b, c), (g, h), (p, q) = bend, slope, rates
+    foot = -margin / (p * p + q * q)
+    foot_x, foot_y = foot * p, foot * q
+    onto_x, onto_y = b * p - a * q, c * p - b * q
+    stiff = p * onto_y - q * onto_x
+    share = (p * h - q * g + onto_x * foot_x + onto_y * foot_y) / np.where(stiff > 0.0, stiff, np.nan)
+    (i, j), codes = _candidates(len(p))
+    cross = p[i] * q[j] - q[i] * p[j]
+    x = np.concatenate((foot_x + share * q, (margin[j] * q[i] - margin[i] * q[j]) / cross))
+    y = np.concatenate((foot_y - share * p, (margin[i] * p[j] - margin[j] * p[i]) / cross))
+    low = x * p[0] + y * q[0] + margin[0]
+    for line in zip(p[1:], q[1:], margin[1:], strict=True):
+        low = np.minimum(low, x * line[0] + y * line[1] + line[2])
     value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
     # Where the limits leave nothing inside the box, the corner least outside is next best.
-    value = np.where(low >= -FEASIBLE * depth, value, 1e6 * (depth - low))
-    best = np.where(np.isfinite(value), value, np.inf).argmin(axis=0)
-    each = np.arange(best.size)
-    single = np.stack((np.arange(LINES), np.full(LINES, -1)))
-    return np.stack((x[best, each], y[best, each])), np.concatenate((single, CORNERS), axis=1)[:, best]
+    inside = low >= -FEASIBLE * depth
+    value = np.where(inside, value, 1e6 * (depth - low))
+    best, each = np.where(np.isfinite(value), value, np.inf).argmin(axis=0), np.arange(x.shape[1])
+    return np.array((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
+
+
+@kept(16)
+def _candidates(lines: int) -> tuple[Integers, Integers]:
+    """Give the pairs (2, m) of so many lines; and which lines meet (2, lines + m) on each line, where the
+    second is -1, and at each corner."""
+    pairs = np.array([(i, j) for i in range(lines) for j in range(i)]).T
+    return pairs, np.concatenate((np.stack((np.arange(lines), np.full(lines, -1))), pairs), axis=1)
 
 
 def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:
@@ -332,53 +384,79 @@ def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatA
         )
     values[active[0][one], each[one]] = single[one]
     for code, part in zip(active, both, strict=True):
-        values[code[two], each[two]] = np.nan_to_num(part[two], posinf=0.0, neginf=0.0)
+        values[code[two], each[two]] = np.where(np.isfinite(part[two]), part[two], 0.0)
     return values
 
 
-def least_clearances(task: Task, place: FloatArray, box: FloatArray) -> Least:
+def least_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> Least:
     """Give the local least clearance that each start `place` (2, n) leads to; `box` (2, n): how far the first
-    step may go, and all steps along the profile of a fillet; mm."""
+    step may go, and all steps along the profile of a fillet; mm. Of starts with the same `owner` (n,) that
+    lead to the same place one is followed there, the others end as `outside` as can be."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, max(1, place.shape[1]), BLOCK):
             block = slice(start, start + BLOCK)
-            parts.append(_least(task.pick(block), place[:, block], box[:, block]))
+            parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
     return parts[0].and_also(*parts[1:])
 
 
-def _least(task: Task, place: FloatArray, box: FloatArray) -> Least:
+def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> Least:
     n, depth = place.shape[1], task.depth
-    place, here = place.copy(), local_at(task, *place)
-    limit = np.full((2, n), -1, dtype=np.int8)
-    weight, reach, converged = np.zeros((len(Limit), n)), np.ones(n), np.zeros(n, dtype=bool)
+    here = local_at(task, *place)
+    least = Least(
+        place=place.copy(),
+        f=here.f.copy(),
+        meeting=here.meeting.copy(),
+        limit=np.full((2, n), -1, dtype=np.int8),
+        outside=np.maximum(-here.margin.min(axis=0), 0.0),
+        converged=np.zeros(n, dtype=bool),
+    )
     going = np.flatnonzero(np.isfinite(here.f))
-    for _ in range(PASSES):
+    task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
+    weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
+    for count in range(PASSES):
         # Longer steps along the profile only where it is convex, off the fillets.
-        profile = np.where(here.bend[0, 0] > 0.0, reach, np.minimum(reach, 1.0))
-        at, size = here.pick(going), np.stack((profile, reach))[:, going] * box[:, going]
-        side = np.stack((size[0], size[1], size[0], size[1]))
-        walls = np.broadcast_to(np.array(((1, 0), (0, 1), (-1, 0), (0, -1.0)))[..., None], (4, 2, going.size))
-        bend = at.bend - (weight[:, None, None, going] * at.curve).sum(axis=0)
-        step, active, multiplier = _quadratic_step(
-            at.slope, bend, np.concatenate((at.rate, walls)), np.concatenate((at.margin, side)), depth
-        )
+        size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
+        lines = np.concatenate((here.rate, WALLS.repeat(going.size, axis=2)))
+        margin = np.concatenate((here.margin, size, size))
+        bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
+        step, active, multiplier = _quadratic_step(here.slope, bend, lines, margin, size, depth)
         boxed = (active >= len(Limit)).any(axis=0)
         small = (np.abs(step) <= LAST_STEP * depth).all(axis=0) & ~boxed
-        there = local_at(task.pick(going), *(place[:, going] + step))
+        there = local_at(task, *(place + step))
         pull = np.maximum(multiplier[: len(Limit)], 0.0)
-        better = there.merit(pull, depth) <= at.merit(pull, depth) + NOISE * depth
-        moved = going[better]
-        place[:, moved] += step[:, better]
-        for name, value in vars(here).items():
-            value[..., moved] = getattr(there, name)[..., better]
-        weight[:, moved] = pull[:, better]
-        limit[:, going] = active
-        reach[going] *= np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
-        converged[going] = small & better
-        going = going[~(small & better) & (reach[going] > 1e-12)]
-        if not going.size:
+        better = there.merit(pull, depth) <= here.merit(pull, depth) + NOISE * depth
+        if better.all():
+            place, here, weight = place + step, there, pull
+        else:
+            place, weight = np.where(better, place + step, place), np.where(better, pull, weight)
+            here = here.where_not(better, there)
+        reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
+        found, doubled = small & better, np.zeros(going.size, dtype=bool)
+        if count in MEETINGS:
+            near = np.flatnonzero(better & ~boxed)
+            units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
+            doubled[near] = _doubled(np.array((*units, *active[:, near], owner[going[near]])))
+        done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
+        if not done.any():
+            continue
+        ended, stays = going[done], np.flatnonzero(~done)
+        least.place[:, ended], least.f[ended], least.meeting[:, ended] = (
+            row[..., done] for row in (place, here.f, here.meeting)
+        )
+        least.limit[:, ended], least.converged[ended] = active[:, done], found[done]
+        least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
+        if not stays.size:
             break
-    limit = np.sort(np.where(limit >= len(Limit), -1, limit), axis=0)[::-1]
-    outside = np.maximum(-here.margin.min(axis=0), 0.0)
-    return Least(place, here.f, here.meeting, limit, outside, converged)
+        task, place, box, here = task.pick(stays), place[:, stays], box[:, stays], here.pick(stays)
+        going, weight, reach = going[stays], weight[:, stays], reach[stays]
+    limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
+    return replace(least, limit=limit)
+
+
+def _doubled(columns: FloatArray) -> Mask:
+    """Say which columns (k, n) are the same as one before them."""
+    order = np.lexsort(columns)
+    doubled = np.zeros(order.size, dtype=bool)
+    doubled[order[1:]] = (columns[:, order[1:]] == columns[:, order[:-1]]).all(axis=0)
+    return doubled

@@ -69,7 +69,7 @@ class Mating:
         roll (4, n)."""
         both = roll, gear_roll
         own, mate = both[self.member], both[1 - self.member]
-        return np.stack((np.cos(own), np.sin(own), np.cos(mate), np.sin(mate)))
+        return np.array((np.cos(own), np.sin(own), np.cos(mate), np.sin(mate)))
 
     def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
         (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
@@ -193,7 +193,7 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
         for edge, wanted in ((False, fall > 0.0), (True, leaves)):
             down = np.flatnonzero(inner & wanted)
             end = samples.rows[:2, samples.place[beside[down], met[down]]]
-            span = np.stack((at[met[down]], towards[down]))
+            span = np.array((at[met[down]], towards[down]))
             ways.append((down, span, fall[down], end, np.full(down.size, edge)))
     down, span, fall, end, to_edge = (np.concatenate(parts, axis=-1) for parts in zip(*ways, strict=True))
     found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge)
@@ -223,8 +223,8 @@ def _way_down(
     n, length = len(points), span[1] - span[0]
     t, low, high = np.zeros(n), np.zeros(n), np.ones(n)
     f = start[DISTANCE].copy()
-    left = np.stack((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
-    by_t = np.stack((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
+    left = np.array((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
+    by_t = np.array((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
     edge, going = np.zeros(n, dtype=bool), np.arange(n)
     for count in range(PASSES):
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -245,7 +245,7 @@ def _way_down(
         roll, towards = span[0, going] + new * length[going], span[(new < 0.5).astype(int), going]
         gear_roll, rate = mating.operation.motion(roll, towards)
         rows = mating.at(points[going], mating.turned(roll, gear_roll))
-        after = np.stack((rows[MARGIN], -length[going] * mating.slope(rows, rate)))
+        after = np.array((rows[MARGIN], -length[going] * mating.slope(rows, rate)))
         lost = np.isnan(rows[DISTANCE])
         inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge[going])
         low[going] = np.where(inside, new, low[going])

@@ -12,6 +12,7 @@ from ..contact.path_polynomial import PHASE, exact_rows
 from ..design.model import Design, Errors
 from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import mounting_of
+from ..support.read_only import kept
 from .least_clearance import Task
 from .separation import Pose, pose_of
 
@@ -80,10 +81,17 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     """Give the gear roll plus N1/N2 pinion roll (rad) of the unmodified pair without errors: the same in all
     its contacts. NaN without a common normal."""
     plain = Design(design.pinion, design.gear, design.pair, Errors()).with_parabola(0.0, 0.0)
+    return _conjugate_phase(plain, flank) if plain.batch_shape else _kept_phase(plain, flank)
+
+
+def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
     pairing = pairing_of(plain, flank)
     with np.errstate(invalid="ignore", divide="ignore"):
         rows, _ = exact_rows(pairing, np.zeros((pairing.branch.shape[0], 1)))
     return rows[PHASE, :, 0].reshape(plain.batch_shape)
+
+
+_kept_phase = kept(16)(_conjugate_phase)
 
 
 def middle_roll(design: Design, flank: str) -> FloatArray:
@@ -114,8 +122,10 @@ def spread(design: Design, flank: str) -> float:
     return float(turn * float(design.pinion.teeth) / (2.0 * np.pi))
 
 
-def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatArray]:
-    """Give the mesh at all positions, and its phase by position."""
+def mesh_of(
+    design: Design, flank: str, roll: FloatArray, middle: FloatArray | None = None
+) -> tuple[Mesh, FloatArray]:
+    """Give the mesh at all positions, and its phase by position. `middle`: the `middle_roll`, if known."""
     own, other = (surface_of(member, flank) for member in design.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     pose = pose_of(design)
@@ -125,7 +135,8 @@ def mesh_of(design: Design, flank: str, roll: FloatArray) -> tuple[Mesh, FloatAr
     ]
     tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
     lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
-    middle = np.broadcast_to(middle_roll(design, flank)[..., None], roll.shape).reshape(-1)
+    middle = middle_roll(design, flank) if middle is None else middle
+    middle = np.broadcast_to(middle[..., None], roll.shape).reshape(-1)
     pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
     mesh = Mesh(
         own=own,

@@ -24,6 +24,7 @@ from ..design.model import Design
 from ..status import FirstStatus
 from ..support.chebyshev import evaluate
 from ..support.few_lines import few_lines, html_table
+from ..support.read_only import kept
 from .first_contact import (
     FirstContact,
     Found,
@@ -50,6 +51,7 @@ from .pieces import (
     fitted,
     held_to,
     holding,
+    put_together,
     tails_of,
 )
 
@@ -193,7 +195,7 @@ def cycle_and_pairs(
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
-    mesh, phase = mesh_of(design, flank, start[..., None])
+    mesh, phase = mesh_of(design, flank, start[..., None], start)
     grids, shape = grids_of(mesh, design, flank), start.shape
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
@@ -225,11 +227,16 @@ def cycle_and_pairs(
     return cycle, grids, samples, (position, alone)
 
 
+@kept(1)
+def _gauss_points() -> tuple[FloatArray, FloatArray]:
+    return leggauss(BETWEEN)
+
+
 def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray, FloatArray]:
     """Give, of each case, Fourier coefficients (cases, harmonics + 1) of the transmission error, its peak to
     peak, rad, and the share that edges carry."""
     cases, errors = mesh.roll.size, mesh.other.sigma / mesh.lever * pieces.coefficients[:1]
-    points, weights = leggauss(BETWEEN)
+    points, weights = _gauss_points()
     length = (pieces.high - pieces.low) / mesh.pitch[0]
     share = (pieces.rolls(points) - mesh.roll[pieces.case, None]) / mesh.pitch[0]
     turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)
@@ -262,7 +269,7 @@ def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Inte
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
         case, roll = _samples_of(mesh, CLOSE_SAMPLES)
         closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
-        pieces, status = _joined([pieces, closer]), np.where(lost, again, status)
+        pieces, status = in_order([pieces, closer]), np.where(lost, again, status)
     return pieces, status
 
 
@@ -287,7 +294,7 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
-    return _joined(done), status
+    return in_order(done), status
 
 
 def _between(
@@ -330,10 +337,9 @@ def _moved(
     whether they lie within the limits."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        place, found = held_to(task, place, pieces.limit[:, piece])
-        margin = np.where(holding(pieces.limit[:, piece]), 0.0, found.margin)
-    values = np.concatenate((found.f[None], place, found.meeting))
-    return values, np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
+        values = held_to(task, place, pieces.limit[:, piece])
+        margin = np.where(holding(pieces.limit[:, piece]), 0.0, values[QUANTITIES:])
+    return values[:QUANTITIES], np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
 
 
 def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
@@ -365,26 +371,25 @@ def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, 
     """Give pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed;
     and the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = [pieces.values(inner + k, pieces.high[inner, None])[..., 0] for k in (0, 1)]
-    jump, found = ends[0][0] - ends[1][0], samples.found
+    ends = np.stack([pieces.values_at(inner + k, pieces.high[inner]) for k in (0, 1)])
+    jump, found = ends[0, 0] - ends[1, 0], samples.found
+    jumps = np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever)
+    early = (jump[jumps] > 0.0).astype(int)
     own = pieces.number(mesh, samples.case, samples.roll)
-    for k in np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever):
-        early = int(jump[k] > 0.0)
-        row = np.flatnonzero(own == inner[k] + 1 - early)
-        place = ends[early][1:3, k, None].repeat(row.size, axis=1)
-        piece = np.full(row.size, inner[k] + early)
-        values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-        better = np.flatnonzero(within & (values[0] < found.f[row]))
-        row, values, piece = row[better], values[:, better], piece[better]
-        found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-        found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[np.abs(jump) > CHECKED * mesh.lever], samples
+    which, row = np.nonzero(own == (inner[jumps] + 1 - early)[:, None])
+    piece, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
+    values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+    better = np.flatnonzero(within & (values[0] < found.f[row]))
+    better = better[np.argsort(-values[0, better], kind="stable")]  # of two neighbours the earlier comes last
+    row, values, piece = row[better], values[:, better], piece[better]
+    found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
+    found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
+    return inner[jumps], samples
 
 
-def _joined(parts: list[Pieces]) -> Pieces:
+def in_order(parts: list[Pieces]) -> Pieces:
     """Join pieces, in order of case and roll."""
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
     empty = Pieces(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
-    columns = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
-    pieces = Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
+    pieces = put_together([empty, *parts])
     return pieces.pick(np.lexsort((pieces.low, pieces.case)))

@@ -21,7 +21,7 @@ from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pairs
+from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pairs, in_order
 from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
@@ -39,6 +39,9 @@ GAP = 1.5
 ASTRAY = 0.1
 """Share of the room between a tooth pair alone and a thickness that its pieces may miss each other by: where
 a carrier between them was not seen, it is not much earlier."""
+ROUNDS, BETWEEN = 5, np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95))
+"""How often pieces of a tooth pair alone are fitted; shares of the way between two samples at which it is
+searched for where its pieces do not meet."""
 AT_LEAST = 1.0 - 1e-6
 """Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
 
@@ -81,7 +84,7 @@ def operating_ratios(
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-    pieces, followed = _pieces_alone(cycle, alone, np.array(useful or [0.0]))
+    pieces, followed = _pieces_alone(cycle, grids, alone, np.array(useful or [0.0]))
     share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
     for contacts in (partial(_alone, cycle, pieces), partial(_searched, cycle, grids)):
         known = np.flatnonzero(followed & ~lost)
@@ -137,11 +140,13 @@ def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found)
     return Samples(samples.case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
 
 
-def _pieces_alone(cycle: MeshCycle, samples: Samples, thicknesses: FloatArray) -> tuple[Pieces, Mask]:
+def _pieces_alone(
+    cycle: MeshCycle, grids: Grids, samples: Samples, thicknesses: FloatArray
+) -> tuple[Pieces, Mask]:
     """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
     it is within each of the `thicknesses` (mm) of the first: they agree with the samples, meet wherever that
-    matters, and end further off than the greatest."""
-    mesh, lost, bound = cycle.mesh, cycle.lost.reshape(-1), CHECKED * cycle.mesh.lever
+    matters, and end further off than the greatest. Where they do not meet they are divided."""
+    mesh, lost = cycle.mesh, cycle.lost.reshape(-1)
     thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))
     off = samples.found.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
@@ -154,23 +159,51 @@ def _pieces_alone(cycle: MeshCycle, samples: Samples, thicknesses: FloatArray) -
     followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
     samples, ends = _in_runs(mesh, samples)
     followed[case[ends[off[ends] <= thickness + TOGETHER * mesh.lever]]] = False
-    if not followed.any():
-        return cycle.pieces.pick(np.zeros(0, dtype=np.int64)), followed
     # Each run is a case of its own to what fits the pieces.
-    case = case[ends[0]]
+    case, parts = case[ends[0]], [cycle.pieces.pick(np.zeros(0, dtype=np.int64))]
     runs = replace(mesh.at(case, samples.roll[ends[0]]), span=2.0 * mesh.reach + 2.0)
-    pieces = fitted(runs, samples)
-    own = pieces.number(runs, samples.case, samples.roll)
+    for count in range(ROUNDS):
+        samples = samples.pick(np.flatnonzero(followed[case[samples.case]]))
+        if not samples.case.size:
+            break
+        pieces = fitted(runs, samples)
+        run, roll = _in_doubt(cycle, (runs, case), samples, pieces, thicknesses)
+        failed = np.isin(np.arange(case.size), run)
+        parts.append(pieces.pick(np.flatnonzero(~failed[pieces.case])))
+        samples = samples.pick(np.flatnonzero(failed[samples.case]))
+        if count == ROUNDS - 1:
+            followed[case[failed]] = False
+        elif run.size:
+            found = found_at(runs.at(run, roll), grids, 0)
+            followed[case[run[found.status != FirstStatus.SOLVED]]] = False
+            samples = samples.and_also(Samples(run, roll, np.zeros(run.size, dtype=bool), found))
+    pieces = in_order([replace(part, case=case[part.case]) for part in parts])
+    return pieces.pick(followed[pieces.case]), followed
+
+
+def _in_doubt(
+    cycle: MeshCycle, runs: tuple[Mesh, Integers], samples: Samples, pieces: Pieces, thicknesses: FloatArray
+) -> tuple[Integers, FloatArray]:
+    """Give rolls (n,), rad, at which more contacts of a tooth pair alone are wanted, and the numbers of their
+    runs: where the pieces do not agree with the samples, and between the samples about ends where they do not
+    meet. `runs`: as a mesh, and the cases they are of."""
+    (mesh, case), bound = runs, CHECKED * cycle.mesh.lever
+    own = pieces.number(mesh, samples.case, samples.roll)
     behind = np.abs(pieces.values_at(own, samples.roll, 1)[0] - samples.found.f)
-    followed[case[samples.case[~(behind <= bound)]]] = False
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
     ends = np.array([pieces.values_at(inner + k, pieces.high[inner], 1)[0] for k in (0, 1)])
-    owner, jump = case[pieces.case[inner]], np.abs(ends[1] - ends[0])
+    run, at, jump = pieces.case[inner], pieces.high[inner], np.abs(ends[1] - ends[0])
     # Where it is the first itself the cycle has it; elsewhere a jump matters near a thickness.
-    first, ours = _first_and_whose(cycle, owner, pieces.high[inner])
+    first, ours = _first_and_whose(cycle, case[run], at)
     room = np.abs(ends.min(axis=0) - first - thicknesses[:, None]).min(axis=0)
-    followed[owner[~((jump <= bound) | ours | (jump < ASTRAY * room))]] = False
-    return replace(pieces, case=case[pieces.case]), followed
+    apart = ~((jump <= bound) | ours | (jump < ASTRAY * room))
+    run, at, late = run[apart], at[apart, None], np.unique(own[~(behind <= bound)])
+    same = samples.case == run[:, None]
+    low = np.where(same & (samples.roll <= at), samples.roll, -np.inf).max(axis=1, initial=-np.inf)
+    high = np.where(same & (samples.roll >= at), samples.roll, np.inf).min(axis=1, initial=np.inf)
+    about = low[:, None] + (high - low)[:, None] * BETWEEN
+    more = np.append(about, pieces.rolls(2.0 * BETWEEN - 1.0)[late])
+    return np.append(run, pieces.case[late]).repeat(BETWEEN.size), more
 
 
 def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:

@@ -50,9 +50,9 @@ class Operation:
     def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
         """Give the gear's roll (rad) and, by differences, its rate over the pinion's (2, n) at rolls (n,),
         rad. At a kink it is the rate on the side `towards` (n,)."""
-        beside = roll + np.clip(0.25 * (towards - roll), -STEP, STEP)
-        here, there = self.gear_roll(np.stack((roll, beside)))
-        return np.stack((here, (there - here) / (beside - roll)))
+        beside = roll + np.minimum(np.maximum(0.25 * (towards - roll), -STEP), STEP)
+        here, there = self.gear_roll(np.array((roll, beside)))
+        return np.array((here, (there - here) / (beside - roll)))
 
 
 def given_operation(

@@ -23,12 +23,13 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Limit
 from ..support.chebyshev import basis_of, evaluate, greatest, polynomials
 from .first_contact import TOGETHER, Found, Mesh
-from .least_clearance import Local, Task, local_at
+from .least_clearance import Local, Task, local_at, square
 
 SAMPLES = 16
 """Rolls of a pitch at which first contacts tell the carriers."""
-DEGREE, PASSES, LAST_STEP = 20, 12, 1e-9
-"""Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last."""
+DEGREE, PASSES, LAST_STEP, EXACT = 20, 12, 1e-9, 1e-12
+"""Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last, and
+below which it is not made."""
 FITS, SETTLED = 12, 1e-12
 """How often the polynomials are fitted while their ends move by more than this share of a pitch."""
 TAIL, NOISE = 4, np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
@@ -38,8 +39,8 @@ KNOWN = 1e-6
 """Share of the tooth depth below which a tail says that a former fit tells where to start the next."""
 AROUND = 1e-3
 """Share of its length by which a piece may end beyond the range it was fitted on."""
-PARTS, DIVISIONS = 128, 6
-"""An end is found by so many divisions of its interval into parts."""
+PARTS = 128, *[32] * 7
+"""Into how many parts the interval of an end is divided, one time after the other."""
 SHORT = 1e-9
 """Pitches below which a piece is part of the change: rounding may change the carrier to and fro."""
 BEYOND = 1.2
@@ -80,16 +81,17 @@ class Pieces:
         """Give all quantities (rows, n, k) of the pieces `index` (n,) at rolls (n, k), rad."""
         low, high = self.low[index, None], self.high[index, None]
         with np.errstate(invalid="ignore", divide="ignore"):
-            place = np.nan_to_num((2.0 * roll - (low + high)) / (high - low))
-        return evaluate(self.coefficients[:, index], np.clip(place, -BEYOND, BEYOND))
+            place = (2.0 * roll - (low + high)) / (high - low)
+        place = np.where(np.isnan(place), 0.0, np.minimum(np.maximum(place, -BEYOND), BEYOND))
+        return evaluate(self.coefficients[:, index], place)
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
         """Give the first `rows` quantities (rows, n), or all, of the pieces `index` (n,) at rolls (n,),
         rad."""
         low, high = self.low[index], self.high[index]
-        place = np.clip((2.0 * roll - (low + high)) / (high - low), -BEYOND, BEYOND)
+        place = np.minimum(np.maximum((2.0 * roll - (low + high)) / (high - low), -BEYOND), BEYOND)
         powers = polynomials(place, DEGREE)
-        return np.stack([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
+        return np.array([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,56 +132,81 @@ def holding(limit: Codes) -> Mask:
 
 def fitted(mesh: Mesh, samples: Samples) -> Pieces:
     """Give pieces with the carriers of the samples of each case, ending where the next one takes over."""
+    pieces, runs, limits = _runs_of(mesh, samples)
+    number, done, former = np.arange(pieces.case.size), [], None
+    ends = limits[0]
+    for count in range(FITS):
+        starts = _starts(mesh, samples, pieces, runs, former)
+        whole = replace(pieces, coefficients=_coefficients(mesh, pieces, starts))
+        joined = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+        found = _ends(mesh, whole, joined, limits[:, joined])
+        low, high = pieces.low.copy(), pieces.high.copy()
+        low[joined + 1], high[joined] = found, found
+        pieces = replace(whole, low=low, high=high)
+        steady = np.ones(pieces.case.size, dtype=bool)
+        steady[joined] = np.abs(found - ends[joined]) <= SETTLED * mesh.pitch[0]
+        slack = AROUND * (whole.high - whole.low)  # further beyond a fit its noise grows
+        known = (low >= whole.low - slack) & (high <= whole.high + slack) & _resolved(mesh, whole)
+        steady, known = (_of_whole_cases(mask, pieces.case) for mask in (steady, known))
+        ready = steady | known | (count == FITS - 1)
+        moved = np.flatnonzero(ready & ~steady)  # polynomials of what lies between the new ends
+        values = whole.values(moved, pieces.pick(moved).rolls(basis_of(DEGREE).nodes))
+        pieces.coefficients[:, moved] = basis_of(DEGREE).coefficients(values)
+        ended, on = np.flatnonzero(ready), np.flatnonzero(~ready)
+        done.append((number[ended], pieces.pick(ended)))
+        if not on.size:
+            break
+        ends, length = high, high - low
+        reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[:-1], length[1:])
+        limits[0, :-1] = np.maximum(limits[0, :-1], ends[:-1] - reach)
+        limits[1, :-1] = np.minimum(limits[1, :-1], ends[:-1] + reach)
+        number, pieces, former = number[on], pieces.pick(on), whole.pick(on)
+        runs, limits, ends = runs[:, on], limits[:, on], ends[on]
+    order = np.concatenate([numbers for numbers, _ in done]).argsort()
+    return _without_short(mesh, put_together([part for _, part in done]).pick(order), samples)
+
+
+def _runs_of(mesh: Mesh, samples: Samples) -> tuple[Pieces, Integers, FloatArray]:
+    """Give pieces without coefficients, as far as their carriers may reach; the first and the last of the
+    samples of each (2, n); and between which rolls (2, n), rad, the next of the same case may take over."""
     found, case = samples.found, samples.case
     on_fillet = np.stack((found.place[0] < mesh.own.joint, found.meeting[0] < mesh.other.joint))
-    label = np.stack((case, found.pair, *found.limit, *on_fillet))
+    label = np.array((case, found.pair, *found.limit, *on_fillet))
     begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
     first = np.flatnonzero(begins)
     last = np.append(first[1:], case.size) - 1
     joined = np.flatnonzero(case[first[1:]] == case[last[:-1]])
     low, high = samples.roll[first], samples.roll[last]
     same = (label[:, first[joined]] == label[:, first[joined + 1]]).all(axis=0)  # cut
-    limits = samples.roll[np.where(same, first[joined + 1], last[joined])], samples.roll[first[joined + 1]]
-    low[joined + 1], high[joined] = limits
-    pieces = Pieces(
-        case=case[first],
-        low=low,
-        high=high,
-        coefficients=np.empty((0, 0, 0)),
-        pair=found.pair[first],
-        limit=found.limit[:, first],
-        on_fillet=on_fillet[:, first],
-    )
-    ends, whole = limits[0], None
-    for _ in range(FITS):
-        starts = _starts(mesh, samples, pieces, (first, last), whole)
-        whole = replace(pieces, coefficients=_coefficients(mesh, pieces, starts))
-        found_ends = _ends(mesh, whole, joined, limits)
-        low, high = pieces.low.copy(), pieces.high.copy()
-        low[joined + 1], high[joined] = found_ends, found_ends
-        pieces = replace(whole, low=low, high=high)
-        if np.abs(found_ends - ends).max(initial=0.0) <= SETTLED * mesh.pitch[0]:
-            break
-        slack = AROUND * (whole.high - whole.low)  # further beyond a fit its noise grows
-        inside = bool((low >= whole.low - slack).all() and (high <= whole.high + slack).all())
-        if inside and _resolved(mesh, whole):
-            values = whole.values(np.arange(low.size), pieces.rolls(basis_of(DEGREE).nodes))
-            pieces = replace(pieces, coefficients=basis_of(DEGREE).coefficients(values))
-            break
-        ends, length = found_ends, high - low
-        reach = 0.5 * (BEYOND - 1.0) * np.minimum(length[joined], length[joined + 1])
-        limits = np.maximum(limits[0], ends - reach), np.minimum(limits[1], ends + reach)
-    return _without_short(mesh, pieces, samples)
+    limits = np.stack((high, high))
+    limits[0, joined] = samples.roll[np.where(same, first[joined + 1], last[joined])]
+    limits[1, joined] = samples.roll[first[joined + 1]]
+    low[joined + 1], high[joined] = limits[:, joined]
+    coefficients = np.empty((0, first.size, 0))
+    rows = found.pair[first], found.limit[:, first], on_fillet[:, first]
+    return Pieces(case[first], low, high, coefficients, *rows), np.stack((first, last)), limits
 
 
-def _resolved(mesh: Mesh, pieces: Pieces) -> bool:
-    """Say whether all polynomials are known to rounding on the whole of their range: none crosses a joint of
-    flank and fillet, where contacts are not smooth, and the last coefficients are rounding."""
-    tail, depth = tails_of(pieces).max(axis=1, initial=0.0), mesh.own.tip - mesh.own.root
+def _of_whole_cases(mask: Mask, case: Integers) -> Mask:
+    """Say of pieces whether all pieces of their case are marked."""
+    return np.asarray(~np.isin(case, case[~mask]))
+
+
+def put_together(parts: list[Pieces]) -> Pieces:
+    """Give all pieces of the parts, one after the other."""
+    columns = zip(*(vars(part).values() for part in parts), strict=True)
+    return Pieces(*(np.concatenate(column, axis=min(1, column[0].ndim - 1)) for column in columns))
+
+
+def _resolved(mesh: Mesh, pieces: Pieces) -> Mask:
+    """Say of which pieces all polynomials are known to rounding on the whole of their range: none crosses a
+    joint of flank and fillet, where contacts are not smooth, and the last coefficients are rounding."""
+    depth = mesh.own.tip - mesh.own.root
     s = evaluate(pieces.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
     below = s < np.array((mesh.own.joint, mesh.other.joint))[:, None, None]
-    smooth = (below == pieces.on_fillet[..., None]).all()
-    return bool(smooth and (tail <= NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))).all())
+    smooth = (below == pieces.on_fillet[..., None]).all(axis=(0, 2))
+    most = NOISE * np.array((mesh.lever, *[depth] * (QUANTITIES - 1)))
+    return np.asarray(smooth & (tails_of(pieces) <= most[:, None]).all(axis=0))
 
 
 def tails_of(pieces: Pieces) -> FloatArray:
@@ -203,11 +230,11 @@ def _without_short(mesh: Mesh, pieces: Pieces, samples: Samples) -> Pieces:
 
 
 def _starts(
-    mesh: Mesh, samples: Samples, pieces: Pieces, runs: tuple[Integers, Integers], former: Pieces | None
+    mesh: Mesh, samples: Samples, pieces: Pieces, runs: Integers, former: Pieces | None
 ) -> FloatArray:
     """Give places (2, n * (DEGREE + 1)) near the contacts at the nodes of the pieces, whose samples are those
-    from the first to the last of the `runs`: by a `former` fit where it is known, elsewhere on straight lines
-    between samples, which far from any of them may lead Newton's method astray."""
+    from the first to the last of the `runs` (2, n): by a `former` fit where it is known, elsewhere on
+    straight lines between samples, which far from any of them may lead Newton's method astray."""
     roll = pieces.rolls(basis_of(DEGREE).nodes)
     order = _order(mesh, samples.case, samples.roll)
     after = np.searchsorted(order, _order(mesh, pieces.case.repeat(roll.shape[1]), roll.ravel()))
@@ -234,8 +261,7 @@ def _coefficients(mesh: Mesh, pieces: Pieces, starts: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         here = mesh.at(case, roll.ravel())
         task = here.task(np.arange(case.size), pieces.pair.repeat(roll.shape[1]))
-        place, found = held_to(task, starts, pieces.limit.repeat(roll.shape[1], axis=1))
-        values = np.concatenate((found.f[None], place, found.meeting, found.margin))
+        values = held_to(task, starts, pieces.limit.repeat(roll.shape[1], axis=1))
         return basis.coefficients(values.reshape(-1, *roll.shape))
 
 
@@ -250,18 +276,24 @@ def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
     return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def held_to(task: Task, place: FloatArray, limit: Codes) -> tuple[FloatArray, Local]:
-    """Give the contacts near places (2, n) that are held to the limits (2, n), and what is there; NaN where
-    Newton's method does not settle."""
-    for _ in range(PASSES):
+def held_to(task: Task, place: FloatArray, limit: Codes) -> FloatArray:
+    """Give the contacts near places (2, n) that are held to the limits (2, n): f, places and the margins of
+    the eight limits (13, n), mm; NaN where Newton's method does not settle."""
+    found = np.full((QUANTITIES + len(Limit), limit.shape[1]), np.nan)
+    going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
+    for _ in range(PASSES + 1):
         here = local_at(task, *place)
         step = _newton_step(here, limit)
-        place = place + step
-        settled = (np.abs(step) <= LAST_STEP * task.depth).all(axis=0)
-        if (settled | np.isnan(step).any(axis=0)).all():
+        size = np.abs(step).max(axis=0) / task.depth
+        there = last | (size <= EXACT)
+        rows = here.f[None, there], place[:, there], here.meeting[:, there], here.margin[:, there]
+        found[:, going[there]] = np.concatenate(rows)
+        stays = np.flatnonzero(~there & np.isfinite(size))
+        if not stays.size:
             break
-    place = np.where(settled, place, np.nan)
-    return place, local_at(task, *place)
+        place, limit, last = place[:, stays] + step[:, stays], limit[:, stays], size[stays] <= LAST_STEP
+        going, task = going[stays], task.pick(stays)
+    return found
 
 
 def _newton_step(here: Local, limit: Codes) -> FloatArray:
@@ -269,31 +301,30 @@ def _newton_step(here: Local, limit: Codes) -> FloatArray:
     each = np.arange(limit.shape[1])
     rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
     first, second = (rate.T for rate in rates)
-    curve = np.moveaxis(here.curve[limit[0], ..., each], 0, -1)
-    square = (first * first).sum(axis=0)
-    bend = here.bend - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / square, 0.0) * curve
+    curve = square(here.curve[limit[0], :, each].T)
+    size = (first * first).sum(axis=0)
+    bend = square(here.bend) - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / size, 0.0) * curve
     free = -_solved(bend[0], bend[1], here.slope)
-    onto, along = -margins[0] / square * first, np.stack((-first[1], first[0]))
+    onto, along = -margins[0] / size * first, np.array((-first[1], first[0]))
     pull = here.slope + (bend * onto).sum(axis=1)
     on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
-    corner = -_solved(first, second, np.stack(margins))
+    corner = -_solved(first, second, np.array(margins))
     return np.asarray(np.where(limit[1] >= 0, corner, np.where(limit[0] >= 0, on_edge, free)))
 
 
 def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
     """Give solutions (2, n) of two equations whose rows are (2, n) each."""
     rows = right[0] * second[1] - right[1] * first[1], first[0] * right[1] - second[0] * right[0]
-    return np.asarray(np.stack(rows) / (first[0] * second[1] - first[1] * second[0]))
+    return np.asarray(np.array(rows) / (first[0] * second[1] - first[1] * second[0]))
 
 
-def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Give the rolls (k,) between the `limits` at which the pieces `before` (k,) end and the next take
+def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: FloatArray) -> FloatArray:
+    """Give the rolls (k,) between the `limits` (2, k) at which the pieces `before` (k,) end and the next take
     over."""
     low, high = limits
-    share = 2.0 * np.arange(PARTS + 1) / PARTS - 1.0
     row = np.arange(before.size)
-    for _ in range(DIVISIONS if before.size else 0):
-        roll = _rolls(low, high, share)
+    for parts in PARTS if before.size else ():
+        roll = _rolls(low, high, 2.0 * np.arange(parts + 1) / parts - 1.0)
         taken = _taken_over(mesh, pieces, before, roll)
         taken[:, -1] = True
         part = np.maximum(taken.argmax(axis=1), 1)
@@ -301,19 +332,16 @@ def _ends(mesh: Mesh, pieces: Pieces, before: Integers, limits: tuple[FloatArray
             np.where(taken[:, 0], low, roll[row, part - 1]),
             np.where(taken[:, 0], low, roll[row, part]),
         )
-    return high
+    return np.asarray(high)
 
 
 def _taken_over(mesh: Mesh, pieces: Pieces, before: Integers, roll: FloatArray) -> Mask:
     """Say whether at rolls (k, m) the pieces after those `before` (k,) carry: within the limits and first, of
     such as touch together a tangency before an edge, then the pair that came into mesh last."""
-    f, outside, edge, pair = [], [], [], []
-    for index in (before, before + 1):
-        values = pieces.values(index, roll)
-        f.append(values[0])
-        outside.append(_outside(mesh, pieces, index, values))
-        edge.append(pieces.limit[0, index] >= 0)
-        pair.append(mesh.own.sigma * pieces.pair[index])
+    both, shape = np.append(before, before + 1), (2, *roll.shape)
+    values = pieces.values(both, np.concatenate((roll, roll)))
+    f, outside = values[0].reshape(shape), _outside(mesh, pieces, both, values).reshape(shape)
+    edge, pair = (row[both].reshape(2, -1) for row in (pieces.limit[0] >= 0, mesh.own.sigma * pieces.pair))
     together = np.abs(f[1] - f[0]) <= TOGETHER * mesh.lever
     prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
     sooner = np.where(together, prior, f[1] < f[0])
@@ -333,9 +361,10 @@ def _outside(mesh: Mesh, pieces: Pieces, index: Integers, values: FloatArray) ->
 
 def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Give the greatest and least value (pieces) of Chebyshev series (1, pieces, DEGREE + 1) on [-1, 1]."""
-    end = np.ones((series.shape[1], 1))
-    most, least = (evaluate(series, greatest(sign * series[0], -end, end))[0, :, 0] for sign in (1.0, -1.0))
-    return most, least
+    both = np.concatenate((series, -series), axis=1)
+    end = np.ones((both.shape[1], 1))
+    most, least = evaluate(both, greatest(both[0], -end, end))[0, :, 0].reshape(2, -1)
+    return most, -least
 
 
 def changes_of(pieces: Pieces, cases: int) -> tuple[FloatArray, Mask]:

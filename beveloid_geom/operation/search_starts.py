@@ -15,8 +15,10 @@ on the edge and beside it at every station along the face.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask
 from ..design.model import Member
@@ -33,7 +35,7 @@ along the face for each of them, if that is more: a tooth that winds round its a
 SPARE, TIP_SPARE = 0.05, 0.01
 """Modules by which a scanned point, and an edge on a fillet, may stand further off than the nearest
 scanned and still be a start."""
-TIPS = ((Limit.GEAR_TIP, 1.0), (Limit.PINION_TIP, -1.0))
+TIPS, INWARDS = np.array((Limit.GEAR_TIP, Limit.PINION_TIP)), np.array((1.0, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
 EDGE_PASSES = 3
 TIP_SLOPE = 0.03
@@ -51,20 +53,25 @@ NODES = 128, 12
 """Nodes of a chart, by radius and along the face."""
 SAFE = 2.0
 """Times the error seen in the middle of a chart's meshes that it may have anywhere."""
-BLOCK = 12288
+BLOCK = 24576
 """Points taken at a time, so that the arrays stay in the cache."""
-LARGE = 1e300
+LARGE = 1e30
 """Less than infinite."""
+ROUNDING = 1e-6
+"""What single precision, with which scans reckon, leaves of an angle, rad, and of places, over their size."""
+Single: TypeAlias = NDArray[np.float32]
+Angles = TypeVar("Angles", Single, FloatArray)
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Points of the pinion's surface for a scan: `points` (4, n): x, y, z in the own frame at roll 0, and 1;
-    their profile coordinate `s` and `z` (n,); `shape` (profile, face); `cell`: steps along s and z, mm. Of
-    the lines along the face only the first ones, `low` in number, have points less than half a cell above
-    the joint or below it."""
+    """Points of the pinion's surface for a scan: `points` (4, n): x, y, z in the own frame at roll 0, and 1,
+    and `about` the same in single precision; their profile coordinate `s` and `z` (n,); `shape` (profile,
+    face); `cell`: steps along s and z, mm. Of the lines along the face only the first ones, `low` in number,
+    have points less than half a cell above the joint or below it."""
 
     points: FloatArray
+    about: Single
     s: FloatArray
     z: FloatArray
     shape: tuple[int, int]
@@ -74,43 +81,48 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Angles (rad) of a surface about its axis (NODES), at equal steps of the root of the height above its
-    root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of these; and their `error` (rad)."""
+    """Angles (rad) of a surface about its axis, in single precision, over meshes between NODES at equal steps
+    of the root of the height above its root cone from 0 on and of z from `start` (mm) on; nodes a `rate` of
+    these. `parts` (4, meshes): the angle at the first node, and how it grows along either side of the mesh
+    and, beyond that, towards the last node. `error` (rad)."""
 
-    angle: FloatArray
+    parts: Single
     start: float
     rate: tuple[float, float]
     error: float
 
-    def at(self, above: FloatArray, z: FloatArray) -> FloatArray:
+    def at(self, above: Single, z: Single) -> Single:
         """Give angles (rad) of points by their height `above` the root cone and z, mm."""
         across, along = np.sqrt(above) * self.rate[0], (z - self.start) * self.rate[1]
-        first = np.minimum(across.astype(np.int32), NODES[0] - 2)
-        second = np.minimum(along.astype(np.int32), NODES[1] - 2)
+        first = np.minimum(np.floor(across), NODES[0] - 2)
+        second = np.minimum(np.floor(along), NODES[1] - 2)
         across -= first
         along -= second
-        node, angle = first * NODES[1] + second, self.angle.ravel()
-        low, high = (angle.take(node + k, mode="clip") for k in (0, NODES[1]))
-        low += along * (angle.take(node + 1, mode="clip") - low)
-        high += along * (angle.take(node + NODES[1] + 1, mode="clip") - high)
-        high -= low
-        high *= across
-        low += high
-        return np.asarray(low)
+        first *= NODES[1] - 1
+        first += second
+        mesh = first.astype(np.intp)
+        angle, on, out, both = (part.take(mesh, mode="clip") for part in self.parts)
+        on *= along
+        angle += on
+        both *= along
+        out += both
+        out *= across
+        angle += out
+        return np.asarray(angle)
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Scanned tooth pairs (n,): `f` (n, points), mm, infinite further outside than half a cell; distance, mm,
-    from tips' edges where these are near the other's fillet, or infinite: of the gear's, `gear_tip` (n, low
-    points), and of the pinion's, 0 on its edge, `pinion_tip` (n, face); the least f `within` the limits;
-    whether a tip and a `bottom` land meet. `periods` (n, points): how many periods of the task after its
-    start f is counted from."""
+    """Scanned tooth pairs (n,): `f` (n, points), mm, in single precision, infinite further outside than half
+    a cell; distance, mm, from tips' edges where these are near the other's fillet, or infinite: of the
+    gear's, `gear_tip` (n, low points), and of the pinion's, 0 on its edge, `pinion_tip` (n, face); the least
+    f `within` the limits; whether a tip and a `bottom` land meet. `periods` (n, points): how many periods of
+    the task after its start f is counted from."""
 
-    f: FloatArray
+    f: Single
     periods: Integers
-    gear_tip: FloatArray
-    pinion_tip: FloatArray
+    gear_tip: Single
+    pinion_tip: Single
     within: FloatArray
     bottom: Mask
 
@@ -144,7 +156,9 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     cut = cut_at(own, s, z)
     cos, sin = np.cos(cut.phi), np.sin(cut.phi)
     place = np.stack((cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z, np.ones(z.shape)))
-    return Grid(place, s, z, shape, cell, int(np.flatnonzero(deep).max(initial=0)) + 1)
+    return Grid(
+        place, place.astype(np.float32), s, z, shape, cell, int(np.flatnonzero(deep).max(initial=0)) + 1
+    )
 
 
 @kept(64)
@@ -168,7 +182,9 @@ def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
     middle = 0.25 * (angle[1:, 1:] + angle[1:, :-1] + angle[:-1, 1:] + angle[:-1, :-1])
     missed = np.abs(middle - angles(0.5 * (root[1:] + root[:-1]), 0.5 * (z[1:] + z[:-1])))
     rate = (NODES[0] - 1) / float(np.sqrt(depth)), (NODES[1] - 1) / (2.0 * half)
-    return Chart(angle, -half, rate, SAFE * float(np.nan_to_num(missed).max()))
+    out, on = np.diff(angle, axis=0), np.diff(angle, axis=1)
+    parts = np.array((angle[:-1, :-1], on[:-1], out[:, :-1], np.diff(on, axis=0))).reshape(4, -1)
+    return Chart(parts.astype(np.float32), -half, rate, SAFE * float(np.nan_to_num(missed).max()))
 
 
 def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
@@ -176,19 +192,19 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     with `turns` also where the same teeth meet again periods later."""
     count, lines = task.roll.size, (grid.low * grid.shape[1], grid.shape[1])
     scan = Scan(
-        f=np.empty((count, grid.s.size)),
+        f=np.empty((count, grid.s.size), dtype=np.float32),
         periods=np.zeros((count, grid.s.size), dtype=np.int16),
-        gear_tip=np.empty((count, lines[0])),
-        pinion_tip=np.empty((count, lines[1])),
+        gear_tip=np.empty((count, lines[0]), dtype=np.float32),
+        pinion_tip=np.empty((count, lines[1]), dtype=np.float32),
         within=np.full(count, np.inf),
         bottom=np.zeros(count, dtype=bool),
     )
     moves, rows = _moves(task), max(1, BLOCK // grid.s.size)
-    doubt = []
+    about, start, doubt = moves.astype(np.float32), task.start.astype(np.float32), []
     for first in range(0, count, rows):
         part = slice(first, first + rows)
         here = Scan(*(value[part] for value in vars(scan).values()))
-        row, point, within = _scan_rows(task, grid, chart, turns, (moves[:, part], task.start[part]), here)
+        row, point, within = _scan_rows(task, grid, chart, turns, (about[:, part], start[part]), here)
         doubt.append((row + first, point, within))
     if doubt:
         row, point, within = (np.concatenate(parts) for parts in zip(*doubt, strict=True))
@@ -212,7 +228,7 @@ def _moves(task: Task) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in rows])
 
 
-def _counted(task: Task, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _counted(task: Task, angle: Angles) -> tuple[Angles, FloatArray]:
     """Give angles (rad) of the gear in the period they are looked at, and after how many."""
     if angle.min(initial=0.0) >= task.earliest and angle.max(initial=0.0) < task.earliest + task.period:
         return angle, np.zeros((1,) * angle.ndim)
@@ -223,31 +239,35 @@ def _counted(task: Task, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _scan_rows(
-    task: Task, grid: Grid, chart: Chart, turns: bool, rows: tuple[FloatArray, FloatArray], scan: Scan
+    task: Task, grid: Grid, chart: Chart, turns: bool, rows: tuple[Single, Single], scan: Scan
 ) -> tuple[Integers, Integers, Mask]:
     """Scan tooth pairs with these moves and starts of the gear, but for what is `within`; and give the pairs,
     points and whether within of what can be the least, as far as the chart tells, and of what it does not."""
     other, reach, face = task.other, TIP_REACH * grid.cell[0], grid.shape[1]
-    moves, start = rows
-    x, y, z = moves @ grid.points
+    (moves, start), lever = rows, float(task.lever)
+    x, y, z = moves @ grid.about
     r = np.sqrt(x * x + y * y)
     root, above = r - other.root_taper * z - other.root, r - other.taper * z - other.tip
     outside = np.maximum(above / grid.cell[0], (np.abs(z) - other.half_width) / grid.cell[1])
-    near, within = (outside <= 0.5) & (root > 0.0), outside <= 0.0
+    rounding = ROUNDING * (float(task.pose.offset.max()) + task.own.tip + other.tip)
+    near, within = (outside <= 0.5) & (root > 0.0), outside <= -rounding / min(grid.cell)
     turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
     angle, before = _counted(task, other.sigma * turn)
-    scan.f[:] = np.where(near if turns else near & (before == 0.0), task.lever * angle, np.inf)
+    scan.f[:] = np.where(near if turns else near & (before == 0.0), lever * angle, np.inf)
     scan.periods[:] = other.sigma * before
     # Nearly a millimetre along the profile is a millimetre of the other's radius.
     low, edge = slice(0, grid.low * face), slice(-face, None)
     deep, rise = np.abs(above[:, low]), grid.s[low] + above[:, low]
     on = (deep <= 0.5 * grid.cell[0]) & (rise < task.own.joint + reach)
     scan.gear_tip[:] = np.where(on, deep, np.inf)
-    fillet = cut_at(other, np.full(z[:, edge].shape, other.joint + reach), z[:, edge]).square
-    on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < fillet)
+    # At one profile coordinate points of a surface move evenly along z.
+    fillet = cut_at(other, np.array([other.joint + reach]), np.zeros(1))
+    across, up = fillet.x + fillet.x_z * z[:, edge], fillet.y + fillet.y_z * z[:, edge]
+    on = np.isfinite(scan.f[:, edge]) & (r[:, edge] ** 2 < across * across + up * up)
     scan.pinion_tip[:] = np.where(on, 0.0, np.inf)
     scan.bottom[:] = (within & ((root < 0.0) | (grid.s <= task.own.bottom))).any(axis=1)
-    least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * task.lever * chart.error
+    doubt = lever * (chart.error + ROUNDING + 2.0 * rounding / other.pitch_radius)
+    least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * doubt
     unknown = np.isnan(scan.f)
     row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, LARGE)[:, None]) | unknown))
     return row, point, within[row, point]
@@ -257,20 +277,20 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     """Say where to search, given the least f of each tooth pair's position that is known so far, (tasks,)."""
     row, point = _line_starts(scan.f, grid.shape, least + SPARE * module)
     cell = np.array(grid.cell)[:, None]
-    place = np.stack((grid.s[point], grid.z[point]))
+    place = np.array((grid.s[point], grid.z[point]))
     parts = [
         Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
     ]
     bound = least + SPARE * module, least + TIP_SPARE * module
-    for tip, inwards in TIPS:
-        row, periods, place = _edge_starts(task, scan, grid, bound, tip)
-        for step, moved in zip(TIP_STEPS, (0.0, inwards * grid.cell[0]), strict=True):
-            box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
-            parts.append(Starts(row, periods, place + np.array(((moved,), (0.0,))), box))
+    row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
+    for step, inside in zip(TIP_STEPS, (0.0, 1.0), strict=True):
+        box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
+        moved = np.array((inside * grid.cell[0] * inwards, 0.0 * inwards))
+        parts.append(Starts(row, periods, place + moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
 
 
-def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
+def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
     """Give tooth pairs and point numbers of the least local least values of the scan lines."""
     values, points = [], []
     f = f.reshape(-1, *shape)
@@ -292,61 +312,67 @@ def _line_starts(f: FloatArray, shape: tuple[int, int], bound: FloatArray) -> tu
 
 
 def _edge_starts(
-    task: Task, scan: Scan, grid: Grid, bound: tuple[FloatArray, FloatArray], tip: Limit
-) -> tuple[Integers, Integers, FloatArray]:
-    """Give tooth pairs, their periods and places (2, n) of a tip's edge near the other's fillet, at every
-    station along the face: the scanned points least away from it, if f is within the first bound (tasks,)
-    there, moved on to the edge, where f is within the second."""
-    away, first = (scan.gear_tip, 0) if tip == Limit.GEAR_TIP else (scan.pinion_tip, grid.shape[0] - 1)
-    lines = away.reshape(len(away), away.shape[1] // grid.shape[1], grid.shape[1])
-    row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
-    point = (lines[row, :, station].argmin(axis=1) + first) * grid.shape[1] + station
-    near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
-    row, point = row[near], point[near]
+    task: Task, scan: Scan, grid: Grid, bound: tuple[FloatArray, FloatArray]
+) -> tuple[Integers, Integers, FloatArray, FloatArray]:
+    """Give tooth pairs, their periods and places (2, n) of tips' edges near the other's fillet, at every
+    station along the face: the scanned points least away from them, if f is within the first bound (tasks,)
+    there, moved on to the edge, where f is within the second; and which way leads onto the flank."""
+    rows, points, tips = [], [], []
+    for number, (away, first) in enumerate(((scan.gear_tip, 0), (scan.pinion_tip, grid.shape[0] - 1))):
+        lines = away.reshape(len(away), away.shape[1] // grid.shape[1], grid.shape[1])
+        row, station = np.nonzero(np.isfinite(lines.min(axis=1)))
+        point = (lines[row, :, station].argmin(axis=1) + first) * grid.shape[1] + station
+        near = np.isfinite(scan.f[row, point]) & (scan.f[row, point] <= bound[0][row])
+        rows.append(row[near])
+        points.append(point[near])
+        tips.append(np.full(rows[-1].size, number))
+    row, point, tip = (np.concatenate(parts) for parts in (rows, points, tips))
     periods = scan.periods[row, point].astype(np.int64)
-    place, chosen = np.stack((grid.s[point], grid.z[point])), task.pick(row).later(periods)
+    place, chosen = np.array((grid.s[point], grid.z[point])), task.pick(row).later(periods)
     if not row.size:
-        return row, periods, place
+        return row, periods, place, np.zeros(0)
     place = _on_edge(chosen, place, tip)
     here = local_at(chosen, *place)
-    falls = here.slope[0] if tip == Limit.PINION_TIP else -here.slope[0]
-    close = (here.f <= bound[1][row]) & (falls < TIP_SLOPE)
-    return row[close], periods[close], place[:, close]
+    close = (here.f <= bound[1][row]) & (-INWARDS[tip] * here.slope[0] < TIP_SLOPE)
+    return row[close], periods[close], place[:, close], INWARDS[tip[close]]
 
 
-def _on_edge(task: Task, place: FloatArray, tip: Limit) -> FloatArray:
-    """Give places (2, n) moved along the profile to a tip's edge, and between the gear's toe and heel."""
-    place = place.copy()
+def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
+    """Give places (2, n) moved along the profile to the edges of the TIPS with the numbers `tip` (n,), and
+    between the gear's toe and heel."""
+    place, limit, each = place.copy(), TIPS[tip], np.arange(tip.size)
     for _ in range(EDGE_PASSES):
         margin, rate = limits_at(task, *place)
-        place[0] -= np.nan_to_num(margin[tip] / rate[tip, 0])
+        place[0] -= _or_nothing(margin[limit, each] / rate[limit, 0, each])
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
-            place[1] -= np.nan_to_num(np.minimum(margin[end], 0.0) / rate[end, 1])
+            place[1] -= _or_nothing(np.minimum(margin[end], 0.0) / rate[end, 1])
     return place
+
+
+def _or_nothing(steps: FloatArray) -> FloatArray:
+    """Give steps, and none where they are not known."""
+    return np.where(np.isfinite(steps), steps, 0.0)
 
 
 def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     """Give more starts from what was found: at the same station on a tip's edge if it is on a fillet less
     than a cell away, and beside that fillet. `row` counts the places (2, n) of the tasks."""
-    own, cell, none = task.own, np.array(grid.cell)[:, None], np.zeros(0, dtype=np.int64)
-    parts = [Starts(none, none, place[:, :0], place[:, :0])]
-    for tip, inwards in TIPS:
-        # From further off no edge within a cell lies on a fillet.
-        room = place[0] - own.joint
-        if tip == Limit.PINION_TIP:
-            room = own.tip + own.taper * place[1] - np.sqrt(cut_at(own, *place).square)
-        close = np.flatnonzero(room < FURTHEST * grid.cell[0])
-        if not close.size:
-            continue
+    own, cell = task.own, np.array(grid.cell)[:, None]
+    # From further off no edge within a cell lies on a fillet.
+    room = np.stack(
+        (place[0] - own.joint, own.tip + own.taper * place[1] - np.sqrt(cut_at(own, *place).square))
+    )
+    tip, close = np.nonzero(room < FURTHEST * grid.cell[0])
+    edge, gap = place[:, close], np.full(close.size, np.inf)
+    if close.size:
         near = task.pick(close)
-        edge = _on_edge(near, place[:, close], tip)
+        edge = _on_edge(near, edge, tip)
         meeting = local_at(near, *edge).meeting
-        gap = edge[0] - own.joint if tip == Limit.GEAR_TIP else meeting[0] - task.other.joint
-        away = np.abs(edge[0] - place[0, close])
-        for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
-            row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
-            moved = inside * inwards * grid.cell[0]
-            moved_place = edge[:, row] + np.array(((moved,), (0.0,)))
-            box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved_place.shape)
-            parts.append(Starts(close[row], np.zeros_like(row), moved_place, box))
+        gap = np.where(tip == 0, edge[0] - own.joint, meeting[0] - task.other.joint)
+    away, parts = np.abs(edge[0] - place[0, close]), []
+    for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
+        row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
+        moved = edge[:, row] + np.array((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
+        box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved.shape)
+        parts.append(Starts(close[row], np.zeros_like(row), moved, box))
     return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))

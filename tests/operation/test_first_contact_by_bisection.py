@@ -22,7 +22,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.certificate import TOLERANCE
 from beveloid_geom.operation.first_contact import mesh_of, middle_roll
-from beveloid_geom.operation.least_clearance import local_at
+from beveloid_geom.operation.least_clearance import local_at, square
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
@@ -262,10 +262,10 @@ def test_derivatives_of_approach_and_margins() -> None:
         known = np.isfinite(here.f)
         assert known.sum() >= 3
         assert np.abs(rate(above.f, below.f) - here.slope[axis])[known].max() < 1e-7
-        assert np.abs(rate(above.slope, below.slope) - here.bend[axis])[:, known].max() < 1e-7
+        assert np.abs(rate(above.slope, below.slope) - square(here.bend)[axis])[:, known].max() < 1e-7
         margin = rate(above.margin, below.margin) - here.rate[:, axis]
         assert np.abs(margin)[:, known].max() < 1e-7
-        curve = rate(above.rate, below.rate) - here.curve[:, axis]
+        curve = rate(above.rate, below.rate) - square(here.curve)[:, axis]
         assert np.abs(curve)[..., known].max() < 1e-7
     assert len(here.margin) == len(Limit)
 

@@ -13,7 +13,14 @@ from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
-from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
+from beveloid_geom.gear.tooth_side import (
+    angle_of,
+    cut_at,
+    cut_with_bends,
+    cut_with_turn,
+    profile_at,
+    surface_of,
+)
 from beveloid_geom.operation.separation import Separation, separation
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
@@ -92,6 +99,12 @@ def test_derivatives_are_those_of_the_surface(parabola: tuple[float, float]) -> 
         by_s, by_z = (getattr(moved, name).imag / 1e-30 for moved in (along, across))
         assert np.abs(by_s - getattr(cut, f"{name}_s")).max() < 1e-12
         assert np.abs(by_z - getattr(cut, f"{name}_z")).max() < 1e-12
+    (_, bends), (_, turn) = cut_with_bends(surface, s, z), cut_with_turn(surface, s, z)
+    for name in ("x_s", "y_s", "phi_s", "y_z", "phi_z"):
+        second = getattr(bends, {"_s": f"{name}s", "_z": f"{name[:-1]}sz"}[name[-2:]])
+        assert np.abs(getattr(along, name).imag / 1e-30 - second).max() < 1e-12, name
+    for name, rate in zip(("nx", "ny", "nz"), turn, strict=True):
+        assert np.abs(getattr(along, name).imag / 1e-30 - rate).max() < 1e-14, name
     assert np.abs(along.square.imag / 1e-30 - cut.square_s).max() < 1e-10
     assert np.abs(across.square.imag / 1e-30 - cut.square_z).max() < 1e-10
 
