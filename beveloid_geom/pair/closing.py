@@ -43,9 +43,9 @@ from .mounting import mounting_of
 SAMPLES = 721
 HALVINGS = 64
 """Halvings of the interval between two samples that find a root to the last digit."""
-PARALLEL = 1e-12
-"""Sine of a shaft angle below which axes count as parallel: rounding of the helix angles leaves no
-digits of it."""
+ROUNDING = 1e-12
+"""Sine of a shaft angle below which axes count as parallel, and of a sum of working helix angles below which
+they intersect: rounding of the helix angles leaves no digits of it."""
 AMISS = 1e-6
 """rad by which the shaft angle of a layout found from its pressure angle may miss that asked for."""
 
@@ -149,12 +149,12 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     cos_d = cos_1 * cos_2 - sin_1 * sin_2 - sine[0] * sine[1]
     square = (sine[0] * cos_2 + sine[1] * cos_1) ** 2 + (sine[0] * sin_2 - sine[1] * sin_1) ** 2
     sin_d = np.sqrt(square + (cosine[0] * cosine[1] * sum_sine) ** 2)
-    hand = np.where(design.pinion.helix_angle + np.asarray(design.gear.helix_angle) < 0.0, -1.0, 1.0)
     reach = rw[0] * cosine[1] + rw[1] * cosine[0]
     lean = rw[::-1] * (sine + sine[::-1] * cos_d) / cosine[::-1]
-    sin_d = np.where(sin_d > PARALLEL, sin_d, np.nan)
+    sin_d = np.where(sin_d > ROUNDING, sin_d, np.nan)
+    sum_sine = np.where(np.abs(sum_sine) > ROUNDING, sum_sine, 0.0)
     return ClosedLayout(
-        offset=np.asarray(hand * reach * sum_sine / sin_d),
+        offset=np.asarray(design.sense * reach * sum_sine / sin_d),
         shaft_angle=np.arctan2(sin_d, cos_d),
         pressure_angle=aw,
         cone_angle=gw,
@@ -199,7 +199,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     ------
     ValueError
         For arrays, where the members have backlash in every layout that closes, and where the axes of the
-        one without meet or are parallel.
+        one without are parallel, or cross in the other sense than `Design.sense`.
     """
     _only_single(design)
 
@@ -213,9 +213,9 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
         reason = "the teeth are too thin in all that close"
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
     found = closed_layout(design, roots[0])
-    if not float(found.offset) > 0.0:
-        cause = "the helix angles nearly cancel, the axes would meet or be parallel"
-        raise ValueError(f"no layout without backlash: {cause}")
+    if not float(found.offset) >= 0.0:
+        why = "parallel" if math.isnan(found.offset) else "crossed in the other sense"
+        raise ValueError(f"no layout without backlash: the helix angles nearly cancel, axes would be {why}")
     return found
 
 
