@@ -35,7 +35,10 @@ class PitchRegion:
 def hand_of_pair(design: Design) -> float:
     """Find the sign of the shaft angle: that of the sum of the helix angles; where they cancel that of the
     pinion's, + of straight teeth."""
-    first, total = float(design.pinion.helix_angle), float(design.pinion.helix_angle + design.gear.helix_angle)
+    first, total = (
+        float(design.pinion.helix_angle),
+        float(design.pinion.helix_angle + design.gear.helix_angle),
+    )
     return -1.0 if (first if abs(total) < 1e-9 else total) < 0.0 else 1.0
 
 
