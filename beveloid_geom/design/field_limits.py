@@ -122,7 +122,7 @@ FINITE = "a finite number", "give the value itself"
 
 _ANY = math.inf
 _POSITIVE = ((_ANY, "give a positive length in mm"),)
-_OFFSET = ((_ANY, "it is the distance of the axes in mm, 0 where they intersect"),)
+_OFFSET = ((_ANY, "give the distance of the axes in mm, 0 where they intersect"),)
 _MODULES = ((_ANY, "it counts in normal modules, not in mm"),)
 _PRESSURE = ((0.0, "it is positive on both flanks"), (_ANY, "tools usually have 14.5 to 30 deg"))
 _TEETH = ((0.0, "a member has at least one tooth"), (_ANY, "a rack is not covered by this model"))
