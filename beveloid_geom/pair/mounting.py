@@ -18,7 +18,8 @@ p_1, p_2 from the axes to P,
     (p_1 - p_2).N = E N_x - z_1 N.k1 + z_2 N.k2 > 0
 
 for the axial coordinates z_j of P. Without cones that is N_x > 0; the false signs of intersecting axes
-put P beyond the apex. Of the signs that allow this those that bring the two lines closer are right.
+put P on the other side of
+their meeting point. Of the signs that allow this those that bring the two lines closer are right.
 """
 
 from __future__ import annotations
