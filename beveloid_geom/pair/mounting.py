@@ -11,15 +11,14 @@ pass each other: P is the middle of their closest approach, the gap is reported.
 The x component n_x of a common normal is known up to its sign, which belongs to the design:
 positive on both flanks of ordinary pairs, negative on one flank where steep cones carry the
 pitch point far off the common perpendicular, and where the axes intersect. The two normals are
-sin(a_w) N +/- cos(a_w) b with N the normal of the working pitch plane, out of the pinion: from
-either axis the pitch point lies on that side of it on which the other's is not. With the radii
-p_1, p_2 from the axes to P,
+sin(a_w) N +/- cos(a_w) b with N the normal of the working pitch plane, out of the pinion. P
+lies along N from the pinion's axis and against it from the gear's: with the radii p_1, p_2 from the axes
+to P, and its axial coordinates z_1, z_2,
 
-    (p_1 - p_2).N = E N_x - z_1 N.k1 + z_2 N.k2 > 0
+    (p_1 - p_2).N = E N_x - z_1 N.k1 + z_2 N.k2 > 0.
 
-for the axial coordinates z_j of P. Without cones that is N_x > 0; the false signs of intersecting axes
-put P on the other side of
-their meeting point. Of the signs that allow this those that bring the two lines closer are right.
+Without cones that is N_x > 0; where the axes intersect the false signs put P beyond their common point.
+Of the signs that allow this, those that bring the two lines closer are right.
 """
 
 from __future__ import annotations
