@@ -35,6 +35,7 @@ from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.parts.recipe import Drawing
 from beveloid_viz.parts.solved import SolvedPath
 from beveloid_viz.stage import theme
+from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
 
@@ -116,8 +117,7 @@ def drawing(name: str) -> Drawing:
 
 
 def drawn(name: str, data: object) -> Drawing:
-    with theme.style():
-        return recipe_of(name).draw(data, SIZE)
+    return recipe_of(name).drawn(data, of_size(SIZE))
 
 
 @cache

@@ -86,11 +86,11 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     return items, remarks
 
 
-def draw(data: PairFigure, size: Size) -> Drawing:
+def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
     pair = data.pair
     page, _, high = theme.new_page(
-        size,
+        layout,
         "Fig. 1   The crossed beveloid gear pair in mesh",
         "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
         " shaft angle $\\delta$",

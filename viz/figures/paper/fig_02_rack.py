@@ -57,11 +57,11 @@ def compute(design: Design) -> RackFigure:
     return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
-def draw(data: RackFigure, size: theme.Size) -> Drawing:
+def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0",

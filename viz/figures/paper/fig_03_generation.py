@@ -80,7 +80,7 @@ def compute(design: Design) -> GenerationFigure:
     )
 
 
-def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
+def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
     """Draw panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
     angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
     text = (
@@ -95,7 +95,7 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
             " told apart."
         )
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 3   Frames of the generation by a rack cutter",
         "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
         " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",

@@ -84,12 +84,12 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
     return to_fixed(data.pair.frames[number], posed.circle(radius, z))
 
 
-def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
+def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles in space, with their dimensions."""
-    layout = layout_of(data.pair.design)
-    offset, angle = float(layout.offset), f"{np.degrees(abs(float(layout.shaft_angle))):g}\u00b0"
+    pair = layout_of(data.pair.design)
+    offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 4   Meshing model of the crossed beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",

@@ -68,10 +68,10 @@ def compute(design: Design) -> ErrorFigure:
     return ErrorFigure(nominal, tuple(drawn), tuple(posed.displaced(nominal, error) for error in errors))
 
 
-def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
+def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     """Draw a panel for each error: the nominal pose grey and translucent, the displaced one orange."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Grey and translucent: where the member belongs; orange: displaced, much exaggerated",
         "Errors are taken from the pair as mounted, seen from the pinion: the pinion's axis stays, offset and"

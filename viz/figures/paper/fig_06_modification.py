@@ -16,7 +16,7 @@ from beveloid_geom.gear.undercut import regular_start
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
-from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
+from ...stage.scene import Item, Picture, Tube, fit_camera, grid_surface
 
 FLANK = "right"
 
@@ -111,11 +111,11 @@ def _section(member: Member, involute: Member) -> Section:
     return Section(l[:, 0], radius, deviation, -radius * np.sin(turned), radius * np.cos(turned))
 
 
-def draw(data: ModificationFigure, size: Size) -> Drawing:
+def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one scene; the section and its deviations beside it."""
     cut_short = [LOOKS[a].name for a, short in data.undercut.items() if short]
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
         NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short),

@@ -19,7 +19,7 @@ from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.scene import Picture
 
 FLANK = "right"
 STRETCH = 3.0
@@ -107,11 +107,11 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
     return MisalignmentFigure(case, (paths(plain), paths(modified)))
 
 
-def draw(data: MisalignmentFigure, size: Size) -> Drawing:
+def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
     case = data.case
     page, low, high = theme.new_page(
-        size,
+        layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{FLANK.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
         panels.how_drawn(FLANK, STRETCH) + NOTE + case.note,

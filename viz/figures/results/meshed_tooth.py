@@ -15,7 +15,7 @@ from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Picture, Size, Surface, fit_camera
+from ...stage.scene import Picture, Surface, fit_camera
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -70,11 +70,11 @@ def surface_of(mesh: VolumeMesh, name: str) -> Surface:
     return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
 
 
-def draw(data: MeshedFigure, size: Size) -> Drawing:
+def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     """Draw the tooth from either side."""
     mesh = data.mesh
     page, low, high = theme.new_page(
-        size,
+        layout,
         "A tooth of the pinion meshed for finite elements",
         "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
         ""
@@ -107,8 +107,7 @@ def _legend(page: theme.Page, low: float) -> None:
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name
     handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
-    place = (0.5, low - theme.inches(page, 0.7))
-    page.legend(handles=handles, loc="lower center", bbox_to_anchor=place, ncols=5, fontsize=theme.SMALL)
+    theme.legend_below(page, handles, 5, low - theme.inches(page, 0.4), fontsize=theme.SMALL)
 
 
 def rows(data: MeshedFigure) -> Table:

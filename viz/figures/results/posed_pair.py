@@ -57,7 +57,7 @@ def compute(design: Design) -> PosedFigure:
     return PosedFigure(posed.pose(design), tuple(meshes), solved.solve(design, "right"))
 
 
-def draw(data: PosedFigure, size: Size) -> Drawing:
+def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
     """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
     pose = "at nominal rolls: the right flanks share no contact point"
     if data.pair.touching:
@@ -67,7 +67,7 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         for name, (mesh, reason) in zip(solved.MEMBERS, data.meshes, strict=True)
     )
     page, low, heading = theme.new_page(
-        size,
+        layout,
         "The posed pair as exported",
         f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, {pose}",
         f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"

@@ -60,10 +60,10 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each case: the curve, and its amplitudes."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Transmission error in operation, hand-over between tooth pairs included",
         f"{FLANK.capitalize()} flanks, the pinion drives; {PITCHES} mesh cycles, and the amplitudes at"
         " multiples of the mesh frequency",
