@@ -90,7 +90,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
-        "Fig. 4   Meshing model of the crossed beveloid gears",
+        f"Fig. 4   Meshing model of the {'crossed ' if offset else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
@@ -101,7 +101,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     box = theme.place(page, 0.02, low, 0.96, high - low)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
-    feet = np.array([[-0.25 * offset, 0.0, 0.0], [offset, below, 0.0]])
+    feet = np.array([[-0.25 * data.pair.apart, 0.0, 0.0], [offset, below, 0.0]])
     camera = fit_camera(np.concatenate((*reach, feet)), posed.VIEW, posed.UP, box.size, 0.06)
     over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
     _annotate_layout(over, data)
@@ -139,14 +139,14 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max())
     feet, ways = data.pair.foot, data.pair.axis
-    length = 0.19 * float(feet[1, 0])
+    length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
         over.axis(feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
     over.angle(feet[1], ways[0], ways[1], 0.6 * reach, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
-    for number, name in enumerate(("f", "g")):
+    for number, name in enumerate("f" if data.pair.remote else "fg"):
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
         offset = (-4.0, 15.0) if number == 0 else (16.0, -12.0)
@@ -183,8 +183,9 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     over.arrow(zero, rim, colour, 1.4)
     over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
     names = tuple(f"{letter}_{index}" for letter in "xyz")
-    length = 0.17 * float(data.pair.foot[1, 0])
-    over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
+    length = 0.17 * data.pair.apart
+    if not data.pair.remote:
+        over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
 
 
 def _table(page: theme.Page, data: MeshingFigure) -> None:
@@ -195,7 +196,7 @@ def _table(page: theme.Page, data: MeshingFigure) -> None:
         ("$r_w$", data.mounting.working_radius),
         ("$r_P$", data.reference_radius),
     )
-    box = theme.place(page, 0.03, 0.13, 0.24, 0.19)
+    box = theme.place(page, 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19)
     axes = theme.overlay(page, box)
     axes.set(xlim=(0.0, 1.0), ylim=(5.2, -0.6))
     style: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": theme.LABEL}
