@@ -178,20 +178,22 @@ def intersecting(rng: np.random.Generator, size: int) -> Design:
         (random_members(rng, size - half), random_errors(rng, size - half)),
     ):
         pinion, gear = members
-        aw = pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.0, len(pinion.helix_angle))
+        count = np.size(pinion.helix_angle)
+        aw = np.asarray(pinion.tool.normal_pressure_angle) + DEG * rng.normal(0.0, 1.0, count)
         lean = []
         for member in members:
             alpha, gamma = member.tool.normal_pressure_angle, member.cone_angle
             working = np.arcsin(np.sin(alpha) * np.sin(gamma) / np.sin(aw))
             lean.append(np.cos(alpha) * np.cos(gamma) / np.cos(working))
         gear = unchecked(gear, helix_angle=-np.arcsin(np.sin(pinion.helix_angle) * lean[0] / lean[1]))
-        design = fitted(rng, len(aw), (pinion, gear), aw)
+        design = fitted(rng, count, (pinion, gear), aw)
         angle = design.pair.shaft_angle
-        angle = np.where(rng.random(len(aw)) < 0.5, DEG * np.round(angle / DEG, 2), angle)
-        design = replace(design, pair=drawn_pair(offset=np.zeros(len(aw)), shaft_angle=angle), errors=errors)
+        angle = np.where(rng.random(count) < 0.5, DEG * np.round(angle / DEG, 2), angle)
+        design = replace(design, pair=drawn_pair(offset=np.zeros(count), shaft_angle=angle), errors=errors)
         parts.append(cases_of(design, valid(design)))
     both: Design = mapped(lambda *columns: np.concatenate(columns), *parts)
-    return cases_of(both, rng.permutation(len(both.pair.offset)))
+    mixed: Design = cases_of(both, rng.permutation(np.size(both.pair.offset)))
+    return mixed
 
 
 def drawn_pair(**values: FloatArray) -> Pair:
