@@ -83,7 +83,7 @@ def test_errors_too_large_are_refused(arguments: tuple[str, ...], words: str, tm
 @pytest.mark.parametrize(
     ("offset", "more", "words"),
     [
-        ("-0.1", "", "[pair] offset must be between 0 and 100000 mm, got -0.1: give the distance of the axes"),
+        ("-0.1", "", "[pair] offset must be between 0 and 100000 mm, got -0.1: give the distance of the"),
         ("0", "\n[errors]\noffset = -61\n", "[errors] offset must be between -60 and 60 mm, 10 modules"),
     ],
 )  # fmt: skip

@@ -77,7 +77,7 @@ def check(design: Design, path: ContactPath) -> None:
     apart, crossed = residuals(design, path, distance[:, solved])
     assert apart.max() <= 1e-9
     # A mounting distance, rounded, over the radius of a pinion of one tooth: 1e-12 rad where the apex is far.
-    radius = np.min([reference_radius(member) for member in design.members], axis=0)
+    radius = np.minimum(*(np.asarray(reference_radius(member)) for member in design.members))
     turned = np.finfo(float).eps * np.abs(distance[:, solved]).max(axis=0) / radius
     assert (crossed <= 1e-12 + turned[:, None]).all()
     room = margins(design, path)
