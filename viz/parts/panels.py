@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,10 +36,9 @@ SOLID: tuple[float, ...] = ()
 STRETCH = 2.0
 """How many times as large across as along flanks are drawn side by side."""
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
-CELLS = Cells(left=0.72, right=0.16, across=0.0, down=1.0, most=5, least=1.55)
-"""Of the columns of flanks, and of pinions over gears where further columns follow under the first."""
-LABEL, HEADING, FLANK = 0.27, 0.4, 2.5
-"""Inches over and under a flank, over a column, and in print of a flank's height."""
+CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=1.55)
+LABEL, HEADING = 0.27, 0.4
+"""Inches over and under a flank, and over a column."""
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
 """Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
 that touch instead."""
@@ -203,6 +202,11 @@ class Panel:
     picture: Picture
     view: FlankView
 
+    @property
+    def page(self) -> Page:
+        """The page it is on."""
+        return cast("Page", self.axes.figure)
+
     def place(self, points: FloatArray) -> FloatArray:
         """Give pixels (..., 2) in the axes of points (..., 3) of the member's own frame, mm."""
         return self.picture.project(self.view.place(points))
@@ -286,8 +290,8 @@ class Cell:
 
 def flanks_tall(layout: theme.Layout, count: int, text: float) -> float:
     """Give the inches in print that `flank_rows` of so many columns take."""
-    rows = CELLS.tall(layout, count, 0.0) / CELLS.down if CELLS.columns(layout, count) < count else 0.0
-    return (rows + 1.0) * (HEADING + 2.0 * (_text(layout, count, text) + 2.0 * LABEL + FLANK))
+    flank = min(1.15 * CELLS.width(layout, count), 3.6)
+    return CELLS.tall(layout, count, HEADING + 2.0 * (_text(layout, count, text) + 2.0 * LABEL + flank))
 
 
 def _text(layout: theme.Layout, count: int, text: float) -> float:

@@ -164,6 +164,27 @@ def panels(page: Page, cells: Cells, count: int, low: float, high: float) -> lis
     return [page.add_axes(box) for box in boxes]
 
 
+NARROW = 9.0
+"""Inches of a page under which panels stand one under another."""
+
+
+def stacked(layout: Layout, tall: float) -> float:
+    """Give the inches in print that two panels take, `tall` beside each other."""
+    return tall if layout.width > NARROW else 2.0 * tall
+
+
+def pair_of_boxes(
+    page: Page, low: float, high: float, places: Sequence[tuple[float, float]], over: float
+) -> list[tuple[float, float, float, float]]:
+    """Give left, bottom, width and height of two panels, shares of the page: side by side, from a share of
+    its width and as wide as `places` say, or one under another where it is narrow; `over` inches over each
+    are left for its name."""
+    if page.layout.width > NARROW:
+        return [(left, low, width, high - low) for left, width in places]
+    bottoms, height = rows(low, high, 2, inches(page, over))
+    return [(0.01, bottom, 0.98, height) for bottom in bottoms]
+
+
 def top(page: Page) -> float:
     """Give the height, as a share of the page, below title and subtitle, if it has them."""
     return float(1.0 - (MARGIN + (0.0 if page.layout.plain else WORDS)) / page.get_figheight())

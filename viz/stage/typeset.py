@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.legend import Legend
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from . import theme
 from .layout import SCALE
 from .theme import Page
 
+FloatArray: TypeAlias = NDArray[np.float64]
+BoolArray: TypeAlias = NDArray[np.bool_]
 SMALLEST, LARGEST, WITH_INDEX = 7.0, 9.0, 8.6
 """Points of type in print, and the least where an index of 0.7 times its size would be under 6."""
 EDGE, GAP = 0.12, 0.16
 """Inches around a page, and between what stands on it, one under another."""
+APART, FARTHEST, STEPS = 2.0, 60.0, 80
+"""Points between words beside places and other words, the farthest by which they are moved for it, and in how
+many steps."""
 CLEAR = 3.0
 """Points between labels of ticks."""
 
@@ -28,6 +34,7 @@ def settle(page: Page) -> Page:
     that have no room, put title, subtitle and legends over the figure and the note under it, and cut off
     what is empty."""
     if not page.layout.printed:
+        _part(page)
         return page
     for text in page.findobj(Text):
         _set_type(text)
@@ -37,6 +44,7 @@ def settle(page: Page) -> Page:
         for axis in (axes.xaxis, axes.yaxis):
             _thin_out(axis)
     _surround(page)
+    _part(page)
     return page
 
 
@@ -114,6 +122,48 @@ def _thin_out(axis: Axis) -> None:
         names = [tick.label1.get_text() or tick.label2.get_text() for tick in ticks]
         axis.set_ticks([tick.get_loc() for tick in ticks][::2], names[::2])
         axis.set_view_interval(*view, ignore=True)
+
+
+def _part(page: Page) -> None:
+    """Move words that stand beside a place off all other words and onto the page, by FARTHEST at most."""
+    found = written(page)
+    boxes = np.array([box.get_points().ravel() for _, box in found])
+    free = np.array([_is_free(text) for text, _ in found])
+    if not free.any():
+        return
+    point, size = page.dpi / 72.0, np.array(page.canvas.get_width_height(), dtype=float)
+    home = boxes.copy()
+    for _ in range(STEPS):
+        move = _pushes(boxes, free, 0.5 * APART * point)
+        beyond = np.maximum(-boxes[:, :2], 0.0) - np.maximum(boxes[:, 2:] - size, 0.0)
+        move = np.where(free[:, None], move + beyond, 0.0)
+        if not move.any():
+            break
+        away = np.clip(boxes[:, :2] + move - home[:, :2], -FARTHEST * point, FARTHEST * point)
+        boxes = home + np.tile(away, 2)
+    for (text, _), moved in zip(found, (boxes - home)[:, :2] / point, strict=True):
+        if moved.any():
+            right, up = text.get_position()
+            text.set_position((right + moved[0], up + moved[1]))
+
+
+def _is_free(text: Text) -> bool:
+    """Say whether words stand beside a place, by points of the page."""
+    return isinstance(text, Annotation) and text.anncoords == "offset points"
+
+
+def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
+    """Give for boxes (n, 4), pixels, the way (n, 2) that takes those that are free off others, with so much
+    room on each side: the shorter one, shared by two that are both free."""
+    low, high = boxes[:, :2] - room, boxes[:, 2:] + room
+    over = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)  # (n, n, 2)
+    touching = (over > 0.0).all(axis=-1) & (free[:, None] | free) & ~np.eye(len(boxes), dtype=bool)
+    side = np.sign((low + high)[:, None] - (low + high))
+    side[side == 0.0] = 1.0
+    across = over[..., 0] < over[..., 1]
+    share = np.where(free[:, None] & free, 0.5, 1.0)
+    way = np.stack((over[..., 0] * side[..., 0] * across, over[..., 1] * side[..., 1] * ~across), axis=-1)
+    return np.asarray((way * (share * touching)[..., None]).sum(axis=1))
 
 
 def _surround(page: Page) -> None:

@@ -101,12 +101,14 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
         " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
         text,
         above=0.35,
+        tall=theme.stacked(layout, 5.6),
     )
     pictures = {}
-    for name, left, width, panel in (("a", 0.01, 0.46, _rack_panel), ("b", 0.48, 0.51, _gear_panel)):
-        box = theme.place(page, left, low, width, high - low)
-        page.text(left + 0.015, high, f"({name})", fontsize=theme.HEADING, fontweight="bold", va="bottom")
-        pictures[name] = panel(page, box, data)
+    places = theme.pair_of_boxes(page, low, high, ((0.01, 0.46), (0.48, 0.51)), 0.35)
+    for name, place, panel in zip("ab", places, (_rack_panel, _gear_panel), strict=True):
+        x, y = place[0] + 0.24 / layout.width, place[1] + place[3]
+        page.text(x, y, f"({name})", fontsize=theme.HEADING, fontweight="bold", va="bottom")
+        pictures[name] = panel(page, theme.place(page, *place), data)
     return Drawing(page, pictures)
 
 

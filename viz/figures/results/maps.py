@@ -63,8 +63,8 @@ WORDS = {
     ),
     "mounting": Words(
         "Map over the mounting distances",
-        "pinion moved to its heel (mm)",
-        "gear moved to its heel (mm)",
+        "pinion to its heel (mm)",
+        "gear to its heel (mm)",
         "Both members are moved along their axes: lines of action stay, flanks move under them. ",
     ),
 }

@@ -237,7 +237,8 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     """Draw the bands of the quantity, above `low`, a share of the page."""
-    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
+    width = 0.45 if page.layout.width > 9.0 else 0.85
+    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
     axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))
@@ -245,7 +246,10 @@ def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     axes.set_yticks([])
     axes.tick_params(length=3.0)
     axes.spines[:].set_visible(False)
-    axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
+    if width < 0.5:
+        axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
+    else:
+        axes.set_title(data.quantity, loc="left", fontsize=theme.LABEL)
 
 
 def rows(data: BandFigure) -> Table:
