@@ -302,3 +302,26 @@ def test_profile_shift(shift: tuple[float, float], helix: float, flank: str) -> 
     path = path_of_contact(design, flank, 5)
     assert path.ends.status == Status.SOLVED
     assert np.linalg.norm(path.point - mounting.pitch_point, axis=-1).min() < 5.0
+
+
+@pytest.mark.parametrize("shaft_angle_deg", [6.0, 7.0, 7.5])
+def test_straight_teeth_close_at_every_shaft_angle(shaft_angle_deg: float) -> None:
+    """By symmetry both lines of action meet in the plane of the axes; what changes is the backlash."""
+    design = replace(STRAIGHT, pair=Pair(0.0, radians(shaft_angle_deg)))
+    closing = closing_of(design)
+    assert closing.gap < 1e-12
+    assert (closing.offset, closing.shaft_angle_difference, closing.reasons) == (0.0, 0.0, ())
+    assert np.sign(round(closing.normal_backlash, 9)) == np.sign(7.0 - shaft_angle_deg)
+
+
+def test_helix_angles_that_nearly_cancel_close_with_an_offset_of_either_sign() -> None:
+    """Of a pair with profile shift and its mirror image, which has the other sense."""
+    gear = replace(LARGE.gear, profile_shift=0.3)
+    for extra, sign in ((0.01, 1.0), (0.0, 1.0), (-0.01, -1.0)):
+        turned = replace(gear, helix_angle=float(gear.helix_angle) + radians(extra))
+        design = replace(LARGE, gear=turned)
+        offset = float(zero_backlash_layout(design).offset)
+        assert offset == pytest.approx(float(zero_backlash_layout(mirrored(design)).offset), abs=1e-9)
+        total = float(zero_backlash_layout(design).helix_angle.sum())
+        assert np.sign(offset) == np.sign(total) * float(design.sense)
+        assert sign == np.sign(total)
