@@ -44,11 +44,14 @@ def _write_pdf(page: Page, file: io.BytesIO) -> None:
     """Write a page as PDF, drawn in points of the layout under one matrix that scales it."""
     scale, dpi = page.layout.scale, page.dpi
     width, height = page.get_size_inches()
-    pdf = PdfFile(file, metadata={"CreationDate": None})
+    file_of_pdf: Any = PdfFile  # Matplotlib gives no types for these
+    in_pdf: Any = RendererPdf
+    mixed: Any = MixedModeRenderer
+    pdf = file_of_pdf(file, metadata={"CreationDate": None})
     pdf.newPage(scale * width, scale * height)
     pdf.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
-    renderer: Any = MixedModeRenderer(page, width, height, dpi, RendererPdf(pdf, dpi, height, width))
-    page.dpi = 72.0  # points to an inch, as RendererPdf has it
+    renderer = mixed(page, width, height, dpi, in_pdf(pdf, dpi, height, width))
+    page.dpi = 72.0  # points to an inch, as in PDF
     page.draw(renderer)
     page.dpi = dpi
     renderer.finalize()

@@ -47,7 +47,8 @@ def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = US
 
 def of_width(mm: float, plain: bool = False) -> Layout:
     """Lay out for a width in print, mm, as high as the figure needs."""
-    return Layout(mm / 25.4 / SCALE, None, PRINT_DPI * SCALE, plain)
+    dpi = PRINT_DPI * SCALE
+    return Layout((round(mm / 25.4 * PRINT_DPI) + 1e-6) / dpi, None, dpi, plain)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
+from matplotlib.axis import Axis, XAxis
 from matplotlib.legend import Legend
 from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Bbox
@@ -106,7 +106,7 @@ def _fit_legend(axes: Axes) -> None:
 
 def _thin_out(axis: Axis) -> None:
     """Leave out every other label of ticks while two are nearer than CLEAR."""
-    along = 0 if axis.axis_name == "x" else 1
+    along = 0 if isinstance(axis, XAxis) else 1
     for _ in range(4):
         low, high = sorted(axis.get_view_interval())
         ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
@@ -118,10 +118,10 @@ def _thin_out(axis: Axis) -> None:
         ends = np.sort(np.array([(box.min[along], box.max[along]) for box in boxes]), axis=0)
         if np.all(ends[1:, 0] - ends[:-1, 1] > CLEAR * axis.axes.figure.dpi / 72.0):
             return
-        view = axis.get_view_interval().copy()
+        view = tuple(axis.get_view_interval())
         names = [tick.label1.get_text() or tick.label2.get_text() for tick in ticks]
         axis.set_ticks([tick.get_loc() for tick in ticks][::2], names[::2])
-        axis.set_view_interval(*view, ignore=True)
+        axis.set_view_interval(view[0], view[1], ignore=True)
 
 
 def _part(page: Page) -> None:
@@ -170,7 +170,8 @@ def _surround(page: Page) -> None:
     """Make the page as high as its figure and the words around it: title, subtitle, legends, figure, note."""
     body = _body(page)
     width, dpi = page.layout.width - 2.0 * EDGE, page.dpi
-    over, under = [], []
+    over: list[Text | Legend] = []
+    under: list[Text] = []
     if not page.layout.plain:
         bold: dict[str, Any] = {"fontsize": theme.TITLE, "fontweight": "bold"}
         quiet: dict[str, Any] = {"color": theme.GREY, "linespacing": 1.3}

@@ -119,7 +119,8 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         above=0.3,
         tall=CELLS.tall(layout, 4, 3.9),
     )
-    places = CELLS.boxes(layout, 4, page.get_figheight(), low, high)
+    over = theme.inches(page, CELLS.down)
+    places = CELLS.boxes(layout, 4, page.get_figheight(), low, high - over)
     views = [panels.flank_views(paths[1].design, FLANK, STRETCH) for paths in data.paths]
     _, _, width, own_height = places[0]
     share = IN_PRINT if layout.printed else FLANK_SHARE
@@ -133,8 +134,8 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
             view = views[row][column]
             box = theme.place(page, left, bottom, (share + 0.12) * width, own_height)
             if row == 0 or CELLS.columns(layout, 4) == 1:
-                over = left + (0.5 * share + 0.06) * width, bottom + own_height
-                page.text(*over, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
+                x, y = left + (0.5 * share + 0.06) * width, bottom + own_height + over
+                page.text(x, y, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
             traces = [
                 trace
                 for path, look in zip(paths, LOOKS, strict=True)

@@ -130,8 +130,8 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
     page, at = cast("theme.Page", box.figure), box.get_position()
     box.remove()
     (upper, lower), height = theme.rows(at.y0, at.y1, 2, theme.inches(page, 0.35))
-    beside = 0.3 / page.layout.width  # inches, over which words at the corners may go
-    surface = page.add_axes((at.x0 - beside, upper, at.width + 1.7 * beside, height))
+    left, wider = 0.32 / page.layout.width, 0.56 / page.layout.width  # inches for words at the corners
+    surface = page.add_axes((at.x0 - left, upper, at.width + wider, height))
     return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
 
 

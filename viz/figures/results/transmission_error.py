@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -98,7 +99,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
 
 def _legend() -> list[Line2D]:
     """Name the curves."""
-    grey = {"color": theme.GREY, "linewidth": 1.2}
+    grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
     return [
         Line2D([], [], color=theme.BLUE, label="runs, flank on flank"),
         Line2D([], [], color=theme.RED, label="runs on an edge"),
