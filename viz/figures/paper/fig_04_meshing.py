@@ -99,7 +99,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         " (blue) and gear (brown), working pitch circles (orange)",
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
         f" meet (here they pass each other at {abs(float(data.mounting.gap)):.3g} mm; $P$ is midway)."
-        " $S_1$ and $S_2$ stand at mid-face, at roll 0. The paper puts them $b_c$ nearer to the toe, in the"
+        f" $S_1$ and $S_2${', not drawn,' if data.pair.remote else ''} stand at mid-face, at roll 0."
+        " The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
         tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
     )
