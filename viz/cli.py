@@ -60,22 +60,38 @@ class Made:
     seconds: float
 
 
-def make_figure(figure: Figure, design: Design, layout: Layout, form: str) -> Made:
-    """Compute and draw one figure, to be written as a file of one of `files.FORMATS`; where the page is plain
-    with its words as a text."""
+@dataclass(frozen=True)
+class Job:
+    """A figure of a design to be made: which `flank`, if it shows one, how it is laid out, and the `form` of
+    its file, one of `files.FORMATS`."""
+
+    figure: Figure
+    design: Design
+    flank: str
+    layout: Layout
+    form: str
+
+    @property
+    def name(self) -> str:
+        """What its files are called."""
+        return self.figure.name + ("-left" if self.figure.of_flank and self.flank == "left" else "")
+
+
+def make_figure(job: Job) -> Made:
+    """Compute and draw one figure; where the page is plain with its words as a text."""
     from .stage import files, theme
 
     start = time.perf_counter()
-    recipe = figure.recipe()
-    data = recipe.compute(design)
-    drawing = recipe.drawn(data, layout)
+    recipe = job.figure.recipe()
+    data = recipe.compute(job.design, *((job.flank,) if job.figure.of_flank else ()))
+    drawing = recipe.drawn(data, job.layout)
     with theme.style():
-        found = {form: files.file_of(drawing.page, form)}
+        found = {job.form: files.file_of(drawing.page, job.form)}
     header, rows = recipe.rows(data)
     table = io.StringIO()
     csv.writer(table, lineterminator="\n").writerows((header, *rows))
     found["csv"] = table.getvalue().encode()
-    if layout.plain:
+    if job.layout.plain:
         found["txt"] = caption_of(drawing.page).encode()
     return Made(found, drawing.triangles, time.perf_counter() - start)
 
@@ -85,24 +101,20 @@ def caption_of(page: Page) -> str:
     return "".join(f"{words}\n\n" for words in (page.title, page.subtitle, page.note) if words)[:-1]
 
 
-def made(
-    figures: Sequence[Figure], design: Design, layout: Layout, form: str, jobs: int
-) -> Iterator[tuple[Figure, Made]]:
-    """Give each figure as soon as it is made, by `jobs` processes. Those that measure time come last, made
+def made(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, Made]]:
+    """Give each figure as soon as it is made, by so many processes. Those that measure time come last, made
     here while nothing else runs. Raises Refusal where a process is lost."""
-    timed = [figure for figure in figures if figure.timed]
-    others = [figure for figure in figures if not figure.timed]
-    if min(jobs, len(others)) > 1:
+    timed = [job for job in jobs if job.figure.timed]
+    others = [job for job in jobs if not job.figure.timed]
+    if min(processes, len(others)) > 1:
         from concurrent.futures import as_completed
         from concurrent.futures.process import BrokenProcessPool
 
         from beveloid_geom.support.workers import workers
 
-        with workers(min(jobs, len(others))) as pool:
+        with workers(min(processes, len(others))) as pool:
             # The last of the list take longest: first, so that none is waited for alone.
-            tasks = {
-                pool.submit(make_figure, figure, design, layout, form): figure for figure in reversed(others)
-            }
+            tasks = {pool.submit(make_figure, job): job for job in reversed(others)}
             try:
                 for task in as_completed(tasks):
                     yield tasks[task], task.result()
@@ -111,14 +123,14 @@ def made(
                     ["a process ended before its time, memory may be short: try --jobs 1"]
                 ) from None
         others = []
-    for figure in (*others, *timed):
-        yield figure, make_figure(figure, design, layout, form)
+    for job in (*others, *timed):
+        yield job, make_figure(job)
 
 
-def write_figure(figure: Figure, found: Made, folder: Path) -> None:
+def write_figure(name: str, found: Made, folder: Path) -> None:
     """Write picture, numbers and words into the folder; each file appears whole or not at all."""
     for suffix, content in found.files.items():
-        with whole_file(folder / f"{figure.name}.{suffix}") as beside:
+        with whole_file(folder / f"{name}.{suffix}") as beside:
             beside.write_bytes(content)
 
 
@@ -166,6 +178,13 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 )
 @option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
 @click.option(
+    "--flank",
+    type=click.Choice(["right", "left", "both"]),
+    default="right",
+    show_default=True,
+    help="Flanks of figures that show one; those of the left end in -left.",
+)
+@click.option(
     "--jobs",
     type=click.IntRange(1, 64),
     default=usable_cores,
@@ -181,6 +200,7 @@ def main(
     plain: bool,
     form: str,
     design: str,
+    flank: str,
     jobs: int,
 ) -> None:
     """Draw figures, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
@@ -197,17 +217,23 @@ def main(
     require_drawing()
     prepare_folder(out)
     begin = time.perf_counter()
+    flanks = ("right", "left") if flank == "both" else (flank,)
+    wanted = [
+        Job(figure, loaded, side, layout, form)
+        for figure in figures
+        for side in (flanks if figure.of_flank else flanks[:1])
+    ]
     done: dict[str, Made] = {}
-    with tqdm(total=len(figures), desc="figures", unit="figure", file=sys.stderr) as bar:
-        for figure, found in made(figures, loaded, layout, form, jobs):
-            with writing(f"{figure.name} to {out}"):
-                write_figure(figure, found, out)
-            done[figure.name] = found
-            bar.set_postfix_str(figure.name, refresh=False)
+    with tqdm(total=len(wanted), desc="figures", unit="figure", file=sys.stderr) as bar:
+        for job, found in made(wanted, jobs):
+            with writing(f"{job.name} to {out}"):
+                write_figure(job.name, found, out)
+            done[job.name] = found
+            bar.set_postfix_str(job.name, refresh=False)
             bar.update()
     lines = [
-        f"{figure.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {figure.title}"
-        for figure, found in ((figure, done[figure.name]) for figure in figures)
+        f"{job.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {job.figure.title}"
+        for job, found in ((job, done[job.name]) for job in wanted)
     ]
     kind = f"({form.upper()})"
     drawn = f"1 figure {kind} and its" if len(lines) == 1 else f"{len(lines)} figures {kind} and their"

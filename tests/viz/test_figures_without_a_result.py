@@ -11,7 +11,6 @@ from beveloid_geom import Design, Errors, builtin_design
 from beveloid_viz.figures.results import (
     maps as fig_maps,
     tolerance_cloud as fig_cloud,
-    transmission_error as fig_operation,
 )
 from beveloid_viz.stage.opengl import require_opengl
 
@@ -77,7 +76,6 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
-        (fig_operation, {"CASES": fig_operation.CASES[:1]}),
         (fig_cloud, {"MOUNTINGS": 200, "DRAWN": 20, "FACTORS": (1.0, 10.0)}),
         (fig_maps, {"STEPS": 3, "STEPS_IN_OPERATION": 3}),
     ]

@@ -12,10 +12,13 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
 
+from beveloid_geom import builtin_design
 from beveloid_geom.design.file import builtin_text
 from beveloid_viz.cli import chosen_figures, main
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.stage import opengl
+
+from ..symmetry import scaled
 
 COMMAND = Path(sys.executable).with_name("render-figures")
 
@@ -110,6 +113,40 @@ def test_figures_are_chosen_by_name_and_set(
     names: tuple[str, ...], sets: tuple[str, ...], chosen: list[str]
 ) -> None:
     assert [figure.name for figure in chosen_figures(names, sets)] == chosen
+
+
+def test_both_flanks_are_drawn(tmp_path: Path) -> None:
+    """The left flanks of a pair are the right ones of its mirror image; figures of both are drawn once."""
+    mirror = tmp_path / "mirror.toml"
+    text = builtin_text().replace("helix_angle_deg = 25.0", "helix_angle_deg = -25.0")
+    mirror.write_text(text.replace("helix_angle_deg = -10.57", "helix_angle_deg = 10.57"))
+    for design, flank in (("ni-2017", "both"), (str(mirror), "right")):
+        only = ["--only", "fig-09", "--only", "fig-11", "--size", "320x240", "--jobs", "1"]
+        done = run(*only, "--design", design, "--flank", flank, "--out", str(tmp_path / flank))
+        assert done.returncode == 0, done.stderr
+    names = sorted(path.stem for path in (tmp_path / "both").glob("*.png"))
+    assert names == ["fig-09", "fig-09-left", "fig-11"]
+    left, right = (
+        list(csv.DictReader((tmp_path / folder).read_text(encoding="utf-8").splitlines()))
+        for folder in ("both/fig-09-left.csv", "right/fig-09.csv")
+    )
+    assert len(left) == len(right) > 1000
+    for one, other in zip(left, right, strict=True):
+        for name in ("contact_ratio", "z_mm", "r_mm", "length_mm", "operating_contact_ratio"):
+            assert float(one[name]) == pytest.approx(float(other[name]), abs=1e-9)
+
+
+def test_coefficients_and_errors_scale_with_the_module() -> None:
+    """Figures of a pair a third as large have three times the coefficients and a third of the errors."""
+    small = scaled(builtin_design(), 1.0 / 3.0)
+    for name, times in (("fig-09", 3.0), ("fig-12", 1.0 / 3.0)):
+        recipe = next(figure for figure in FIGURES if figure.name == name).recipe()
+        (header, own), (_, usual) = (
+            recipe.rows(recipe.compute(design)) for design in (small, builtin_design())
+        )
+        column = list(header).index("a1_per_mm" if name == "fig-09" else "offset_error_mm")
+        greatest, expected = (max(float(str(row[column])) for row in rows) for rows in (own, usual))
+        assert greatest == pytest.approx(times * expected, rel=0.03)  # to two digits
 
 
 def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Figure:
-    """Name, as in `render-figures --only fig-07`, title, and module of a figure; whether it shows how long
-    something took (`timed`), so that nothing else should run."""
+    """Name, as in `render-figures --only fig-07`, title, and module of a figure; whether it shows one flank,
+    right unless told otherwise (`of_flank`), or how long something took (`timed`), so that nothing else
+    should run."""
 
     name: str
     title: str
     module: str
+    of_flank: bool = False
     timed: bool = False
 
     @property
@@ -36,35 +38,62 @@ class Figure:
 
 
 FIGURES = (
-    Figure("fig-01", "The crossed beveloid gear pair", "paper.fig_01_pair"),
+    Figure("fig-01", "The crossed beveloid gear pair", "paper.fig_01_pair", of_flank=True),
     Figure("fig-02", "Normal section of the rack cutter", "paper.fig_02_rack"),
     Figure("fig-03", "Frames of the generation", "paper.fig_03_generation"),
     Figure("fig-04", "Meshing model of the pair", "paper.fig_04_meshing"),
     Figure("fig-05", "Assembly errors", "paper.fig_05_errors"),
     Figure("fig-06", "Effect of the parabola coefficient's sign on the flank", "paper.fig_06_modification"),
-    Figure("fig-07", "Paths of contact, both coefficients positive", "paper.fig_07_to_10_paths"),
-    Figure("fig-08", "Paths of contact, both coefficients negative", "paper.fig_07_to_10_paths"),
-    Figure("fig-09", "Paths of contact, pinion positive and gear negative", "paper.fig_07_to_10_paths"),
-    Figure("fig-10", "Paths of contact, pinion negative and gear positive", "paper.fig_07_to_10_paths"),
+    Figure(
+        "fig-07", "Paths of contact, both coefficients positive", "paper.fig_07_to_10_paths", of_flank=True
+    ),
+    Figure(
+        "fig-08", "Paths of contact, both coefficients negative", "paper.fig_07_to_10_paths", of_flank=True
+    ),
+    Figure(
+        "fig-09",
+        "Paths of contact, pinion positive and gear negative",
+        "paper.fig_07_to_10_paths",
+        of_flank=True,
+    ),
+    Figure(
+        "fig-10",
+        "Paths of contact, pinion negative and gear positive",
+        "paper.fig_07_to_10_paths",
+        of_flank=True,
+    ),
     Figure("fig-11", "Contact ratio against the coefficient", "paper.fig_11_contact_ratio"),
-    Figure("fig-12", "Paths of contact under offset error", "paper.fig_12_to_15_misalignment"),
-    Figure("fig-13", "Paths of contact under shaft-angle error", "paper.fig_12_to_15_misalignment"),
-    Figure("fig-14", "Paths of contact under axial error of the pinion", "paper.fig_12_to_15_misalignment"),
-    Figure("fig-15", "Paths of contact under axial error of the gear", "paper.fig_12_to_15_misalignment"),
-    Figure("separation", "Separation of the flanks at one position", "results.pattern"),
+    Figure("fig-12", "Paths of contact under offset error", "paper.fig_12_to_15_misalignment", of_flank=True),
+    Figure(
+        "fig-13", "Paths of contact under shaft-angle error", "paper.fig_12_to_15_misalignment", of_flank=True
+    ),
+    Figure(
+        "fig-14",
+        "Paths of contact under axial error of the pinion",
+        "paper.fig_12_to_15_misalignment",
+        of_flank=True,
+    ),
+    Figure(
+        "fig-15",
+        "Paths of contact under axial error of the gear",
+        "paper.fig_12_to_15_misalignment",
+        of_flank=True,
+    ),
+    Figure("separation", "Separation of the flanks at one position", "results.pattern", of_flank=True),
     Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
     Figure(
         "transmission-error",
         "Motion graph: transmission error of every tooth pair, and of the one that runs",
         "results.transmission_error",
+        of_flank=True,
     ),
     Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off"),
     Figure("sliding", "Sliding speed and specific sliding along the path of contact", "results.sliding"),
     Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "results.sensitivity"),
     Figure("tolerance-cloud", "Paths of contact under drawn assembly errors", "results.tolerance_cloud"),
-    Figure("map-parabola", "Map of a design over its parabola coefficients", "results.maps"),
-    Figure("map-mounting", "Map of a design over its mounting distances", "results.maps"),
-    Figure("posed-pair", "The posed pair as exported", "results.posed_pair"),
+    Figure("map-parabola", "Map of a design over its parabola coefficients", "results.maps", of_flank=True),
+    Figure("map-mounting", "Map of a design over its mounting distances", "results.maps", of_flank=True),
+    Figure("posed-pair", "The posed pair as exported", "results.posed_pair", of_flank=True),
     Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
     Figure(
         "mesh-convergence", "Error of the mesh method against the mesh tolerance", "methods.mesh_convergence"

@@ -8,8 +8,6 @@ from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
-from beveloid_geom import Design
-
 from ..stage import theme, typeset
 from ..stage.layout import Layout
 from ..stage.scene import Picture
@@ -58,9 +56,10 @@ class Drawing:
 @dataclass(frozen=True)
 class Recipe(Generic[Data]):
     """The three steps of a figure: `compute` solves and never draws, `draw` draws on a page laid out for it
-    and never solves, `rows` are the numbers behind it."""
+    and never solves, `rows` are the numbers behind it. Where the figure shows one flank, `compute` takes it
+    after the design, the right one unless told otherwise."""
 
-    compute: Callable[[Design], Data]
+    compute: Callable[..., Data]
     draw: Callable[[Data, Layout], Drawing]
     rows: Callable[[Data], Table]
 

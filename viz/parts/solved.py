@@ -21,8 +21,9 @@ from .recipe import Table
 
 FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
-MODIFIED = (0.001, -0.001)
-"""Parabola coefficients of pinion and gear, 1/mm, of the paper's modification."""
+TABLE_1_MODULE, MODIFIED = 6.0, 0.001
+"""mm, and 1/mm: coefficient of the pinion, and less that of the gear, of the paper's modification at that
+module."""
 COLUMNS = (
     "status",
     "index",
@@ -138,6 +139,36 @@ class SolvedPath:
     def reason(self) -> str:
         """Why there is no path."""
         return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
+
+
+def as_large(design: Design) -> float:
+    """Say how many times as large as Table 1's a design is, by its pinion's module."""
+    return float(design.pinion.tool.normal_module) / TABLE_1_MODULE
+
+
+def two_digits(value: float) -> float:
+    """Round to two digits: a value of the paper at another module, so that it reads as one."""
+    return float(f"{value:.2g}")
+
+
+def modified(design: Design) -> Design:
+    """Give a design the paper's modification, at its own module."""
+    size = two_digits(MODIFIED / as_large(design))
+    return design.with_parabola(size, -size)
+
+
+def coefficients(design: Design) -> str:
+    """Say the parabola coefficients of a design in mathematical type."""
+    a1, a2 = (float(member.tool.parabola) for member in design.members)
+    if a1 == a2 or a1 == -a2:
+        other = "" if a1 == a2 else "\u2212"
+        return f"$a_1$ = {other}$a_2$ = {_plain(a1)} mm$^{{\u22121}}$"
+    return f"$a_1$ = {_plain(a1)}, $a_2$ = {_plain(a2)} mm$^{{\u22121}}$"
+
+
+def _plain(value: float) -> str:
+    """Give a number without exponent and with a true minus."""
+    return f"{value:.7f}".rstrip("0").rstrip(".").replace("-", "\u2212")
 
 
 def limit_name(code: int) -> str:

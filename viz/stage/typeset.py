@@ -159,7 +159,10 @@ def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
     over = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)  # (n, n, 2)
     touching = (over > 0.0).all(axis=-1) & (free[:, None] | free) & ~np.eye(len(boxes), dtype=bool)
     side = np.sign((low + high)[:, None] - (low + high))
-    side[side == 0.0] = 1.0
+    order = np.arange(len(boxes))
+    side = np.where(
+        side == 0.0, np.sign(order[:, None] - order)[..., None], side
+    )  # the first gives way downwards
     across = over[..., 0] < over[..., 1]
     share = np.where(free[:, None] & free, 0.5, 1.0)
     way = np.stack((over[..., 0] * side[..., 0] * across, over[..., 1] * side[..., 1] * ~across), axis=-1)

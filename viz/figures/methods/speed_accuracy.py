@@ -23,7 +23,7 @@ from beveloid_geom.studies.comparison import (
 
 from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decades
 from ...parts.recipe import Drawing, Recipe, Rows, Table
-from ...parts.solved import FLANKS, MODIFIED
+from ...parts.solved import FLANKS, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -123,7 +123,7 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
     """Measure both flanks of the design as given, and with opposite parabola coefficients; first contacts of
     the right flanks with these."""
     cases = []
-    for changed in (design, design.with_parabola(*MODIFIED)):
+    for changed in (design, modified(design)):
         parabola = float(changed.pinion.tool.parabola), float(changed.gear.tool.parabola)
         for flank in FLANKS:
             try:

@@ -35,16 +35,17 @@ class PairFigure:
     outlines (n, 3) in S_f of each; what is to the right and upwards (2, 3), the common normal downwards."""
 
     pair: PosedPair
+    flank: str
     axes: FloatArray
     sections: tuple[list[FloatArray], ...]
 
 
-def compute(design: Design) -> PairFigure:
-    """Find the pair with its right flanks touching in the middle of their path."""
-    pair = posed.pose(design)
+def compute(design: Design, flank: str = "right") -> PairFigure:
+    """Find the pair with its flanks touching in the middle of their path."""
+    pair = posed.pose(design, flank)
     if not pair.touching:
-        return PairFigure(pair, np.full((2, 3), np.nan), ())
-    normal = path_of_contact(design, "right", 3).normal[1]
+        return PairFigure(pair, flank, np.full((2, 3), np.nan), ())
+    normal = path_of_contact(design, flank, 3).normal[1]
     along = pair.axis.sum(axis=0)
     along -= (along @ normal) * normal
     along /= np.linalg.norm(along)
@@ -59,7 +60,7 @@ def compute(design: Design) -> PairFigure:
         except ValueError:
             break
         sections.append(cut(posed.surface(mesh, frame, ""), pair.contact, along))
-    return PairFigure(pair, np.stack((np.cross(normal, along), -normal)), tuple(sections))
+    return PairFigure(pair, flank, np.stack((np.cross(normal, along), -normal)), tuple(sections))
 
 
 def _ends(pair: PosedPair) -> FloatArray:
@@ -94,7 +95,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     page, _, high = theme.new_page(
         layout,
         f"Fig. 1   The {'crossed ' if pair.foot[1, 0] else ''}beveloid gear pair in mesh",
-        "Whole gears on their shafts, posed with the right flanks in contact: " + _layout_words(pair),
+        f"Whole gears on their shafts, posed with the {data.flank} flanks in contact: {_layout_words(pair)}",
         "",
         tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_TALL,
     )
@@ -107,9 +108,9 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
-        "Rolls are those in the middle of the right flanks' path of contact, the pinion drives. "
+        f"Rolls are those in the middle of the {data.flank} flanks' path of contact, the pinion drives. "
         if pair.touching
-        else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
+        else f"The {data.flank} flanks share no contact point as mounted; the rolls are nominal ones. "
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
     view = Overlay.drawn(page, box, items, camera)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from beveloid_geom import Design
@@ -14,7 +14,6 @@ from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Picture
 
-FLANK = "right"
 COLUMNS = 5
 TEXT = 0.85  # inches: three lines under a panel
 ANGLES = (
@@ -31,7 +30,7 @@ def coefficient_text(value: float) -> str:
 
 @dataclass(frozen=True)
 class SignCase:
-    """Signs of both coefficients and the greatest magnitude (1/mm) shown."""
+    """Signs of both coefficients and the greatest magnitude (1/mm) shown, at Table 1's module."""
 
     number: int
     pinion: float
@@ -44,6 +43,10 @@ class SignCase:
         """Pairs of coefficients a1, a2 (1/mm), one for each column."""
         sizes = [self.greatest * column / (COLUMNS - 1) for column in range(COLUMNS)]
         return [(self.pinion * size + 0.0, self.gear * size + 0.0) for size in sizes]
+
+    def at(self, design: Design) -> SignCase:
+        """Give the case at the module of a design."""
+        return replace(self, greatest=solved.two_digits(self.greatest / solved.as_large(design)))
 
     def heading(self, column: int) -> str:
         """Give the coefficients of a column."""
@@ -62,27 +65,29 @@ CASES = (
 
 @dataclass(frozen=True, eq=False)
 class PathFigure:
-    """The paths of one sign case, a column each."""
+    """The paths of one sign case, a column each, of one flank."""
 
     case: SignCase
+    flank: str
     paths: tuple[SolvedPath, ...]
 
 
-def compute(case: SignCase, design: Design) -> PathFigure:
+def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
     """Solve the path of contact for every column."""
+    case = case.at(design)
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
-    return PathFigure(case, tuple(solved.solve(changed, FLANK, touching=True) for changed in designs))
+    return PathFigure(case, flank, tuple(solved.solve(changed, flank, touching=True) for changed in designs))
 
 
 def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
-    case = data.case
+    case, flank = data.case, data.flank
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",
-        f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
+        f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}",
+        f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}",
         tall=panels.flanks_tall(layout, COLUMNS, TEXT),
     )
 
@@ -90,13 +95,13 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
-        drawn = panels.draw_flank(page, cell.box, path.design, row, FLANK, cell.view, traces, cell.px_per_mm)
+        drawn = panels.draw_flank(page, cell.box, path.design, row, flank, cell.view, traces, cell.px_per_mm)
         if drawn is None:
             return None
         cell.say(page, _under(path, row))
         return drawn.picture
 
-    columns = [(case.heading(k), path.design, FLANK) for k, path in enumerate(data.paths)]
+    columns = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
     return Drawing(page, panels.flank_rows(page, columns, low, high, TEXT, panel))
 
 

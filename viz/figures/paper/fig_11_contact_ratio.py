@@ -49,7 +49,7 @@ class RatioFigure:
 
 def compute(design: Design) -> RatioFigure:
     """Find ends of all paths, one call for each flank and sign case, and what runs."""
-    size = np.stack([np.linspace(0.0, case.greatest, POINTS) for case in CASES])
+    size = np.stack([np.linspace(0.0, case.at(design).greatest, POINTS) for case in CASES])
     ends = {
         flank: tuple(
             path_ends(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank)
@@ -138,7 +138,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     axes.set_xlim(min(a[0], a[-1]), max(a[0], a[-1]))
     if case.pinion < 0.0:
         axes.invert_xaxis()
-    ticks = case.pinion * np.linspace(0.0, case.greatest, 5) + 0.0
+    ticks = case.pinion * np.linspace(0.0, data.size[index, -1], 5) + 0.0
     axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)

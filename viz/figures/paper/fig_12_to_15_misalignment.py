@@ -17,12 +17,11 @@ from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 from ...parts import panels, solved
 from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import MODIFIED, SolvedPath
+from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.layout import Cells
 from ...stage.scene import Picture
 
-FLANK = "right"
 STRETCH = 3.0
 SIGNS = (-1.0, 0.0, 1.0)
 
@@ -75,6 +74,11 @@ class ErrorCase:
         """Size in the unit."""
         return round(float(np.degrees(self.size)), 12) if self.unit == "deg" else self.size
 
+    def at(self, design: Design) -> ErrorCase:
+        """Give the error at the module of a design; angles stay."""
+        times = solved.as_large(design) if self.unit == "mm" else 1.0
+        return replace(self, size=solved.two_digits(self.size * times) if times != 1.0 else self.size)
+
     def label(self, sign: float) -> str:
         """Give the error with its sign and unit."""
         digits = f"{self.shown:g}".partition(".")[2]
@@ -91,37 +95,39 @@ CASES = (
 
 @dataclass(frozen=True, eq=False)
 class MisalignmentFigure:
-    """Paths under one error, at minus, zero and plus: without modification, then with it."""
+    """Paths of a flank under one error, at minus, zero and plus: without modification, then with it."""
 
     case: ErrorCase
+    flank: str
     paths: tuple[tuple[SolvedPath, ...], tuple[SolvedPath, ...]]
 
 
-def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
+def compute(case: ErrorCase, design: Design, flank: str = "right") -> MisalignmentFigure:
     """Solve the six paths; other errors stay as the design has them."""
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
         errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
-        return tuple(solved.solve(base.with_errors(error), FLANK, touching=True) for error in errors)
+        return tuple(solved.solve(base.with_errors(error), flank, touching=True) for error in errors)
 
-    plain, modified = (design.with_parabola(*coefficients) for coefficients in ((0.0, 0.0), MODIFIED))
-    return MisalignmentFigure(case, (paths(plain), paths(modified)))
+    case = case.at(design)
+    plain, modified = design.with_parabola(0.0, 0.0), solved.modified(design)
+    return MisalignmentFigure(case, flank, (paths(plain), paths(modified)))
 
 
 def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
-    case = data.case
+    case, flank = data.case, data.flank
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
-        f"{FLANK.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
-        panels.how_drawn(FLANK, STRETCH) + NOTE + case.note,
+        f"{flank.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
+        panels.how_drawn(flank, STRETCH) + NOTE + case.note,
         above=0.3,
         tall=CELLS.tall(layout, 4, 3.9),
     )
     over = theme.inches(page, CELLS.down)
     places = CELLS.boxes(layout, 4, page.get_figheight(), low, high - over)
-    views = [panels.flank_views(paths[1].design, FLANK, STRETCH) for paths in data.paths]
+    views = [panels.flank_views(paths[1].design, flank, STRETCH) for paths in data.paths]
     _, _, width, own_height = places[0]
     share = IN_PRINT if layout.printed else FLANK_SHARE
     px_per_mm = panels.shared_scale(page, views, share * width, own_height)
@@ -129,7 +135,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     pictures: dict[str, Picture] = {}
     for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
         own = places[2 * row : 2 * row + 2]
-        _row_heading(page, 0.5 * (own[0][1] + own[0][3] + own[-1][1]), name)
+        _row_heading(page, 0.5 * (own[0][1] + own[0][3] + own[-1][1]), name, paths[1].design)
         for column, (member, (left, bottom, _, _)) in enumerate(zip(solved.MEMBERS, own, strict=True)):
             view = views[row][column]
             box = theme.place(page, left, bottom, (share + 0.12) * width, own_height)
@@ -145,16 +151,15 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
                 )
             ]
             design = paths[1].design
-            drawn = panels.draw_flank(page, box, design, column, FLANK, view, traces, px_per_mm, 0.85)
+            drawn = panels.draw_flank(page, box, design, column, flank, view, traces, px_per_mm, 0.85)
             if drawn is not None:
                 _path_labels(drawn, case, paths, column)
                 pictures[f"{member}-{name}"] = drawn.picture
     return Drawing(page, pictures)
 
 
-def _row_heading(page: theme.Page, y: float, name: str) -> None:
-    a1, a2 = (theme.signed(a, 3) for a in MODIFIED)
-    values = "$a_1$ = $a_2$ = 0" if name == "without" else f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
+def _row_heading(page: theme.Page, y: float, name: str, design: Design) -> None:
+    values = "$a_1$ = $a_2$ = 0" if name == "without" else solved.coefficients(design)
     style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
     page.text(
         0.32 / page.layout.width, y, f"{name.capitalize()} modification", fontsize=theme.HEADING, **style

@@ -19,7 +19,7 @@ from beveloid_geom.gear.flank import root_parameter, tip_parameter
 
 from ...parts.map_panel import HALO, LEVEL, thin_out
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, MODIFIED
+from ...parts.solved import FLANKS, coefficients, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -69,12 +69,8 @@ def compute(design: Design) -> tuple[Panel, ...]:
     """Find the ease-off of right and left flanks, without parabolas and with those of the design, or with the
     usual ones if it has none."""
     bent = any(float(member.tool.parabola) for member in design.members)
-    after = design if bent else design.with_parabola(*MODIFIED)
-    coefficients = ", ".join(
-        f"$a_{j + 1}$ = {float(member.tool.parabola):g}".replace("-", "\u2212")
-        for j, member in enumerate(after.members)
-    )
-    cases = ("without parabolas", design.with_parabola(0.0, 0.0)), (f"{coefficients} mm$^{{-1}}$", after)
+    after = design if bent else modified(design)
+    cases = ("without parabolas", design.with_parabola(0.0, 0.0)), (coefficients(after), after)
     return tuple(_panel(flank, case, one) for flank in FLANKS for case, one in cases)
 
 

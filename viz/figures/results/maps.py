@@ -25,7 +25,6 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
-FLANK = "right"
 STEPS, STEPS_IN_OPERATION = 33, 17
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
 CELLS = Cells(left=0.992, right=0.96, across=1.696, down=1.05, most=3, least=1.9)
@@ -84,16 +83,16 @@ class MapFigure:
         return [*(name for name in FIGURES if "backlash" not in name), last]
 
 
-def compute(over: Over, design: Design) -> MapFigure:
+def compute(over: Over, design: Design, flank: str = "right") -> MapFigure:
     """Find the map; of mounting distances with the paper's modification where the design has no parabolas, as
     without them neither transmission error nor shift would depend on anything."""
     if over == "parabola":
-        return MapFigure(map_of(design, over, FLANK, steps=STEPS_IN_OPERATION, operation=True), False)
+        return MapFigure(map_of(design, over, flank, steps=STEPS_IN_OPERATION, operation=True), False)
     modified = not any(float(member.tool.parabola) for member in design.members)
     if modified:
         size = PARABOLA / float(design.pinion.tool.normal_module)
         design = design.with_parabola(size, -size)
-    return MapFigure(map_of(design, over, FLANK, steps=STEPS), modified)
+    return MapFigure(map_of(design, over, flank, steps=STEPS), modified)
 
 
 def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
@@ -125,7 +124,7 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
 
 
 def _subtitle(data: MapFigure) -> str:
-    text = f"{FLANK.capitalize()} flanks, as mounted"
+    text = f"{data.found.flank.capitalize()} flanks, as mounted"
     if data.modified:
         a1, a2 = (float(member.tool.parabola) for member in data.found.design.members)
         text += f", with the paper's modification $a_1$ = {a1:g}, $a_2$ = {a2:g} mm$^{{\u22121}}$"
@@ -155,7 +154,7 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
         reach = min(right if pinion > 0 else -left, high if gear > 0 else -low)
         if reach <= 0.0:
             continue
-        size = min(case.greatest, reach)
+        size = min(case.at(found.design).greatest, reach)
         for colour, width in (("white", 4.5), (theme.INK, 2.2)):
             axes.plot([0.0, pinion * size], [0.0, gear * size], color=colour, linewidth=width, zorder=3.0)
         text = f"{name} (Fig. {case.number})" if named else name

@@ -21,7 +21,7 @@ from beveloid_geom.report.pattern import pattern_report
 from ...parts import panels, solved
 from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import MODIFIED, SolvedPath
+from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture
 
@@ -82,10 +82,10 @@ class BandFigure:
 
 def compute_pattern(design: Design) -> BandFigure:
     """Find the pattern of both flanks as designed, and of the right one with the usual modification."""
-    columns = []
+    columns, bent = [], solved.modified(design)
     for flank, changed, heading in (
         ("right", design, "right flanks, as designed"),
-        ("right", design.with_parabola(*MODIFIED), "right flanks, $a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$"),
+        ("right", bent, f"right flanks, {solved.coefficients(bent)}"),
         ("left", design, "left flanks, as designed"),
     ):
         try:
@@ -136,23 +136,24 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
     return tuple(ring for ring in rings if np.isfinite(ring).all())
 
 
-def compute_separation(design: Design) -> BandFigure:
-    """Find three neighbouring tooth pairs at one position of the right flanks."""
-    path, under = solved.solve(design, "right"), ""
+def compute_separation(design: Design, flank: str = "right") -> BandFigure:
+    """Find three neighbouring tooth pairs at one position of a flank."""
+    path, under = solved.solve(design, flank), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
     layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
     if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
         l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
-        at = path_of_contact(design, "right", l1=[l1])
+        at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
         under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
     headings = ["in the middle" if pair == 0 else theme.signed(pair, 0) for pair in PAIRS]
     return BandFigure(
         "Separation of the flanks at one position",
-        f"Right flanks of three neighbouring tooth pairs{under}; pinion (top) and gear (bottom)",
+        f"{flank.capitalize()} flanks of three neighbouring tooth pairs{under}; pinion (top) and gear"
+        " (bottom)",
         "Separation is measured along the normal of the other flank, by turning each point about the other"
         " member's axis until it meets that flank. Bare metal: further apart than the last band, or the"
         " other flank does not reach there. The line is the path of contact of the pair.",
@@ -160,7 +161,7 @@ def compute_separation(design: Design) -> BandFigure:
         SEPARATION_BANDS,
         HUES,
         tuple(
-            Column(f"tooth pair {heading}", design, "right", own, reason)
+            Column(f"tooth pair {heading}", design, flank, own, reason)
             for heading, own in zip(headings, layers, strict=True)
         ),
     )

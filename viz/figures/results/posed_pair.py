@@ -46,7 +46,7 @@ def tolerance_of(design: Design) -> float:
     return TOLERANCE * float(design.pinion.tool.normal_module)
 
 
-def compute(design: Design) -> PosedFigure:
+def compute(design: Design, flank: str = "right") -> PosedFigure:
     """Find both gears to the tolerance, and their path."""
     meshes: list[tuple[Mesh | None, str]] = []
     for member in design.members:
@@ -54,14 +54,15 @@ def compute(design: Design) -> PosedFigure:
             meshes.append((gear_mesh(member, tolerance_of(design)), ""))
         except ValueError as error:
             meshes.append((None, str(error)))
-    return PosedFigure(posed.pose(design), tuple(meshes), solved.solve(design, "right"))
+    return PosedFigure(posed.pose(design, flank), tuple(meshes), solved.solve(design, flank))
 
 
 def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
     """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
-    pose = "at nominal rolls: the right flanks share no contact point"
+    flank = data.path.path.flank
+    pose = f"at nominal rolls: the {flank} flanks share no contact point"
     if data.pair.touching:
-        pose = "right flanks in contact in the middle of their path"
+        pose = f"{flank} flanks in contact in the middle of their path"
     counts = "; ".join(
         f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
         for name, (mesh, reason) in zip(solved.MEMBERS, data.meshes, strict=True)
@@ -72,7 +73,7 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, {pose}",
         f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
         " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
-        f" the pinion's right flanks.{_export_note(data.pair.design)}",
+        f" the pinion's {flank} flanks.{_export_note(data.pair.design)}",
         above=0.25,
         tall=theme.stacked(layout, 5.2),
     )
@@ -86,7 +87,7 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         y = place[1] + place[3] + theme.inches(page, 0.1)
         page.text(place[0], y, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
         if (over.picture.image == 255).all():
-            theme.say(over.axes, "the right flanks share no contact point to look at", 60)
+            theme.say(over.axes, f"the {flank} flanks share no contact point to look at", 60)
         if column == 0:
             _label(over, data)
         else:

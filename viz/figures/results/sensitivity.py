@@ -14,7 +14,7 @@ from beveloid_geom.report.sensitivity import STEPS
 from ...parts import charts
 from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, MODIFIED, REASONS
+from ...parts.solved import FLANKS, REASONS, coefficients, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -51,9 +51,8 @@ class Case:
 
 def compute(design: Design) -> tuple[Case, ...]:
     """Find both cases, both flanks."""
-    a1, a2 = (f"{a:g}".replace("-", "\u2212") for a in MODIFIED)
-    modified = f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
-    cases = {"as designed": design, modified: design.with_parabola(*MODIFIED)}
+    bent = modified(design)
+    cases = {"as designed": design, coefficients(bent): bent}
     return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
 
 

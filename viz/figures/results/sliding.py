@@ -15,15 +15,12 @@ from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, MODIFIED, REASONS
+from ...parts.solved import FLANKS, REASONS, coefficients, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
-CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
-    ("as designed", None, "-"),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED, "--"),
-)
-"""Name, parabola coefficients and line style of each case."""
+STYLES = ("-", "--")
+"""Lines of the design as it is, and with the paper's modification."""
 POINTS = 201
 ON_WHITE: dict[str, Any] = {"frameon": True, "edgecolor": "none", "framealpha": 1.0, "borderpad": 0.2}
 """Look of a legend that lines run behind."""
@@ -55,10 +52,8 @@ class Curve:
 
 def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     """Find sliding of every case on either flank."""
-    changed = [
-        (name, style, design.with_parabola(*parabola) if parabola else design)
-        for name, parabola, style in CASES
-    ]
+    bent = modified(design)
+    changed = list(zip(("as designed", coefficients(bent)), STYLES, (design, bent), strict=True))
     return {
         side: tuple(Curve(name, style, sliding_report("", one, side, POINTS)) for name, style, one in changed)
         for side in FLANKS

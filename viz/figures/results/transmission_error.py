@@ -17,17 +17,14 @@ from beveloid_geom.report.operation import operation_report
 from ...parts import motion_graph
 from ...parts.motion_graph import MICRO, MotionGraph
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import MODIFIED
+from ...parts.solved import as_large, coefficients, modified, two_digits
 from ...stage import theme
 from ...stage.layout import Cells
 
-FLANK = "right"
-CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
-    ("as designed", None, theme.GREEN),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED, theme.BLUE),
-    ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002), theme.ORANGE),
-)
-"""Name, parabola coefficients and colour of each case."""
+COLOURS = (theme.GREEN, theme.BLUE, theme.ORANGE)
+"""Of the cases."""
+HOLLOW = 0.0002
+"""1/mm: both coefficients of the last case, at Table 1's module."""
 POINTS = 361
 """Rolls of one mesh cycle."""
 HARMONICS = 10
@@ -45,25 +42,29 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One case by its name and colour: its motion graph, None with the `reason` where that is not known."""
+    """One case by its name and colour, of one flank: its motion graph, None with the `reason` where that is
+    not known."""
 
     name: str
     colour: str
+    flank: str
     graph: MotionGraph | None
     reason: str = ""
 
 
-def compute(design: Design) -> tuple[Case, ...]:
-    """Find the motion graph of every case."""
+def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
+    """Find the motion graph as designed, with the paper's modification, and with both flanks hollow."""
+    hollow = two_digits(HOLLOW / as_large(design))
+    changes = modified(design), design.with_parabola(hollow, hollow)
+    named = ("as designed", design), *((coefficients(changed), changed) for changed in changes)
     cases = []
-    for name, parabola, colour in CASES:
-        changed = design.with_parabola(*parabola) if parabola else design
+    for (name, changed), colour in zip(named, COLOURS, strict=True):
         graph, reason = None, first_contact_fault(changed)
         if not reason:
-            report = operation_report("", changed, FLANK, POINTS, HARMONICS, MARKING_SEPARATION)
+            report = operation_report("", changed, flank, POINTS, HARMONICS, MARKING_SEPARATION)
             reason = report.reason
             graph = None if reason else motion_graph.motion_graph(report)
-        cases.append(Case(name, colour, graph, reason or ""))
+        cases.append(Case(name, colour, flank, graph, reason or ""))
     return tuple(cases)
 
 
@@ -74,7 +75,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Motion graph: transmission error of every tooth pair, and of the one that runs",
-        f"{FLANK.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
+        f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
         NOTE,
         below=0.65,
         above=1.1,
