@@ -1,4 +1,4 @@
-"""Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
+"""Tooth contact analysis of beveloid gears with parabolic profile modification.
 
 Here are the names that most users need, loaded when first used::
 

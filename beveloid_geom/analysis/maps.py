@@ -36,7 +36,7 @@ from ..status import Status
 from ..support.few_lines import few_lines
 from .optimise import Aim, paths_of
 from .path_measures import paths_of as measures_of
-from .tolerance import ERROR_NAMES, USUAL
+from .tolerance import ERROR_NAMES, USUAL, errors_below
 
 Over: TypeAlias = Literal["parabola", "mounting", "shift"]
 Bounds: TypeAlias = tuple[float, float]
@@ -285,12 +285,9 @@ def _check(
     values = [float(getattr(errors, name)) for name in ERROR_NAMES]
     if not any(values):
         raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
-    for own, name, error in (
-        (float(design.pair.offset), "offset", values[0]),
-        (float(design.pair.shaft_angle), "shaft_angle", values[1]),
-    ):
-        if abs(error) >= own:
-            raise ValueError(f"error of {name} must be less than the pair's own {own:g}, got {error:g}")
+    for name, most in errors_below(design).items():
+        if abs(error := float(getattr(errors, name))) >= most:
+            raise ValueError(f"error of {name} must be less than {most:g} on this pair, got {error:g}")
     for name, (low, high) in zip(("pinion", "gear"), bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
             raise ValueError(f"bounds of the {name} must be two finite values that rise, got {low}, {high}")

@@ -201,7 +201,7 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
     if not met.any():
         return x[:, :0].T, (
             f"all coefficients found for the aim leave no backlash, {np.nanmax(backlash):.4f} mm at the most:"
-            " take a larger offset or less profile shift"
+            " take less profile shift, or a larger offset where the axes cross"
         )
     order = np.argsort(np.where(met, paths.shift, np.inf), kind="stable")[: np.count_nonzero(met)]
     return UNIT * x[:, order].T, ""

@@ -27,6 +27,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask, flank_sign
 from ..contact.path import path_of_contact
+from ..design.limits import MOST_OFFSET_ERROR
 from ..design.model import Design, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..status import Limit, Status
@@ -251,6 +252,13 @@ def tolerance_study(
     return replace(study, running=all_of(runs), nominal_running=running(mounted(design, own), flank))
 
 
+def errors_below(design: Design) -> dict[str, float]:
+    """Give what errors of a study of a single design must stay below, by their names: of the offset (mm) what
+    a design file may have, of the shaft angle (rad) the pair's own."""
+    module = float(design.pinion.tool.normal_module)
+    return {"offset": MOST_OFFSET_ERROR * module, "shaft_angle": float(design.pair.shaft_angle)}
+
+
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:
     flank_sign(flank)
     if design.batch_shape:
@@ -261,16 +269,16 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
         raise ValueError(f"distribution must be 'normal' or 'uniform', got {tolerances.distribution!r}")
     if not 0.0 < tolerances.sigmas < np.inf:
         raise ValueError(f"sigmas must be positive and finite, got {tolerances.sigmas}")
-    largest = {"offset": design.pair.offset, "shaft_angle": design.pair.shaft_angle}
+    most = errors_below(design)
     for name in ERROR_NAMES:
         value, unit = getattr(tolerances, name), "rad" if name == "shaft_angle" else "mm"
         if not 0.0 <= value < np.inf:
             raise ValueError(
                 f"tolerance of {name} must be finite and at least 0 {unit}, got {value}: it holds both ways"
             )
-        if value >= largest.get(name, np.inf):
+        if value >= most.get(name, np.inf):
             raise ValueError(
-                f"tolerance of {name} must be less than the pair's own {largest[name]:g} {unit},"
+                f"tolerance of {name} must be less than {most[name]:g} {unit} on this pair,"
                 f" got {value:g}: is the unit right?"
             )
 

@@ -19,7 +19,7 @@ from .options import version_option
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @version_option("beveloid-geom")
 def main() -> None:
-    """Tooth contact analysis of crossed beveloid gears with parabolic profile modification.
+    """Tooth contact analysis of beveloid gears with parabolic profile modification.
 
     A DESIGN is a TOML file or the name of the built-in design, ni-2017.
     """

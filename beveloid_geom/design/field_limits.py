@@ -122,6 +122,7 @@ FINITE = "a finite number", "give the value itself"
 
 _ANY = math.inf
 _POSITIVE = ((_ANY, "give a positive length in mm"),)
+_OFFSET = ((_ANY, "give the distance of the axes in mm, 0 where they intersect"),)
 _MODULES = ((_ANY, "it counts in normal modules, not in mm"),)
 _PRESSURE = ((0.0, "it is positive on both flanks"), (_ANY, "tools usually have 14.5 to 30 deg"))
 _TEETH = ((0.0, "a member has at least one tooth"), (_ANY, "a rack is not covered by this model"))
@@ -155,7 +156,7 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
     },
     "Pair": {
-        "offset": Limit(0.01, 1e5, "mm", _POSITIVE, least=1e-6, most=1e9),
+        "offset": Limit(0, 1e5, "mm", _OFFSET, most=1e9),
         "shaft_angle": Limit(MIN_SHAFT_ANGLE_DEG, 90, "deg", _SHAFT, least=-180, most=180),
         "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
         "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),

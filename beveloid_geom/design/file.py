@@ -28,11 +28,12 @@ from .field_limits import (
     shown_value,
 )
 from .limits import (
-    layout_faults,
     member_faults,
     mesh_faults,
+    offset_error_faults,
     outside,
     radian_faults,
+    shaft_angle_error_faults,
 )
 from .model import Design, Errors, Member, Pair, Tool, from_degrees
 
@@ -174,8 +175,10 @@ def parse_design(text: str, source: str = "design") -> Design:
         errors = from_degrees(Errors, **values)
     if pinion and gear:
         faults += mesh_faults(pinion, gear)
+    if pinion and errors:
+        faults += offset_error_faults(pinion, errors)
     if pair and errors:
-        faults += layout_faults(pair, errors)
+        faults += shaft_angle_error_faults(pair, errors)
     if pinion and gear and pair:
         faults += radian_faults(pinion, gear, pair)
         if errors and not faults:
@@ -278,7 +281,8 @@ def override(design: Design, **values: float | None) -> Design:
     changed = changed.with_parabola(changes["pinion"].get("parabola"), changes["gear"].get("parabola"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
-    faults += layout_faults(changed.pair, changed.errors)
+    faults += offset_error_faults(changed.pinion, changed.errors)
+    faults += shaft_angle_error_faults(changed.pair, changed.errors)
     if faults:
         named = (Fault("", names[f[:2]], f.text) if f[:2] in names else f for f in faults)
         raise DesignError(dict.fromkeys(named))

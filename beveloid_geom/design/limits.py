@@ -26,6 +26,8 @@ from .model import Errors, Member, Pair
 
 SAME_PITCH = 1e-9
 """Share by which base pitches in a file may differ."""
+MOST_OFFSET_ERROR = 10.0
+"""Modules, whole depths of teeth several times, by which the offset of a file may err."""
 NORMAL_MARGIN = math.radians(1.0)  # local pressure angle above a vanishing radial normal
 MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 deg
 
@@ -92,20 +94,19 @@ def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
     first, second = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
     if fault := base_pitch_fault((first, second), SAME_PITCH, "_deg", "gear", "[pinion]"):
         yield fault
-    if abs(float(pinion.helix_angle + gear.helix_angle)) < 1e-9:
-        cure = "without a sum of helix angles the axes do not cross at a distance"
-        yield outside(
-            "gear", "helix_angle_deg", "not cancel that of [pinion]", in_degrees(gear.helix_angle), cure
-        )
 
 
-def layout_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
-    """Refuse assembly errors that leave no layout."""
-    if abs(float(errors.offset)) > (half := 0.5 * float(pair.offset)):
-        limit = f"be between -{half:g} and {half:g} mm, half the offset"
+def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
+    """Refuse an error of the offset that takes the teeth far out of each other."""
+    if abs(float(errors.offset)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
+        limit = f"be between -{most:g} and {most:g} mm, {MOST_OFFSET_ERROR:g} modules"
         yield outside(
             "errors", "offset", limit, errors.offset, "it adds to the offset, it does not replace it"
         )
+
+
+def shaft_angle_error_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
+    """Refuse an error of the shaft angle that leaves parallel axes."""
     lowest = math.radians(MIN_SHAFT_ANGLE_DEG) - float(pair.shaft_angle)
     if float(errors.shaft_angle) < lowest - 1e-12:
         cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"

@@ -28,6 +28,10 @@ ROUNDED_PITCH = 1e-4
 """Share by which base pitches may differ from Python, where designs are noted with a few digits."""
 
 
+CANCELLING = 1e-9
+"""Sum of helix angles (rad) below which it gives the shaft angle no sense."""
+
+
 def unchecked(given: T, **values: Any) -> T:
     """Give the tool, member, pair or errors `given` with other values, float64 each, that are not checked:
     they were made of checked ones, and may pass the limits of those that users give."""
@@ -176,6 +180,14 @@ class Design:
         pinion, gear = (m.tool.normal_module * np.cos(m.tool.normal_pressure_angle) for m in self.members)
         if fault := base_pitch_fault((pinion, gear), ROUNDED_PITCH, "", "", "the pinion"):
             raise DesignError([f"gear {fault}"], "Design")
+
+    @property
+    def sense(self) -> FloatArray:
+        """Sense of the shaft angle, 1 or -1 (batch shape): that of the sum of the helix angles; where they
+        cancel that of the pinion's; of straight teeth 1."""
+        first, second = np.asarray(self.pinion.helix_angle), self.gear.helix_angle
+        total = first + second
+        return np.where(np.where(np.abs(total) < CANCELLING, first, total) < 0.0, -1.0, 1.0)
 
     @property
     def members(self) -> tuple[Member, Member]:

@@ -100,7 +100,8 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     for change, candidate in _candidates(plain):
         advice = _rounded(change, candidate)
         tried = advice.applied_to(plain)
-        if advice not in found and quiet(r for r in findings_on(tried) if r not in known):
+        known_layout = tried in [other.applied_to(plain) for other in found]
+        if not known_layout and quiet(r for r in findings_on(tried) if r not in known):
             found.append(advice)
         if len(found) == MOST:
             break
@@ -114,26 +115,29 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
     if ideal is None:
         return
     wanted = float(design.pair.shaft_angle)
-    layout = Pair(float(ideal.offset), float(ideal.shaft_angle))
     turned = abs(float(ideal.shaft_angle) - wanted) > HELIX_TOLERANCE
+    if design.pair.offset == 0.0 != ideal.offset:
+        yield from _with_helix(design, (0.0,))
     if turned:
         yield from _with_helix(design)
     elif design.pair.pinion_mounting is not None or design.pair.gear_mounting is not None:
         yield "mounting distances to those of the pitch point", design
-    near = closing_of(replace(design, pair=replace(layout, shaft_angle=wanted)))
-    if not turned and not math.isnan(near.offset):
+    offset, angle = float(ideal.offset), float(ideal.shaft_angle)
+    near = closing_of(replace(design, pair=Pair(max(offset, 0.0), wanted)))
+    if not turned and near.offset >= 0.0:
         yield "offset", replace(design, pair=Pair(near.offset, wanted))
-    near = closing_of(replace(design, pair=replace(layout, offset=design.pair.offset)))
+    near = closing_of(replace(design, pair=Pair(design.pair.offset, angle)))
     if not math.isnan(near.shaft_angle):
         yield "shaft angle", replace(design, pair=Pair(design.pair.offset, near.shaft_angle))
-    yield "offset and shaft angle", replace(design, pair=layout)
+    if offset >= 0.0:
+        yield "offset and shaft angle", replace(design, pair=Pair(offset, angle))
 
 
-def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
-    """Give designs with one helix angle changed, so that they have the shaft angle given, at the offset
-    without backlash that follows: the gear's, the pinion's, each to the nearer of both hands."""
+def _with_helix(design: Design, hands: tuple[float, ...] = (1.0, -1.0)) -> Iterator[tuple[str, Design]]:
+    """Give designs with one helix angle changed, the gear's, the pinion's, each to the nearer of `hands`, as
+    in `_fitted`."""
     for name in ("gear", "pinion"):
-        fitting = [found for hand in (1.0, -1.0) if (found := _fitted(design, name, hand)) is not None]
+        fitting = [found for hand in hands if (found := _fitted(design, name, hand)) is not None]
         before = float(getattr(design, name).helix_angle)
         changes = [abs(float(getattr(found, name).helix_angle) - before) for found in fitting]
         if changes:
@@ -141,17 +145,19 @@ def _with_helix(design: Design) -> Iterator[tuple[str, Design]]:
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:
-    """Find the design with that helix angle of the member `name` which fits the design's own shaft angle, the
-    sum of the helix angles having the sign `hand`."""
+    """Find the design without backlash with that helix angle of the member `name` which fits the design's own
+    shaft angle, the sum of the helix angles having the sign `hand`; 0: with which the axes intersect."""
     wanted, changed = float(design.pair.shaft_angle), design
     for _ in range(PASSES):
         ideal = ideal_layout(changed)
         if ideal is None:
             return None
-        missing = hand * crossing_of(ideal.cone_angle, wanted) - float(np.sum(ideal.helix_angle))
+        crossing = crossing_of(ideal.cone_angle, wanted) if hand else 0.0
+        missing = hand * crossing - float(np.sum(ideal.helix_angle))
         helix = float(getattr(changed, name).helix_angle)
         if abs(missing) < NEAR:
-            return replace(changed, pair=Pair(float(ideal.offset), wanted))
+            layout = (max(float(ideal.offset), 0.0), wanted) if hand else (0.0, float(ideal.shaft_angle))
+            return replace(changed, pair=Pair(*layout))
         if not abs(helix + missing) < MOST_HELIX:
             return None
         changed = replace(changed, **{name: replace(getattr(changed, name), helix_angle=helix + missing)})

@@ -38,6 +38,11 @@ INTERFERENCE_TOLERANCE = 1.0 / 6000.0
 HELIX_TOLERANCE = math.radians(0.05)
 """Difference (rad) of the shaft angle from that of the gears without backlash beyond which the helix
 angles are the cause: backlash of some tenths of a module changes it by less."""
+UNLIKE = math.radians(0.5)
+"""Difference (rad) of helix and cone angles from those of axes that intersect beyond which they are the
+cause."""
+ROUNDING = 1e-12
+"""Difference from 1 of the cosine of that angle that rounding leaves where axes intersect."""
 ENDS = 2
 """Positions of a path of which nothing but its status is asked."""
 
@@ -58,6 +63,8 @@ def crossing_of(cone_angles: Iterable[Quantity], shaft_angle: float) -> float:
     """Give the angle s (rad) at which generators of rolling cones cross, NaN without a common plane."""
     one, other = (float(angle) for angle in cone_angles)
     cosine = (math.cos(shaft_angle) + math.sin(one) * math.sin(other)) / (math.cos(one) * math.cos(other))
+    if abs(cosine - 1.0) < ROUNDING:
+        return 0.0
     return math.acos(cosine) if abs(cosine) <= 1.0 else math.nan
 
 
@@ -132,6 +139,10 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
     """Say why gears do not mesh as laid out: too far apart, too close, at another angle than their teeth."""
     reach, offset = reach_of(design), float(design.pair.offset)
     given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"
+    if offset == 0.0:
+        yield from _intersecting_words(design, given)
+        yield from closing.reasons
+        return
     if offset > reach.touching:
         at = f"at a shaft angle of {given} their tips meet at an offset of {reach.touching:.5g} mm"
         yield f"the gears do not reach each other, by {offset - reach.touching:.4g} mm: {at}"
@@ -145,6 +156,21 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
     if ideal is not None and abs(float(ideal.shaft_angle - design.pair.shaft_angle)) > HELIX_TOLERANCE:
         yield _helix_words(design, ideal)
     yield from closing.reasons
+
+
+def _intersecting_words(design: Design, given: str) -> Iterator[str]:
+    """Say what helix angles and what shaft angle, `given` in words, axes that intersect ask for."""
+    helix, cones = (
+        np.array([float(getattr(member, name)) for member in design.members])
+        for name in ("helix_angle", "cone_angle")
+    )
+    if abs(helix.sum()) > UNLIKE:
+        angles = " and ".join(f"{angle:+.6g}" for angle in np.degrees(helix))
+        yield f"axes that intersect need helix angles that nearly cancel, {angles} deg do not"
+    if abs(abs(cones.sum()) - float(design.pair.shaft_angle)) > UNLIKE:
+        angles = " and ".join(f"{angle:.4g}" for angle in np.degrees(cones))
+        rule = "the shaft angle of axes that intersect is about the sum of the cone angles"
+        yield f"{rule}: {angles} deg give {abs(math.degrees(cones.sum())):.4g} deg, not {given}"
 
 
 def ideal_layout(design: Design) -> ClosedLayout | None:

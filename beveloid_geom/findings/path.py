@@ -119,9 +119,7 @@ def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
     design, size = path.design, USUAL.values()
     errors = np.concatenate((np.diag(size), np.diag(-size)))
-    own = [float(design.pair.offset + design.errors.offset)]
-    own.append(float(design.pair.shaft_angle + design.errors.shaft_angle))
-    errors = errors[(own + errors[:, :2] > 0.0).all(axis=1)]
+    errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
     status = path_of_contact(mounted(design, errors), path.flank, 2).ends.status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,9 +43,11 @@ from .mounting import mounting_of
 SAMPLES = 721
 HALVINGS = 64
 """Halvings of the interval between two samples that find a root to the last digit."""
-PARALLEL = 1e-12
-"""Sine of a shaft angle below which axes count as parallel: rounding of the helix angles leaves no
-digits of it."""
+ROUNDING = 1e-12
+"""Sine of a shaft angle below which axes count as parallel, and of a sum of working helix angles below which
+they intersect: rounding of the helix angles leaves no digits of it."""
+CLOSED = 1e-10
+"""Difference (modules) of the offset from that which closes below which the design closes as it is."""
 AMISS = 1e-6
 """rad by which the shaft angle of a layout found from its pressure angle may miss that asked for."""
 
@@ -75,9 +77,9 @@ class Closing:
     """How far a design is from one that closes; mm and rad, for unmodified flanks without errors.
 
     `gap`: least distance of the two lines of action; `normal_backlash` as mounted, negative for
-    interference; `offset`: the one that closes at the design's shaft angle; `shaft_angle`: the
-    one that closes at its offset; `offset_difference` and `shaft_angle_difference`: these less
-    the design's. NaN where there is none, then `reasons` says why."""
+    interference; `offset`: the one that closes at the design's shaft angle, negative where the axes would
+    cross in the other sense; `shaft_angle`: the one that closes at its offset; `offset_difference` and
+    `shaft_angle_difference`: these less the design's. NaN where there is none, then `reasons` says why."""
 
     gap: float
     normal_backlash: float
@@ -149,12 +151,11 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     cos_d = cos_1 * cos_2 - sin_1 * sin_2 - sine[0] * sine[1]
     square = (sine[0] * cos_2 + sine[1] * cos_1) ** 2 + (sine[0] * sin_2 - sine[1] * sin_1) ** 2
     sin_d = np.sqrt(square + (cosine[0] * cosine[1] * sum_sine) ** 2)
-    hand = np.where(design.pinion.helix_angle + np.asarray(design.gear.helix_angle) < 0.0, -1.0, 1.0)
     reach = rw[0] * cosine[1] + rw[1] * cosine[0]
     lean = rw[::-1] * (sine + sine[::-1] * cos_d) / cosine[::-1]
-    sin_d = np.where(sin_d > PARALLEL, sin_d, np.nan)
+    sin_d = np.where(sin_d > ROUNDING, sin_d, np.nan)
     return ClosedLayout(
-        offset=np.asarray(hand * reach * sum_sine / sin_d),
+        offset=np.asarray(design.sense * reach * sum_sine / sin_d),
         shaft_angle=np.arctan2(sin_d, cos_d),
         pressure_angle=aw,
         cone_angle=gw,
@@ -193,13 +194,15 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     Returns
     -------
     ClosedLayout
-        `offset`, `mounting` in mm, `shaft_angle` in rad.
+        `offset`, `mounting` in mm, `shaft_angle` in rad. A negative offset, of helix angles that nearly
+        cancel, is one in the other sense than `Design.sense`, which no design has: at the helix angle at
+        which it vanishes the axes intersect.
 
     Raises
     ------
     ValueError
         For arrays, where the members have backlash in every layout that closes, and where the axes of the
-        one without meet or are parallel.
+        one without are parallel.
     """
     _only_single(design)
 
@@ -213,10 +216,14 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
         reason = "the teeth are too thin in all that close"
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
     found = closed_layout(design, roots[0])
-    if not float(found.offset) > 0.0:
-        cause = "the helix angles nearly cancel, the axes would meet or be parallel"
-        raise ValueError(f"no layout without backlash: {cause}")
-    return found
+    if math.isnan(found.offset):
+        raise ValueError("no layout without backlash: the helix angles cancel, the axes would be parallel")
+    return replace(found, offset=np.asarray(0.0)) if _meet(found) else found
+
+
+def _meet(layout: ClosedLayout) -> bool:
+    """Tell whether the axes of a single layout intersect."""
+    return abs(float(np.sum(layout.helix_angle))) < ROUNDING
 
 
 def _pressure_angle_as_mounted(design: Design) -> float:
@@ -236,18 +243,28 @@ def closing_offset(design: Design) -> float:
     """Find the offset (mm) that closes at the design's shaft angle, NaN if there is none."""
     with np.errstate(invalid="ignore"):
         closed = closed_layout(design, np.asarray(_pressure_angle_as_mounted(design)))
-    meant = abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < AMISS
-    return float(closed.offset) if meant else math.nan
+    if not abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < AMISS:
+        return math.nan
+    return 0.0 if _meet(closed) else float(closed.offset)
 
 
-def _closing_shaft_angle(design: Design) -> float:
+def _closing_shaft_angle(design: Design, offset: float) -> float:
     """Find the shaft angle (rad) that closes at the design's offset; of several that nearest to the
-    design's, NaN if there is none."""
+    design's, NaN if there is none. `offset` (mm) is the one that closes at the design's shaft angle.
+
+    Straight teeth on axes that intersect close at every shaft angle of the family: the nearest of its
+    samples is taken."""
+    near = CLOSED * float(design.pinion.tool.normal_module)
+    if abs(offset - float(design.pair.offset)) < near:
+        return float(design.pair.shaft_angle)
 
     def excess(pressure_angle: FloatArray) -> FloatArray:
         return closed_layout(design, pressure_angle).offset - design.pair.offset
 
-    angles = closed_layout(design, _roots(excess, _pressure_angles(design))).shaft_angle
+    samples = _pressure_angles(design)
+    if samples.size and np.abs(excess(samples)).max() > near:
+        samples = _roots(excess, samples)
+    angles = closed_layout(design, samples).shaft_angle
     if not angles.size:
         return math.nan
     return float(angles[np.argmin(np.abs(angles - design.pair.shaft_angle))])
@@ -257,7 +274,8 @@ def closing_of(design: Design) -> Closing:
     """Say how well a single design closes. Raises ValueError for arrays."""
     _only_single(design)
     mounting = mounting_of(design)
-    offset, shaft_angle = closing_offset(design), _closing_shaft_angle(design)
+    offset = closing_offset(design)
+    shaft_angle = _closing_shaft_angle(design, offset)
     reasons = []
     if math.isnan(offset):
         given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"

@@ -53,8 +53,7 @@ class CommonNormal:
 def layout_of(design: Design, with_errors: bool = True) -> Layout:
     """Find the axes of the pair, with or without its assembly errors."""
     errors = design.errors if with_errors else Errors()
-    hand = design.pinion.helix_angle + np.asarray(design.gear.helix_angle)
-    angle = np.asarray(np.where(hand < 0.0, -1.0, 1.0) * (design.pair.shaft_angle + errors.shaft_angle))
+    angle = np.asarray(design.sense * (design.pair.shaft_angle + errors.shaft_angle))
     offset = design.pair.offset + errors.offset
     return Layout(np.asarray(offset), angle, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
 

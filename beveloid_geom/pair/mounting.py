@@ -10,10 +10,15 @@ pass each other: P is the middle of their closest approach, the gap is reported.
 
 The x component n_x of a common normal is known up to its sign, which belongs to the design:
 positive on both flanks of ordinary pairs, negative on one flank where steep cones carry the
-pitch point far off the common perpendicular. Since the two normals are
-sin(a_w) N +/- cos(a_w) b with N the normal of the working pitch plane, their sum has a
-positive x component; of the signs that allow this, those that bring the two lines closer
-are right.
+pitch point far off the common perpendicular, and where the axes intersect. The two normals are
+sin(a_w) N +/- cos(a_w) b with N the normal of the working pitch plane, out of the pinion. P
+lies along N from the pinion's axis and against it from the gear's: with the radii p_1, p_2 from the axes
+to P, and its axial coordinates z_1, z_2,
+
+    (p_1 - p_2).N = E N_x - z_1 N.k1 + z_2 N.k2 > 0.
+
+Without cones that is N_x > 0; where the axes intersect the false signs put P beyond their common point.
+Of the signs that allow this, those that bring the two lines closer are right.
 """
 
 from __future__ import annotations
@@ -132,7 +137,12 @@ LEAST_PRESSURE = 0.25
 opposite signs of n_x are nearly parallel for small cone angles: they pass close by each other, but not at
 a pitch point."""
 SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
-"""Signs of n_x on the right and the left flank that can occur: their sum is positive."""
+"""Signs of n_x on the right and the left flank that can occur."""
+
+
+def _along_axes(layout: Layout, point: FloatArray) -> FloatArray:
+    """Find the axial coordinates (2, ...) of points (..., 3) of S_f, mm."""
+    return np.stack([point[..., 2], layout.sin_angle * point[..., 1] + layout.cos_angle * point[..., 2]])
 
 
 def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -144,10 +154,18 @@ def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArra
     ]
     points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
     sums = [pair[0].normal + pair[1].normal for pair in pairs]  # 2 sin(a_w) N
+    axial = rack_of(members, "right").normal[2] + rack_of(members, "left").normal[2]
+    pitches = [_along_axes(layout, point) for point in points]
     least = 2.0 * LEAST_PRESSURE * np.sin(np.asarray(members.tool.normal_pressure_angle)[0])
     cost = [
-        np.where((total[..., 0] > 0.0) & (np.linalg.norm(total, axis=-1) > least), np.abs(gap), np.inf)
-        for total, gap in zip(sums, gaps, strict=True)
+        np.where(
+            # Radius of the pinion less that of the gear, along N; false also of NaN.
+            (layout.offset * total[..., 0] - np.sum(place * axial, axis=0) > 0.0)
+            & (np.linalg.norm(total, axis=-1) > least),
+            np.abs(gap),
+            np.inf,
+        )
+        for total, gap, place in zip(sums, gaps, pitches, strict=True)
     ]
     best = np.argmin(cost, axis=0)
     gap = np.take_along_axis(np.stack(gaps), best[None], axis=0)[0]
@@ -197,7 +215,7 @@ def _mounting(design: Design) -> Mounting:
         point, gap, branch = _pitch_point(layout, members)
         x, y, z = np.moveaxis(point, -1, 0)
         sin, cos = layout.sin_angle, layout.cos_angle
-        pitch = np.stack([z, sin * y + cos * z])
+        pitch = _along_axes(layout, point)
         radius = np.stack([np.hypot(x, y), np.hypot(x - layout.offset, cos * y - sin * z)])
         distance = pitch.copy()
         for member, given in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting)):

@@ -19,6 +19,10 @@ Vector = NDArray[np.float64]
 Guess = tuple[float, float, float, float, float, float]
 
 
+MEETING = 1e-12
+"""Square of N_x that rounding leaves where the axes intersect, and the plane goes through both."""
+
+
 @dataclass(frozen=True)
 class PitchRegion:
     """Unmodified, error-free layout near the pitch point, in S_f."""
@@ -29,8 +33,13 @@ class PitchRegion:
 
 
 def hand_of_pair(design: Design) -> float:
-    """Find the sign of the shaft angle: that of the sum of the helix angles (+ when the sum is zero)."""
-    return -1.0 if float(design.pinion.helix_angle) + float(design.gear.helix_angle) < 0.0 else 1.0
+    """Find the sign of the shaft angle: that of the sum of the helix angles; where they cancel that of the
+    pinion's, + of straight teeth."""
+    first, total = (
+        float(design.pinion.helix_angle),
+        float(design.pinion.helix_angle + design.gear.helix_angle),
+    )
+    return -1.0 if (first if abs(total) < 1e-9 else total) < 0.0 else 1.0
 
 
 def pitch_region(design: Design) -> PitchRegion:
@@ -43,9 +52,9 @@ def pitch_region(design: Design) -> PitchRegion:
     normal_z = -sin(gamma1)
     normal_y = (sin(gamma2) - normal_z * cos(shaft)) / sin(shaft)
     squared = 1.0 - normal_y**2 - normal_z**2
-    if squared <= 0.0:
+    if squared <= -MEETING:
         raise ArithmeticError("the reference cones have no common tangent plane")
-    normal: Vector = np.array([sqrt(squared), normal_y, normal_z])
+    normal: Vector = np.array([sqrt(max(squared, 0.0)), normal_y, normal_z])
     radial1 = (normal + sin(gamma1) * k1) / cos(gamma1)
     radial2 = (-normal + sin(gamma2) * k2) / cos(gamma2)
     closure = _mid_face_radius(design.gear) * radial2 - _mid_face_radius(design.pinion) * radial1

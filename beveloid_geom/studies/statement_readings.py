@@ -54,7 +54,7 @@ def readings_of(design: Design) -> tuple[Reading, ...]:
 def _closed(design: Design) -> list[Reading]:
     """Find layouts in which the lines of action meet, those there are."""
     found, closing = [], closing_of(design)
-    if math.isfinite(closing.offset):
+    if closing.offset >= 0.0:
         pair = replace(design.pair, offset=closing.offset)
         found.append(
             Reading(f"lines of action meet: E = {closing.offset:.4f} mm", replace(design, pair=pair))
@@ -66,6 +66,8 @@ def _closed(design: Design) -> list[Reading]:
     try:
         ideal = zero_backlash_layout(design)
     except ValueError:
+        return found
+    if float(ideal.offset) < 0.0:
         return found
     pinion, gear = ideal.mounting.tolist()
     pair = Pair(float(ideal.offset), float(ideal.shaft_angle), pinion, gear)

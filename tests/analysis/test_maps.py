@@ -193,7 +193,7 @@ def test_blocks_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
         ("parabola", {"gear": (-0.1, 0.0)}, r"\[gear\] parabola must be between"),
         ("shift", {"gear": (0.0, 4.0)}, "profile shift of the gear must be between -3 and 3"),
         ("shift", {"errors": Errors()}, "one of them not 0"),
-        ("shift", {"errors": Errors(offset=300.0)}, "less than the pair's own 229"),
+        ("shift", {"errors": Errors(offset=300.0)}, "error of offset must be less than 60 on this pair"),
     ],
 )
 def test_wrong_maps_are_refused(over: Any, changes: dict[str, Any], words: str) -> None:

@@ -201,7 +201,7 @@ def test_progress_counts_every_mounting() -> None:
         ({"offset": -0.1}, "tolerance of offset must be finite and at least 0 mm, got -0.1"),
         ({"gear_axial": math.nan}, "tolerance of gear_axial must be finite and at least 0 mm, got nan"),
         ({"pinion_axial": math.inf}, "tolerance of pinion_axial must be finite"),
-        ({"shaft_angle": 1.0}, "tolerance of shaft_angle must be less than the pair's own 0.261799 rad"),
+        ({"shaft_angle": 1.0}, "tolerance of shaft_angle must be less than 0.261799 rad on this pair"),
         ({"sigmas": 0.0}, "sigmas must be positive"),
         ({"sigmas": math.inf}, "sigmas must be positive and finite, got inf"),
         ({"distribution": "even"}, "distribution must be 'normal' or 'uniform', got 'even'"),

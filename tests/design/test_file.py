@@ -95,6 +95,7 @@ NUMBER = "give it like 1.5, without quotes"
 WHOLE = "give it like 29, without quotes or decimals"
 MODULES = "it counts in normal modules, not in mm"
 LENGTH = "give a positive length in mm"
+DISTANCE = "give the distance of the axes in mm, 0 where they intersect"
 EXAMPLE = "is missing: the built-in design shows all tables and keys"
 BAD = {
     "pinion.helix_angle_deg = '25'": f"must be a number, got '25': {NUMBER}",
@@ -109,7 +110,7 @@ BAD = {
     # out of its limits
     "tool.normal_module = -6": f"must be between 0.01 and 100 mm, got -6.0: {LENGTH}",
     "gear.face_width = 0": f"must be between 0.01 and 10000 mm, got 0.0: {LENGTH}",
-    "pair.offset = 0": f"must be between 0.01 and 100000 mm, got 0.0: {LENGTH}",
+    "pair.offset = -1e-9": f"must be between 0 and 100000 mm, got -1e-09: {DISTANCE}",
     "tool.addendum = 6": f"must be between 0.1 and 4, got 6.0: {MODULES}",
     "pinion.dedendum = 0.4": f"must be between 0.5 and 4, got 0.4: {MODULES}",
     "tool.tip_radius = -1": f"must be between 0 and 4, got -1.0: {MODULES}",
@@ -144,10 +145,8 @@ BAD = {
         "-158.999: take a narrower face or a smaller cone",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "
         "mm, got 4.69846310393: teeth that mesh share their base pitch",
-    "gear.helix_angle_deg = -25": "must not cancel that of [pinion], got -25.0: without a sum of helix "
-        "angles the axes do not cross at a distance",
-    "errors.offset = 229": "must be between -114.5 and 114.5 mm, half the offset, got 229.0: it adds to the "
-        "offset, it does not replace it",
+    "errors.offset = 229": "must be between -60 and 60 mm, 10 modules, got 229.0: it adds to the offset, it "
+        "does not replace it",
     # missing, misspelt, misplaced
     "gear.teeth": EXAMPLE,
     "pair": EXAMPLE,
@@ -195,7 +194,7 @@ def test_all_faults_come_at_once() -> None:
         f"[pinion] face_width {EXAMPLE}",
         f"[gear] profile_shift must be a number, got '0.2': {NUMBER}",
         "[gear] facewidth is unknown: did you mean face_width?",
-        f"[pair] offset must be between 0.01 and 100000 mm, got -1.0: {LENGTH}",
+        f"[pair] offset must be between 0 and 100000 mm, got -1.0: {DISTANCE}",
         "[errors] offset must be a finite number, got nan: give the value itself",
     )
 
@@ -341,8 +340,8 @@ def test_override_changes_only_what_is_given() -> None:
             (
                 "parabola_gear must be between -0.02272 and 0.02272 1/mm, got 0.03: a stronger one folds the "
                 "rack profile, usual are 0.0001 to 0.01",
-                "offset_error must be between -114.5 and 114.5 mm, half the offset, got -200.0: it adds to "
-                "the offset, it does not replace it",
+                "offset_error must be between -60 and 60 mm, 10 modules, got -200.0: it adds to the offset, "
+                "it does not replace it",
             ),
         ),
         (

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies
 
 from beveloid_geom import Design, Pair, Status, builtin_design, path_of_contact, zero_backlash_layout
+from beveloid_geom.design.file import parse_design
 from beveloid_geom.findings.advice import MOST, findings_on
 from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE, closes, reach_of, remarks_on
 from beveloid_geom.findings.remarks import in_order, quiet
@@ -18,6 +19,7 @@ from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.closing import closing_report
 from beveloid_geom.report.result import strict
+from tests.validation.test_intersecting_axes import FILE
 
 TABLE1 = builtin_design()
 FLANKS = ("right", "left")
@@ -168,3 +170,43 @@ def test_lines_that_meet_out_of_reach_are_no_pair() -> None:
     assert mounting_of(meeting).normal_backlash > 0.0
     told = [remark.text for remark in remarks_on(meeting)]
     assert any(text.startswith("the gears do not reach each other, by 248.") for text in told), told
+
+
+MEETING = parse_design(
+    FILE.format(module=6.0, teeth=(24, 61), helix=(15.0, -15.0), cone=(2.0, 5.0), face=60.0, shaft=7.0)
+)
+
+
+def meeting(
+    offset: float = 0.0, shaft_angle_deg: float = 7.0, gear_helix_deg: float = -15.0, shift: float = 0.0
+) -> Design:
+    gear = replace(MEETING.gear, helix_angle=radians(gear_helix_deg), profile_shift=shift)
+    return replace(MEETING, gear=gear, pair=Pair(offset, radians(shaft_angle_deg)))
+
+
+ASTRAY = {
+    "offset 20 mm": (meeting(offset=20.0), "the gears do not reach each other, by 20 mm"),
+    "15 deg": (meeting(shaft_angle_deg=15.0), "2 and 5 deg give 7 deg, not 15 deg"),
+    "1 deg": (meeting(shaft_angle_deg=1.0), "2 and 5 deg give 7 deg, not 1 deg"),
+    "same hand": (meeting(gear_helix_deg=5.0), "helix angles that nearly cancel, +15 and +5 deg do not"),
+    "profile shift": (meeting(shift=0.3), "the pair cannot be assembled"),
+    "0.1 deg of helix": (meeting(gear_helix_deg=-15.1), "does not close"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ASTRAY)
+def test_pairs_that_were_to_intersect_are_led_to_ones_that_do(name: str) -> None:
+    design, reason = ASTRAY[name]
+    data = checked(design)
+    assert reason in " ".join((*data["errors"], *data["warnings"]))
+    assert any(advice["offset"] == 0.0 for advice in data["advice"])
+    layouts = [{key: advice[key] for key in advice if key != "change"} for advice in data["advice"]]
+    assert all(layouts[k] not in layouts[:k] for k in range(len(layouts)))
+    for advice in data["advice"]:
+        again = checked(followed(design, advice))
+        assert again["errors"] == again["warnings"] == again["advice"] == []
+
+
+def test_a_sound_pair_on_intersecting_axes_gets_no_advice() -> None:
+    assert checked(MEETING)["advice"] == checked(MEETING)["errors"] == checked(MEETING)["warnings"] == []

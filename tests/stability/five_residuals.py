@@ -79,7 +79,9 @@ def flank_at(
 
 def shaft_angle(design: Design) -> FloatArray:
     """Signed shaft angle with its error."""
-    hand = np.where(column(design.pinion.helix_angle) + column(design.gear.helix_angle) < 0.0, -1.0, 1.0)
+    first = column(design.pinion.helix_angle)
+    total = first + column(design.gear.helix_angle)
+    hand = np.where(np.where(np.abs(total) < 1e-9, first, total) < 0.0, -1.0, 1.0)
     return np.asarray(hand * (column(design.pair.shaft_angle) + column(design.errors.shaft_angle)))
 
 

@@ -1,12 +1,13 @@
 """Random pairs in wide, valid batches: one Design whose quantities are arrays of one batch axis.
 
-Five kinds. 'fitted' pairs close exactly: a working pressure angle is drawn, offset, shaft angle and
+Six kinds. 'fitted' pairs close exactly: a working pressure angle is drawn, offset, shaft angle and
 profile shift follow in closed form. 'strained' ones are the same under errors from a micrometre to
 absurd, 'usual' ones are as gears are made, under errors as they are mounted.
 'touching' pairs are laid together at a random point of both flanks with a random angle between the
 generators, mounting given: where that angle vanishes so does n_x. 'wild' layouts have nothing to do
-with the gears. Members range from one tooth to 300, module 0.3 to 10, with cones and
-helices of both signs up to the limits of a design file.
+with the gears. 'intersecting' pairs close at offset 0, some as gears are made and mounted, others under
+errors of all sizes; half of the shaft angles are rounded. Members range from one tooth to 300, module 0.3
+to 10, with cones and helices of both signs up to the limits of a design file.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from beveloid_geom.pair.closing import ClosedLayout, closed_layout
 
 from .five_residuals import Vector, cases_of, flank_at, mapped, rack_at
 
-Kind = Literal["usual", "fitted", "strained", "touching", "wild"]
+Kind = Literal["usual", "fitted", "strained", "touching", "wild", "intersecting"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 DEG = np.pi / 180.0
 
@@ -96,14 +97,14 @@ def narrow_radius(member: Member) -> FloatArray:
 def valid(design: Design) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Which designs of the batch a design file could hold."""
     pair, errors = design.pair, design.errors
-    good = np.abs(design.pinion.helix_angle + design.gear.helix_angle) >= 1e-9
+    good = np.abs(errors.offset) <= 10.0 * design.pinion.tool.normal_module
     for member in design.members:
         tool = member.tool
         round_limit = (tool.dedendum - 0.5) / (1.0 - np.sin(tool.normal_pressure_angle))
         good = good & (parabola_limits(member) > 0.0) & (tool.tip_radius <= round_limit)
         good = good & (np.abs(tool.parabola) <= parabola_limits(member)) & (narrow_radius(member) > 0.0)
         good = good & (np.abs(member.profile_shift) <= 3.0)
-    good = good & (pair.offset >= 0.01) & (pair.offset <= 1e5) & (np.abs(errors.offset) <= 0.5 * pair.offset)
+    good = good & (pair.offset >= 0.0) & (pair.offset <= 1e5)
     good = good & (pair.shaft_angle >= 0.5 * DEG) & (pair.shaft_angle <= 90.0 * DEG)
     good = good & (np.abs(errors.shaft_angle) <= 5.0 * DEG)
     good = good & (pair.shaft_angle + errors.shaft_angle >= 0.5 * DEG)
@@ -135,17 +136,26 @@ def usual_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]:
 
 def usual(rng: np.random.Generator, size: int) -> Design:
     """Pairs as they are made and mounted."""
-    design = fitted(rng, size, usual_members(rng, size))
-    errors = (signed(rng, 1e-4, 0.3, size, 0.33) for _ in range(3))
-    offset, pinion, gear = errors
-    return design.with_errors(Errors(offset, DEG * signed(rng, 1e-4, 0.05, size, 0.33), pinion, gear))
+    return fitted(rng, size, usual_members(rng, size)).with_errors(usual_errors(rng, size))
 
 
-def fitted(rng: np.random.Generator, size: int, members: tuple[Member, Member] | None = None) -> Design:
+def usual_errors(rng: np.random.Generator, size: int) -> Errors:
+    """Assembly errors as they occur, each absent in a third of the cases."""
+    offset, pinion, gear = (signed(rng, 1e-4, 0.3, size, 0.33) for _ in range(3))
+    return Errors(offset, DEG * signed(rng, 1e-4, 0.05, size, 0.33), pinion, gear)
+
+
+def fitted(
+    rng: np.random.Generator,
+    size: int,
+    members: tuple[Member, Member] | None = None,
+    aw: FloatArray | None = None,
+) -> Design:
     """Pairs that close without backlash: with the working pressure angle drawn, the layout follows; the
     gear's profile shift then takes up the backlash, which is linear in it."""
     pinion, gear = random_members(rng, size) if members is None else members
-    aw = pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.5, size)
+    if aw is None:
+        aw = np.asarray(pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.5, size))
 
     def laid_out(shift: float) -> ClosedLayout:
         thicker = unchecked(gear, profile_shift=gear.profile_shift + shift)
@@ -156,6 +166,34 @@ def fitted(rng: np.random.Generator, size: int, members: tuple[Member, Member] |
     gear = unchecked(gear, profile_shift=gear.profile_shift + layout.normal_backlash / taken_up)
     pair = drawn_pair(offset=layout.offset, shaft_angle=layout.shaft_angle)
     return Design(pinion, gear, pair, no_errors(size))
+
+
+def intersecting(rng: np.random.Generator, size: int) -> Design:
+    """Pairs on axes that intersect: with the working pressure angle drawn, the gear's helix angle is that at
+    which both working ones cancel, and the shaft angle the sum of the working cone angles."""
+    half = size // 2
+    parts = []
+    for members, errors in (
+        (usual_members(rng, half), usual_errors(rng, half)),
+        (random_members(rng, size - half), random_errors(rng, size - half)),
+    ):
+        pinion, gear = members
+        count = np.size(pinion.helix_angle)
+        aw = np.asarray(pinion.tool.normal_pressure_angle) + DEG * rng.normal(0.0, 1.0, count)
+        lean = []
+        for member in members:
+            alpha, gamma = member.tool.normal_pressure_angle, member.cone_angle
+            working = np.arcsin(np.sin(alpha) * np.sin(gamma) / np.sin(aw))
+            lean.append(np.cos(alpha) * np.cos(gamma) / np.cos(working))
+        gear = unchecked(gear, helix_angle=-np.arcsin(np.sin(pinion.helix_angle) * lean[0] / lean[1]))
+        design = fitted(rng, count, (pinion, gear), aw)
+        angle = design.pair.shaft_angle
+        angle = np.where(rng.random(count) < 0.5, DEG * np.round(angle / DEG, 2), angle)
+        design = replace(design, pair=drawn_pair(offset=np.zeros(count), shaft_angle=angle), errors=errors)
+        parts.append(cases_of(design, valid(design)))
+    both: Design = mapped(lambda *columns: np.concatenate(columns), *parts)
+    mixed: Design = cases_of(both, rng.permutation(np.size(both.pair.offset)))
+    return mixed
 
 
 def drawn_pair(**values: FloatArray) -> Pair:
@@ -252,7 +290,7 @@ def wild(rng: np.random.Generator, size: int) -> Design:
     return Design(pinion, gear, pair, random_errors(rng, size))
 
 
-MAKERS = {"usual": usual, "fitted": fitted, "strained": strained, "wild": wild}
+MAKERS = {"usual": usual, "fitted": fitted, "strained": strained, "wild": wild, "intersecting": intersecting}
 
 
 def random_designs(kind: Kind, size: int, seed: int, flank: Flank = "right") -> Design:

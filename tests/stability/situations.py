@@ -18,6 +18,7 @@ from beveloid_geom.shapes import mesh_contact as proximity
 from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
+from tests.validation import test_intersecting_axes as intersecting
 
 from . import test_line_contact as line_contact, test_meshes as meshes
 from .answers import at_shaft_angle, changed, closed, held
@@ -119,6 +120,7 @@ def symmetric() -> Iterator[Case]:
 
 
 MODIFIED = table1((0.001, -0.001))
+INTERSECTING = intersecting.LARGE, intersecting.STRAIGHT, intersecting.EQUAL.with_parabola(2e-3, -2e-3)
 STRONG = table1((0.03, 0.0)), table1((1e6, 0.0))
 
 SITUATIONS = (
@@ -131,11 +133,16 @@ SITUATIONS = (
         "helix angle of one member 0, 1e-12 deg", late(lambda: one_spur(0.0), lambda: one_spur(1e-12)), ALL
     ),
     Situation(
-        "helix angles that cancel",
+        "helix angles that cancel, axes apart",
         of(spur(0.0, 0.0), spur(25.0, -25.0)),
         STATUS,
-        "helix_angle_deg must not cancel that of [pinion]",
-        in_file("-10.57", "-25.0"),
+        "the shaft angle follows from the helix angles",
+        checked,
+    ),
+    Situation(
+        "axes that intersect, teeth straight or not; 1e-6 mm apart",
+        of(*INTERSECTING, replace(INTERSECTING[0], pair=replace(INTERSECTING[0].pair, offset=1e-6))),
+        ALL,
     ),
     Situation(
         "parabola coefficients 0, 1e-14, -1e-14 1/mm",

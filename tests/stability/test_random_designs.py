@@ -1,4 +1,4 @@
-"""100,000 random pairs and misalignments: every answer is right, and what has none says why."""
+"""140,000 random pairs and misalignments: every answer is right, and what has none says why."""
 
 from __future__ import annotations
 
@@ -11,14 +11,25 @@ from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.gear.flank import highest_parameter, root_parameter
+from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.mounting import mounting_of
 
 from .five_residuals import cases_of, column, joined, margins, residuals, search
 from .random_designs import KINDS, Kind, parabola_limits, random_designs
 
-SIZES: dict[Kind, int] = {"usual": 47600, "fitted": 800, "strained": 800, "touching": 400, "wild": 400}
+SIZES: dict[Kind, int] = {
+    "usual": 47600,
+    "fitted": 800,
+    "strained": 800,
+    "touching": 400,
+    "wild": 400,
+    "intersecting": 20000,
+}
 """Designs of each kind; each is solved on both flanks."""
-LOST: dict[Kind, float] = dict.fromkeys(KINDS, 0.0025) | {"usual": 1e-4, "touching": 0.05}
+LOST: dict[Kind, float] = {
+    **dict.fromkeys(KINDS, 0.0025),
+    **{"usual": 1e-4, "touching": 0.05, "intersecting": 1e-4},
+}
 """Share of each kind that may be lost, and say so."""
 BLOCK, POSITIONS, SEARCHED = 512, 5, 300
 """Designs at a time, positions on a path, and "no contact" answers searched of a kind and flank."""
@@ -65,7 +76,10 @@ def check(design: Design, path: ContactPath) -> None:
     assert (path.ends.contact_ratio > 0.0).all()
     apart, crossed = residuals(design, path, distance[:, solved])
     assert apart.max() <= 1e-9
-    assert crossed.max() <= 1e-12
+    # A mounting distance, rounded, over the radius of a pinion of one tooth: 1e-12 rad where the apex is far.
+    radius = np.minimum(*(np.asarray(reference_radius(member)) for member in design.members))
+    turned = np.finfo(float).eps * np.abs(distance[:, solved]).max(axis=0) / radius
+    assert (crossed <= 1e-12 + turned[:, None]).all()
     room = margins(design, path)
     assert room.min() >= -1e-9
     assert np.abs(at_ends(path, room)).max() <= 1e-9
@@ -101,13 +115,13 @@ def test_random_designs(kind: Kind, flank: Flank) -> None:
         none = np.flatnonzero(np.isin(path.ends.status, NO_CONTACT))[: SEARCHED - searched]
         none_is_missed(cases_of(design, none), flank)
         searched += len(none)
-    print(f"\n{kind:9s}{flank:6s}", dict(found), "searched", searched)
+    print(f"\n{kind:13s}{flank:6s}", dict(found), "searched", searched)
     assert sum(found.values()) == SIZES[kind]
     assert sum(found[code.name] for code in UNKNOWN) <= LOST[kind] * SIZES[kind]
 
 
-def test_there_are_100_000() -> None:
-    assert len(FLANKS) * sum(SIZES.values()) == 100_000
+def test_there_are_140_000() -> None:
+    assert len(FLANKS) * sum(SIZES.values()) == 140_000
 
 
 def test_the_search_finds_contacts(flank: Flank) -> None:

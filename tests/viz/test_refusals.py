@@ -44,7 +44,7 @@ REFUSED = {
         "--out .": "is a directory",
         "--out page.pdf": "ends in neither .html nor .htm, which the page is: name it so",
         "--out file/page.html": "the folder file does not exist",
-        "--shaft-angle-tolerance-deg 4 --offset-tolerance 300": "less than the pair's own",
+        "--shaft-angle-tolerance-deg 4 --offset-tolerance 300": "must be less than 60 mm on this pair",
         "--parabola-pinion 100": "--parabola-pinion must be",
         "--offset-tolerance -1": "--offset-tolerance",
         "--pinion-axial-tolerance nan": "'--pinion-axial-tolerance': nan is not in the range",

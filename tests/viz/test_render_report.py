@@ -28,6 +28,7 @@ from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, is_papers
 from beveloid_viz.report.page import looked_up, number_of, script_json, with_code
+from tests.symmetry import scaled
 
 COMMAND = [str(Path(sys.executable).with_name("render-report"))]
 WITHOUT_VTK = [
@@ -297,7 +298,7 @@ def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
 
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
-    design = replace(builtin_design(), pair=replace(builtin_design().pair, offset=0.01))
+    design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten of its modules
     solve, done = SECTIONS["tolerance"], lambda: None
     result, text, reason = solve("small", design, "right", Settings(cases=5), done)
     assert result is None

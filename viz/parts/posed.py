@@ -27,6 +27,10 @@ RING, LATHE = 49, 121
 """Points around a tip circle, and around a surface of revolution."""
 
 
+REMOTE = 4.0
+"""Mounting distance over the distance of the members from which the common perpendicular is left out."""
+
+
 @dataclass(frozen=True, eq=False)
 class PosedPair:
     """A design with the `frames` of its members, their `roll` (2,) (rad) and `position` (2,) along
@@ -52,6 +56,18 @@ class PosedPair:
     def foot(self) -> FloatArray:
         """Points (2, 3) of the axes on the common perpendicular, mm."""
         return np.stack([origin for _, origin in self.frames]) - self.position[:, None] * self.axis
+
+    @property
+    def apart(self) -> float:
+        """Distance (mm) by which what is drawn beside the axes is scaled: the offset, or about that of the
+        members where the axes nearly meet."""
+        middle = self.foot + self.position[:, None] * self.axis
+        return max(float(self.foot[1, 0]), 0.9 * float(np.linalg.norm(middle[1] - middle[0])))
+
+    @property
+    def remote(self) -> bool:
+        """Whether the common perpendicular is too far from the members to be drawn with them."""
+        return float(np.abs(self.position).max()) > REMOTE * self.apart
 
 
 def pose(design: Design, flank: str = "right") -> PosedPair:

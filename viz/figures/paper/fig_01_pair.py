@@ -66,13 +66,13 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
 def _ends(pair: PosedPair) -> FloatArray:
     """Say where each shaft starts and ends along its axis, (2, 2) mm from the common perpendicular."""
     half = 0.5 * np.array([float(member.face_width) for member in pair.design.members])
-    over = 0.2 * float(pair.foot[1, 0])
+    over = 0.2 * pair.apart
     return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
 
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
     """Make the camera that shows the whole pair in a picture of this size."""
-    return fit_camera(posed.reach(pair), posed.VIEW, posed.UP, size, 0.06)
+    return fit_camera(posed.reach(pair, feet=not pair.remote), posed.VIEW, posed.UP, size, 0.06)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
@@ -94,9 +94,8 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     pair = data.pair
     page, _, high = theme.new_page(
         layout,
-        "Fig. 1   The crossed beveloid gear pair in mesh",
-        f"Whole gears on their shafts, posed with the {data.flank} flanks in contact: offset $E$ between the"
-        " axes, shaft angle $\\delta$",
+        f"Fig. 1   The {'crossed ' if pair.foot[1, 0] else ''}beveloid gear pair in mesh",
+        f"Whole gears on their shafts, posed with the {data.flank} flanks in contact: {_layout_words(pair)}",
         "",
         tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_TALL,
     )
@@ -117,7 +116,8 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     view = Overlay.drawn(page, box, items, camera)
     _annotate(view, pair, layout.width < theme.NARROW)
     if pair.touching and len(data.sections) == 2:
-        shown = view.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        reach = posed.reach(pair, feet=not pair.remote)
+        shown = view.picture.project(reach) * (1.0, -1.0) + (box.left, box.bottom + box.height)
         corner = _free_corner(page, shown)
         if layout.width < theme.NARROW:
             corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_TALL - 0.8))
@@ -125,18 +125,25 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, {"pair": view.picture})
 
 
+def _layout_words(pair: PosedPair) -> str:
+    """Say what is drawn of the layout, or its numbers where it is not."""
+    if not pair.remote:
+        return "offset $E$ between the axes, shaft angle $\\delta$"
+    away = abs(float(pair.position[0]))
+    nearest = f"{pair.foot[1, 0]:g} mm apart where nearest, {away:.0f} mm from here"
+    return f"axes at {_degrees(pair):.4g}\u00b0, {nearest}"
+
+
 def _annotate(over: Overlay, pair: PosedPair, narrow: bool) -> None:
     """Draw axes, offset, shaft angle, toe and heel; words in more lines where the page is narrow."""
     ends = _ends(pair)
-    low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
+    low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.apart
+    if pair.remote:
+        low = ends[:, 0] - 0.1 * pair.apart
     for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
         over.axis(foot + first * axis, foot + last * axis, theme.INK)
-    words = f"$E$ = {pair.foot[1, 0]:g} mm"
-    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), at=0.6, **style)
-    degrees = np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))
-    words, reach = f"$\\delta$ = {degrees:.4g}\u00b0", 0.65 * abs(float(ends[1, 0]))
-    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
+    if not pair.remote:
+        _annotate_layout(over, pair, 0.65 * abs(float(ends[1, 0])))
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
@@ -145,6 +152,19 @@ def _annotate(over: Overlay, pair: PosedPair, narrow: bool) -> None:
         corner = heel[np.argmax(heel @ (right + up))]
         words = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
         over.note(corner, words, (30.0, 34.0), ha="left", va="bottom")
+
+
+def _degrees(pair: PosedPair) -> float:
+    return float(np.degrees(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0))))
+
+
+def _annotate_layout(over: Overlay, pair: PosedPair, reach: float) -> None:
+    """Draw offset, and shaft angle at a `reach` (mm) from it."""
+    words = f"$E$ = {pair.foot[1, 0]:g} mm"
+    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), at=0.6, **style)
+    words = f"$\\delta$ = {_degrees(pair):.4g}\u00b0"
+    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
 
 
 def _kind(pair: PosedPair, member: int) -> str:

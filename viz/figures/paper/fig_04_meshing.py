@@ -94,12 +94,13 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
-        "Fig. 4   Meshing model of the crossed beveloid gears",
+        f"Fig. 4   Meshing model of the {'crossed ' if offset else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
         f" meet (here they pass each other at {abs(float(data.mounting.gap)):.3g} mm; $P$ is midway)."
-        " $S_1$ and $S_2$ stand at mid-face, at roll 0. The paper puts them $b_c$ nearer to the toe, in the"
+        f" $S_1$ and $S_2${', not drawn,' if data.pair.remote else ''} stand at mid-face, at roll 0."
+        " The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
         tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
     )
@@ -108,7 +109,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     box = theme.place(page, 0.02, low + under, 0.96, high - low - under)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
-    feet = np.array([[-0.25 * offset, 0.0, 0.0], [offset, below, 0.0]])
+    feet = np.array([[-0.25 * data.pair.apart, 0.0, 0.0], [offset, below, 0.0]])
     camera = fit_camera(np.concatenate((*reach, feet)), posed.VIEW, posed.UP, box.size, 0.06)
     over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
     _annotate_layout(over, data)
@@ -117,7 +118,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
             _annotate_member(over, data, number)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
         over.label(data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
-    _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else (0.03, 0.13, 0.24, 0.19))
+    corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
+    _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else corner)
     return Drawing(page, {"meshing": over.picture})
 
 
@@ -146,14 +148,14 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max())
     feet, ways = data.pair.foot, data.pair.axis
-    length = 0.19 * float(feet[1, 0])
+    length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
         over.axis(feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
     over.angle(feet[1], ways[0], ways[1], 0.6 * reach, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
-    for number, name in enumerate(("f", "g")):
+    for number, name in enumerate("f" if data.pair.remote else "fg"):
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
         offset = (-4.0, 15.0) if number == 0 else (16.0, -12.0)
@@ -190,8 +192,9 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     over.arrow(zero, rim, colour, 1.4)
     over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
     names = tuple(f"{letter}_{index}" for letter in "xyz")
-    length = 0.17 * float(data.pair.foot[1, 0])
-    over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
+    length = 0.17 * data.pair.apart
+    if not data.pair.remote:
+        over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
 
 
 def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:

@@ -22,7 +22,7 @@ STILL = theme.STEEL
 MOVED = "#e8a04c"
 FACES = {STILL: "#d3dce4", MOVED: "#f3c48a"}
 DRAWN_SHARE = 0.16
-"""Displacements drawn, as a share of the offset."""
+"""Displacements drawn, as a share of the distance of the axes."""
 DRAWN_ANGLE = np.radians(9.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
 """Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
@@ -64,7 +64,7 @@ def compute(design: Design) -> ErrorFigure:
     """Find poses without and with each error; rolls are those of the pair without errors."""
     plain = replace(design, errors=Errors())
     nominal = posed.pose(plain)
-    length = DRAWN_SHARE * float(plain.pair.offset)
+    length = DRAWN_SHARE * nominal.apart
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     return ErrorFigure(nominal, tuple(drawn), tuple(posed.displaced(nominal, error) for error in errors))
@@ -118,7 +118,8 @@ def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[I
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
     """Draw the pair with one error, and where the member belongs."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
-    camera = fit_camera(posed.reach(nominal, moved), panel.view, panel.up, box.size, 0.05)
+    feet = panel.key == "shaft_angle" or not nominal.remote
+    camera = fit_camera(posed.reach(nominal, moved, feet=feet), panel.view, panel.up, box.size, 0.05)
     tolerance = MESH_PX * camera.mm_per_px(box.size)
     member = nominal.design.members[panel.member]
     # Shorter by a little, so that its ends do not fall into those of the displaced member.
@@ -139,10 +140,11 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
     """Draw axes before and after, and the error between them."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
     still, number = 1 - panel.member, panel.member
-    _axis(over, nominal, still, theme.INK)
-    _axis(over, nominal, number, theme.GREY)
+    near = nominal.remote and panel.key != "shaft_angle"
+    _axis(over, nominal, still, theme.INK, near)
+    _axis(over, nominal, number, theme.GREY, near)
     if panel.key != f"{solved.MEMBERS[number]}_axial":
-        _axis(over, moved, number, theme.RED)
+        _axis(over, moved, number, theme.RED, near)
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if panel.key == "shaft_angle":
@@ -152,9 +154,11 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
         over.label(arc[16], words, (-22.0, 0.0), **style)
         return
     start, end = (pair.foot[number] for pair in (nominal, moved))
-    if panel.key != "offset":
+    if panel.key != "offset" or nominal.remote:
         tip = np.hypot(*posed.rings(nominal.design.members[number]).T[:2]).max()
         out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * tip
+        if panel.key == "offset":
+            out = 0.8 * tip * np.cross(nominal.axis[number], (1.0, 0.0, 0.0))
         centres = [pair.foot[number] + pair.position[number] * pair.axis[number] for pair in (nominal, moved)]
         start, end = (centre + out for centre in centres)
         for centre in centres:
@@ -163,11 +167,12 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
     over.label(0.5 * (start + end), words, (0.0, -16.0), **style)
 
 
-def _axis(over: Overlay, pair: PosedPair, number: int, colour: str) -> None:
-    """Draw the axis of a member from the common perpendicular to beyond its heel."""
+def _axis(over: Overlay, pair: PosedPair, number: int, colour: str, near: bool) -> None:
+    """Draw the axis of a member from the common perpendicular, or from before its toe, to beyond its heel."""
     foot, way = pair.foot[number], pair.axis[number]
-    far = float(pair.position[number]) + 1.1 * float(pair.design.members[number].face_width)
-    over.axis(foot, foot + far * way, colour)
+    over_end = 1.1 * float(pair.design.members[number].face_width)
+    far = float(pair.position[number]) + over_end
+    over.axis(foot + (far - 3.0 * over_end if near else 0.0) * way, foot + far * way, colour)
 
 
 def rows(data: ErrorFigure) -> Table:

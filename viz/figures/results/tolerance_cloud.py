@@ -12,7 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
-from beveloid_geom.analysis.tolerance import ERROR_NAMES, PLACES, USUAL, ToleranceStudy, drawn_errors, mounted
+from beveloid_geom.analysis.tolerance import (
+    ERROR_NAMES,
+    PLACES,
+    USUAL,
+    ToleranceStudy,
+    drawn_errors,
+    errors_below,
+    mounted,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.words import status_name
@@ -115,7 +123,7 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
             try:
                 found = tolerance_study(design, _times(USUAL, factor), flank, MOUNTINGS, seed=SEED)
             except ValueError:
-                break  # the tolerance is as large as the layout's own value
+                break  # the tolerance is too large for the layout
         without = np.count_nonzero(~found.mountings.solved)
         shares[:, k] = found.limits_changed() / found.cases, without / found.cases
     return CaseStudy(name, colour, study, shares)
@@ -127,9 +135,9 @@ def _times(tolerances: Tolerances, factor: float) -> Tolerances:
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
-    """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors as large as the
-    layout's own values."""
-    if factor * USUAL.offset >= design.pair.offset or factor * USUAL.shaft_angle >= design.pair.shaft_angle:
+    """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors too large for
+    the layout."""
+    if any(factor * getattr(USUAL, name) >= most for name, most in errors_below(design).items()):
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
     errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
     with np.errstate(invalid="ignore"):
