@@ -40,9 +40,9 @@ SMALL_BY = 2.0
 """A flank that would be smaller than the other by more than this has a scale of its own."""
 FLAT_BY = 5.0
 """Curves that would be lower than those of the other flank by more than this have axes of their own."""
-LEVELS, EDGE = 6, 0.88
+LEVELS, EDGE = 8, 0.88
 """Level lines of an ease-off, at most, and the share of half a flank beyond which they are not labelled."""
-LEGEND: dict[str, Any] = {"handlelength": 1.8, "columnspacing": 1.4}
+LEGEND: dict[str, Any] = {"handlelength": 1.5, "columnspacing": 1.0, "handletextpad": 0.5}
 CASES = {GIVEN: "as given", PLAIN: "without parabolas"}
 
 
@@ -145,7 +145,11 @@ def _levels(axes: Axes, found: EaseOff) -> None:
     """Draw level lines (um) over the flank, z by l."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
     levels = MaxNLocator(LEVELS, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
-    styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
+    styles: dict[str, Any] = {
+        "colors": [theme.BLUE if level else theme.INK for level in levels],
+        "linewidths": [1.2 if level else 1.8 for level in levels],
+        "linestyles": ["-" if level >= 0.0 else "--" for level in levels],
+    }
     lines = axes.contour(found.z, found.l, values, levels=levels, **styles)
     names: Callable[[float], str] = partial(_level_name, step=float(np.diff(levels)[0]))
     half = np.array((np.ptp(found.z), np.ptp(found.l))) / 2.0
@@ -210,7 +214,7 @@ def sliding_chart(report: SlidingReport) -> Figure:
     """Draw the speed of sliding, and specific sliding of both members, over the pinion's roll."""
     chart = new_chart(360.0)
     speed, specific = chart.subplots(2, 1, sharex=True)
-    charts.sliding_speed(speed, report, "sliding, all")
+    charts.sliding_speed(speed, report, "all")
     charts.specific_sliding(specific, report)
     specific.set_xlabel("pinion roll (deg)")
     for axes in (speed, specific):

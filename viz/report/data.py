@@ -43,8 +43,8 @@ from ..parts.solved import FLANKS
 
 POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 """What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
-EASE_OFF_GRID = (9, 13)
-"""Points of the ease-off along profile and face."""
+EASE_OFF_GRID, DRAWN_GRID = (9, 13), (21, 31)
+"""Points of the ease-off along profile and face, of its numbers and of its level lines."""
 CLOUD, CLOUD_POINTS = 240, 9
 """Mountings whose paths are drawn, and positions of each."""
 USUAL_FORCE = 1000.0
@@ -138,8 +138,8 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
     progress("ease-off")
-    eased = ease_off_report(name, design, EASE_OFF_GRID)
-    numbers["ease_off"] = json.loads(json_text(eased.data()))
+    eased = ease_off_report(name, design, DRAWN_GRID)
+    numbers["ease_off"] = json.loads(json_text(ease_off_report(name, design, EASE_OFF_GRID).data()))
     numbers["mountings"] = failed_mountings([results.study for results in flanks.values()])
     progress("statements")
     if is_papers(design):

@@ -33,7 +33,10 @@
     const above = links.filter((link) => document.querySelector(link.hash).getBoundingClientRect().top <= line);
     const now = above.at(-1);
     if (now?.hasAttribute("aria-current")) return;
-    links.forEach((link) => link.toggleAttribute("aria-current", link === now));
+    for (const link of links) {
+      if (link === now) link.setAttribute("aria-current", "true");
+      else link.removeAttribute("aria-current");
+    }
     if (now) contents.scrollLeft = now.offsetLeft + 0.5 * (now.offsetWidth - contents.clientWidth);
   };
   window.addEventListener("scroll", mark, { passive: true });
