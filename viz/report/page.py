@@ -162,23 +162,25 @@ def key_of(path: str, place: str, peaks: Mapping[str, int]) -> str:
 
 def parted(
     numbers: Mapping[str, Any], peaks: Mapping[str, int], rows: Sequence[Row], columns: Sequence[Column]
-) -> tuple[list[tuple[str, str, list[Markup | str]]], list[str]]:
-    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for rounding
-    all along, which take no row. A row: label, path, digits, None for the name of a limit, and unit, scale and
-    whether the digits are those in all. A column: heading, place, and its own scale."""
+) -> tuple[list[tuple[str, str, list[Markup | str]]], dict[str, list[str]]]:
+    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for rounding,
+    or not known, all along, which take no row. A row: label, path, digits, None for the name of a limit, and
+    unit, scale and whether the digits are those in all. A column: heading, place, and its own scale."""
     shown: list[tuple[str, str, list[Markup | str]]] = []
-    zero: list[str] = []
+    left: dict[str, list[str]] = {"Zero": [], "Not known": []}
     for row in rows:
         label, path, digits, unit, scale, general = (*row, *ROW_DEFAULTS[len(row) :])
         cells = [(key_of(path, place, peaks), scale * own) for _, place, own in columns]
         values = [looked_up(numbers, key) for key, _ in cells]
-        if all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
-            zero.append(label)
+        if all(value is None for value in values):
+            left["Not known"].append(label)
+        elif all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
+            left["Zero"].append(label)
         elif digits is None:
             shown.append((label, unit, [_limit_words(value) for value in values]))
         else:
             shown.append((label, unit, [number_of(numbers, key, digits, by, general) for key, by in cells]))
-    return shown, zero
+    return shown, left
 
 
 def _limit_words(end: Any) -> str:
