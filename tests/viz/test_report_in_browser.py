@@ -287,7 +287,8 @@ TARGETS = """() => [...document.querySelectorAll("a, button, select, input, summ
 RIGHT_EDGES = """(kind) => [...document.querySelectorAll(`table.${kind}`)].map((table) =>
   [...table.querySelectorAll("tbody tr:first-child td")].map((cell) => cell.getBoundingClientRect().right -
     table.getBoundingClientRect().left))"""
-SCROLLED = """() => [...document.querySelectorAll(".scroll, nav ul")].filter((box) => box.scrollWidth > box.clientWidth)
+SCROLLED = """() => [...document.querySelectorAll(".scroll, nav ul")]
+  .filter((box) => box.scrollWidth > box.clientWidth)
   .map((box, n) => { box.id ||= `scrolled-${n}`; return box.id; })"""
 
 
@@ -424,7 +425,7 @@ def test_without_javascript_all_but_the_view_is_there(browser: Browser, report: 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_on_paper(browser: Browser, report: Path, scheme: str) -> None:
-    """White whatever the screen is, nothing beyond the margins of A4 (190 mm), and without what needs a hand."""
+    """White whatever the screen is, nothing beyond the margins of A4 (190 mm), no buttons."""
     with opened(browser, report, 718, color_scheme=scheme) as seen:
         seen.page.emulate_media(media="print")
         assert seen.page.evaluate("document.scrollingElement.scrollWidth") <= 718

@@ -48,8 +48,8 @@ CASES = {GIVEN: "as given", PLAIN: "without parabolas"}
 
 @dataclass(frozen=True, eq=False)
 class Flats:
-    """Active flanks laid flat, of pinion and gear by flank, None where one ends short of its tip; their scales,
-    pixels a mm; and the heights of both members' drawings, pixels, that of the larger flank."""
+    """Active flanks laid flat, of pinion and gear by flank, None where one ends short of its tip; their
+    scales, pixels a mm; and the heights of both members' drawings, pixels, that of the larger flank."""
 
     flanks: dict[str, tuple[FlatFlank | None, ...]]
     scales: dict[FlatFlank, float]
@@ -121,7 +121,8 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
     parabolas, without them. None where there is none."""
     bent = any(float(member.tool.parabola) for member in report.design.members)
     found = {case: report.known.get((results.flank, case)) for case in CASES if bent or case == GIVEN}
-    if found[GIVEN] is None or not np.isfinite(found[GIVEN].deviation).any():
+    given = found[GIVEN]
+    if given is None or not np.isfinite(given.deviation).any():
         return None
     chart = new_chart(205.0 * len(found))
     for axes, (case, one) in zip(
@@ -170,8 +171,8 @@ def _level_name(value: float, step: float) -> str:
 
 
 def pressure_chart(report: ContactReport) -> Figure | None:
-    """Draw Hertz's greatest pressure over the pinion's roll, apart where the ellipse ends beyond an edge. None
-    where there is none."""
+    """Draw Hertz's greatest pressure over the pinion's roll, apart where the ellipse ends beyond an edge;
+    None where there is none."""
     found, path = report.pressed, report.path
     if found is None or not np.isfinite(found.pressure).any():
         return None

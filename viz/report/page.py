@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.cli.options import BUILTIN_DESIGN
-from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
 from beveloid_geom.findings.path import pressure_remarks
+from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.sensitivity import STEPS
 from beveloid_geom.report.tolerance import SHOWN_SHARES
@@ -45,7 +45,7 @@ Charts = dict[str, dict[str, Markup]]
 Drawn = dict[str, tuple[str, Figure]]
 Row = tuple[Any, ...]
 Column = tuple[Any, str, float]
-ROW_DEFAULTS = (None, None, None, "", 1.0, False)
+ROW_DEFAULTS: Row = (None, None, None, "", 1.0, False)
 SAME_HEIGHTS = ("pressure", "error", "spectrum", "sliding")
 """Charts whose axes are those of the other flank."""
 VERDICTS = {
@@ -163,9 +163,9 @@ def key_of(path: str, place: str, peaks: Mapping[str, int]) -> str:
 def parted(
     numbers: Mapping[str, Any], peaks: Mapping[str, int], rows: Sequence[Row], columns: Sequence[Column]
 ) -> tuple[list[tuple[str, str, list[Markup | str]]], dict[str, list[str]]]:
-    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for rounding,
-    or not known, all along, which take no row. A row: label, path, digits, None for the name of a limit, and
-    unit, scale and whether the digits are those in all. A column: heading, place, and its own scale."""
+    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for
+    rounding, or not known, all along, which take no row. A row: label, path, digits, None for the name of a
+    limit, and unit, scale and whether the digits are those in all. A column: heading, place, own scale."""
     shown: list[tuple[str, str, list[Markup | str]]] = []
     left: dict[str, list[str]] = {"Zero": [], "Not known": []}
     for row in rows:

@@ -7,14 +7,14 @@ measured.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import groupby
 
 import numpy as np
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import Codes, FloatArray
-from beveloid_geom.contact.placing import frames_at
+from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.operation.first_contact import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
@@ -45,7 +45,7 @@ def pair_picture(design: Design) -> str:
     frames = frames_at(design, 0.0, phase)
     pieces: list[tuple[float, str, FloatArray]] = []
     for letter, member, frame in zip("pg", design.members, frames, strict=True):
-        for depth, polygons in _surfaces(member, lambda points, frame=frame: to_fixed(frame, points) @ eye.T):
+        for depth, polygons in _surfaces(member, frame, eye):
             seen = np.isfinite(depth) & (_area(polygons) > 0.0)
             names = [f"{letter}{shade}" for shade in _shades(polygons[seen]).tolist()]
             pieces += zip(depth[seen].tolist(), names, polygons[seen, :, :2], strict=True)
@@ -55,8 +55,9 @@ def pair_picture(design: Design) -> str:
     corners = np.concatenate([points for _, _, points in pieces])
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = WIDTH / (high - low)[0]
+    corner = float(low[0]), float(high[1])
     paths = "\n".join(
-        f'<path class="{name}" d="{"".join(_path(points, (low[0], high[1]), scale) for *_, points in same)}"/>'
+        f'<path class="{name}" d="{"".join(_path(points, corner, scale) for *_, points in same)}"/>'
         for name, same in groupby(pieces, lambda piece: piece[1])
     )
     box, title = f"0 0 {WIDTH} {round(scale * (high - low)[1])}", "Pinion, on the left, and gear in mesh"
@@ -71,15 +72,17 @@ def _eye() -> FloatArray:
     return np.stack((right, np.cross(back, right), back))
 
 
-def _surfaces(
-    member: Member, seen_at: Callable[[FloatArray], FloatArray]
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Give the polygons that bound a gear, (m, corners, 3), against the clock seen from outside, where
-    `seen_at` puts points of its own frame, with the depths (m,) by which they are sorted: around its teeth, in
-    its bore, and at toe and heel a piece for each tooth."""
+def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Give the polygons that bound a gear, (m, corners, 3), against the clock seen from outside, as the
+    `eye` has them, with the depths (m,) by which they are sorted: around its teeth, in its bore, and at toe
+    and heel a piece for each tooth."""
+
+    def seen_at(points: FloatArray) -> FloatArray:
+        return np.asarray(to_fixed(frame, points) @ eye.T)
+
     teeth = int(member.teeth)
     tooth = _outline(member, 0.5 * float(member.face_width) * STATIONS)
-    angles = 2.0 * np.pi / teeth * np.arange(teeth)
+    angles = np.asarray(2.0 * np.pi / teeth * np.arange(teeth), dtype=float)
     ring = np.stack([turned(tooth[:, j], angles) for j in range(len(STATIONS))], axis=2)  # (teeth, n, nz, 3)
     around = np.concatenate((ring, np.roll(ring, -1, axis=0)[:, :1]), axis=1)
     rim = around[:, (0, -1)][:, :, (0, -1)]  # where a tooth begins and ends, at toe and heel
