@@ -182,20 +182,20 @@ def test_words_are_legible_and_stand_clear_at_960_pixels(modified: Film, name: s
             text.set_text(words)
         canvas: Any = sheet.page.canvas
         canvas.draw()
-        outside = {
-            label for axes in sheet.page.axes for axis in (axes.xaxis, axes.yaxis) for label in unseen(axis)
-        }
+        outside = [label for axes in sheet.page.axes for label in (*unseen(axes.xaxis), *unseen(axes.yaxis))]
         found = [each for each in sheet.page.findobj(Text) if isinstance(each, Text) and each not in outside]
         texts = [text for text in found if text.get_text().strip() and text.get_visible()]
-        boxes = [(text.get_text(), text.get_window_extent(canvas.get_renderer()).extents) for text in texts]
+        boxes = [
+            (text.get_text(), text.get_window_extent(canvas.get_renderer()).get_points()) for text in texts
+        ]
     assert len(boxes) > 25
-    assert min(text.get_fontsize() * sheet.page.dpi / 72.0 for text in texts) >= 14.0
-    for words, (left, bottom, right, top) in boxes:
+    assert min(float(text.get_fontsize()) * sheet.page.dpi / 72.0 for text in texts) >= 14.0
+    for words, ((left, bottom), (right, top)) in boxes:
         assert 10.0 <= left < right <= 950.0, words
         assert 10.0 <= bottom < top <= 710.0, words
     for i, (one, first) in enumerate(boxes):
         for other, second in boxes[:i]:
-            apart = np.maximum(first[:2] - second[2:], second[:2] - first[2:]).max()
+            apart = np.maximum(first[0] - second[1], second[0] - first[1]).max()
             assert apart > -1.0, (one, other)
     title = boxes[[words.endswith("right flanks in mesh") for words, _ in boxes].index(True)][0]
     assert title.startswith(name if len(name) < 40 else r"\$a\$-")
