@@ -13,17 +13,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 
 from .figures import FIGURES, SETS, UNASKED, Figure
 from .options import command, option, prepare_folder, require_drawing, size_option, writing
+from .stage.layout import Layout, of_size, of_width
 
 if TYPE_CHECKING:
     from beveloid_geom import Design
 
+    from .stage.theme import Page
+
 DEFAULT_OUT = Path("outputs/figures")
+WIDTHS_MM = 80, 260
+"""Widths of a page in print, mm."""
 MOST_UNASKED = 4
 """Processes that are started unasked: each takes about 0.4 GB."""
 
@@ -47,32 +53,40 @@ def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figur
 
 @dataclass(frozen=True)
 class Made:
-    """A figure as it is written: its files `png` and `csv`, the triangles on it, and the seconds it took."""
+    """A figure as it is written: its `files` by suffix, the triangles on it, and the seconds it took."""
 
-    png: bytes
-    csv: str
+    files: dict[str, bytes]
     triangles: int
     seconds: float
 
 
-def make_figure(figure: Figure, design: Design, size: tuple[int, int]) -> Made:
-    """Compute and draw one figure of `size` pixels."""
-    from .stage import theme
+def make_figure(figure: Figure, design: Design, layout: Layout, form: str) -> Made:
+    """Compute and draw one figure, to be written as a file of one of `files.FORMATS`; where the page is plain
+    with its words as a text."""
+    from .stage import files, theme
 
     start = time.perf_counter()
     recipe = figure.recipe()
     data = recipe.compute(design)
+    drawing = recipe.drawn(data, layout)
     with theme.style():
-        drawing = recipe.draw(data, size)
-        png = theme.png_of(drawing.page)
+        found = {form: files.file_of(drawing.page, form)}
     header, rows = recipe.rows(data)
     table = io.StringIO()
     csv.writer(table, lineterminator="\n").writerows((header, *rows))
-    return Made(png, table.getvalue(), drawing.triangles, time.perf_counter() - start)
+    found["csv"] = table.getvalue().encode()
+    if layout.plain:
+        found["txt"] = caption_of(drawing.page).encode()
+    return Made(found, drawing.triangles, time.perf_counter() - start)
+
+
+def caption_of(page: Page) -> str:
+    """Give what a plain page leaves out: title, subtitle and note, a paragraph each."""
+    return "".join(f"{words}\n\n" for words in (page.title, page.subtitle, page.note) if words)[:-1]
 
 
 def made(
-    figures: Sequence[Figure], design: Design, size: tuple[int, int], jobs: int
+    figures: Sequence[Figure], design: Design, layout: Layout, form: str, jobs: int
 ) -> Iterator[tuple[Figure, Made]]:
     """Give each figure as soon as it is made, by `jobs` processes. Those that measure time come last, made
     here while nothing else runs. Raises Refusal where a process is lost."""
@@ -86,7 +100,9 @@ def made(
 
         with workers(min(jobs, len(others))) as pool:
             # The last of the list take longest: first, so that none is waited for alone.
-            tasks = {pool.submit(make_figure, figure, design, size): figure for figure in reversed(others)}
+            tasks = {
+                pool.submit(make_figure, figure, design, layout, form): figure for figure in reversed(others)
+            }
             try:
                 for task in as_completed(tasks):
                     yield tasks[task], task.result()
@@ -96,13 +112,13 @@ def made(
                 ) from None
         others = []
     for figure in (*others, *timed):
-        yield figure, make_figure(figure, design, size)
+        yield figure, make_figure(figure, design, layout, form)
 
 
 def write_figure(figure: Figure, found: Made, folder: Path) -> None:
-    """Write picture and numbers into the folder; each file appears whole or not at all."""
-    for suffix, content in ((".png", found.png), (".csv", found.csv.encode())):
-        with whole_file(folder / f"{figure.name}{suffix}") as beside:
+    """Write picture, numbers and words into the folder; each file appears whole or not at all."""
+    for suffix, content in found.files.items():
+        with whole_file(folder / f"{figure.name}.{suffix}") as beside:
             beside.write_bytes(content)
 
 
@@ -130,8 +146,24 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=" and ".join(UNASKED),
     help="Draw the figures of the paper, of results, of methods; repeatable.",
 )
-@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for PNG and CSV files.", metavar="DIR")
+@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for pictures and CSV files.", metavar="DIR")
 @size_option("1600x1200")
+@click.option(
+    "--width-mm",
+    type=click.FloatRange(*WIDTHS_MM),
+    metavar="MM",
+    help="Lay the page out anew for a width in print, such as 90, 140 or 190, instead of --size: type of 7 to"
+    " 9 points, as high as needed, 300 pixels to an inch.",
+)
+@click.option("--plain", is_flag=True, help="Leave title, number and note to a text file NAME.txt.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["png", "pdf", "svg"]),
+    default="png",
+    show_default=True,
+    help="PDF and SVG have type and lines as such, and 3D pictures in them.",
+)
 @option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
 @click.option(
     "--jobs",
@@ -141,10 +173,22 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     help="Processes that draw.",
 )
 def main(
-    names: tuple[str, ...], sets: tuple[str, ...], out: Path, size: tuple[int, int], design: str, jobs: int
+    names: tuple[str, ...],
+    sets: tuple[str, ...],
+    out: Path,
+    size: tuple[int, int],
+    width_mm: float | None,
+    plain: bool,
+    form: str,
+    design: str,
+    jobs: int,
 ) -> None:
-    """Draw figures as PNG, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
+    """Draw figures, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
     contact pattern and transmission error, and, if asked for, how fast and how exact the methods are."""
+    asked = click.get_current_context().get_parameter_source("size")
+    if width_mm is not None and asked == ParameterSource.COMMANDLINE:
+        raise Refusal(["--size and --width-mm cannot both be given: either lays out the page"])
+    layout = of_size(size, plain) if width_mm is None else of_width(width_mm, plain)
     figures = chosen_figures(names, sets)
     loaded = load_design(design)
 
@@ -155,7 +199,7 @@ def main(
     begin = time.perf_counter()
     done: dict[str, Made] = {}
     with tqdm(total=len(figures), desc="figures", unit="figure", file=sys.stderr) as bar:
-        for figure, found in made(figures, loaded, size, jobs):
+        for figure, found in made(figures, loaded, layout, form, jobs):
             with writing(f"{figure.name} to {out}"):
                 write_figure(figure, found, out)
             done[figure.name] = found
@@ -165,7 +209,8 @@ def main(
         f"{figure.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {figure.title}"
         for figure, found in ((figure, done[figure.name]) for figure in figures)
     ]
-    drawn = "1 figure (PNG) and its" if len(lines) == 1 else f"{len(lines)} figures (PNG) and their"
+    kind = f"({form.upper()})"
+    drawn = f"1 figure {kind} and its" if len(lines) == 1 else f"{len(lines)} figures {kind} and their"
     seconds = time.perf_counter() - begin
     lines.append(f"{drawn} numbers (CSV) are in {out.resolve()}, drawn in {seconds:.1f} s")
     write_out("\n".join(lines) + "\n")

@@ -9,6 +9,8 @@ from beveloid_geom import Design
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.parts.recipe import Drawing, Recipe
 from beveloid_viz.stage import theme
+from beveloid_viz.stage.layout import Layout, of_size
+from beveloid_viz.stage.scene import Size
 from beveloid_viz.stage.theme import Page
 
 SMALL = (400, 300)
@@ -18,12 +20,12 @@ def recipe_of(name: str) -> Recipe[Any]:
     return next(figure for figure in FIGURES if figure.name == name).recipe()
 
 
-def page_of(draw: Callable[[Any, theme.Size], Drawing], data: Any, size: theme.Size = SMALL) -> Page:
+def page_of(draw: Callable[[Any, Layout], Drawing], data: Any, size: Size = SMALL) -> Page:
     with theme.style():
-        return draw(data, size).page
+        return draw(data, of_size(size)).page
 
 
-def drawn(name: str, design: Design, size: theme.Size = SMALL) -> tuple[Page, list[dict[str, Any]]]:
+def drawn(name: str, design: Design, size: Size = SMALL) -> tuple[Page, list[dict[str, Any]]]:
     """A figure's page, and its table by the header."""
     recipe = recipe_of(name)
     data = recipe.compute(design)

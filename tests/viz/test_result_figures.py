@@ -31,7 +31,7 @@ from beveloid_viz.figures.results import (
     sensitivity as fig_sensitivity,
     tolerance_cloud as fig_cloud,
 )
-from beveloid_viz.parts import charts, posed, solved
+from beveloid_viz.parts import charts, motion_graph, posed, solved
 from beveloid_viz.stage.opengl import require_opengl
 
 from ..symmetry import scaled
@@ -208,6 +208,20 @@ def test_the_error_repeats_and_its_dots_are_hand_overs(report: OperationReport) 
     known = np.isfinite(np.asarray(edges.get_ydata(), dtype=float))
     np.testing.assert_array_equal(known[:61], report.first.limit[:, 0] >= 0)
     assert len(np.asarray(dots.get_xdata())) == 3 * np.count_nonzero(report.cycle.hand_over)
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
+    """The curves of all tooth pairs alone, whole pitches apart, have the mesh cycle as their envelope."""
+    graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
+    steps = motion_graph.STEPS
+    pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
+    first = np.fmin.reduce(pairs) if flank == "right" else np.fmax.reduce(pairs)
+    np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)
+    low, high = graph.limits
+    assert low < graph.report.first.transmission_error.min() - graph.mean
+    assert (high - low) * graph.pitch_radius >= MARKING_SEPARATION
+    assert (abs(high) > abs(low)) == (flank == "right")
 
 
 def test_amplitudes_are_the_cycles(report: OperationReport) -> None:

@@ -35,6 +35,7 @@ from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.parts.recipe import Drawing
 from beveloid_viz.parts.solved import SolvedPath
 from beveloid_viz.stage import theme
+from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
 
@@ -53,6 +54,16 @@ WITHOUT_CURVES = {"meshed-tooth"}
 """Pages on which nothing is left but words, or that are never the same twice."""
 CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
 CHARTS += ["speed-accuracy", "ease-off"]
+FEW = Settings(
+    tolerances=(0.1, 0.01),
+    xtols=(1e-2, 1e-14),
+    batches=(1, 100),
+    batch=10,
+    run=11,
+    repeat=0,
+    grids=(8, 16),
+)
+"""Of the comparison of methods."""
 Image = NDArray[np.uint8]
 
 
@@ -64,17 +75,8 @@ def _opengl() -> None:
 @pytest.fixture(scope="module", autouse=True)
 def _short_measurements() -> Iterator[None]:
     """Pages of measurements are drawn from a few of them."""
-    few = Settings(
-        tolerances=(0.1, 0.01),
-        xtols=(1e-2, 1e-14),
-        batches=(1, 100),
-        batch=10,
-        run=11,
-        repeat=0,
-        grids=(8, 16),
-    )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_speed, "SETTINGS", few)
+        patch.setattr(fig_speed, "SETTINGS", FEW)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_maps, "STEPS", 7)
         patch.setattr(fig_maps, "STEPS_IN_OPERATION", 7)
@@ -116,8 +118,7 @@ def drawing(name: str) -> Drawing:
 
 
 def drawn(name: str, data: object) -> Drawing:
-    with theme.style():
-        return recipe_of(name).draw(data, SIZE)
+    return recipe_of(name).drawn(data, of_size(SIZE))
 
 
 @cache

@@ -16,7 +16,7 @@ from beveloid_geom import builtin_design
 from beveloid_geom.studies import comparison
 from beveloid_geom.studies.comparison import Row
 from beveloid_viz.figures.methods import speed_accuracy as fig_speed
-from beveloid_viz.stage import theme
+from beveloid_viz.stage.scene import Size
 from beveloid_viz.stage.theme import Page
 
 from .pages import page_of, words
@@ -51,7 +51,7 @@ def case_of(shift: float, *lost: str) -> fig_speed.SpeedCase:
     return fig_speed.SpeedCase("right", (0.001, -0.001), tuple(rows))
 
 
-def drawn(data: tuple[fig_speed.SpeedCase, ...], size: theme.Size) -> Page:
+def drawn(data: tuple[fig_speed.SpeedCase, ...], size: Size) -> Page:
     return page_of(fig_speed.draw, data, size)
 
 
@@ -76,7 +76,7 @@ def overprinted(axes: Axes) -> list[str]:
 
 @pytest.mark.parametrize("size", [(1600, 1200), (1200, 900)])
 @pytest.mark.parametrize("shift", [0.0, 0.05, 0.2, 0.5])
-def test_no_label_is_overprinted(shift: float, size: theme.Size) -> None:
+def test_no_label_is_overprinted(shift: float, size: Size) -> None:
     page = drawn((case_of(shift),) * 4, size)
     for axes in page.axes:
         assert overprinted(axes) == []

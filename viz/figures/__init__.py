@@ -55,7 +55,7 @@ FIGURES = (
     Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
     Figure(
         "transmission-error",
-        "Transmission error in operation, and its amplitudes",
+        "Motion graph: transmission error of every tooth pair, and of the one that runs",
         "results.transmission_error",
     ),
     Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off"),

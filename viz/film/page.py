@@ -20,6 +20,7 @@ from ..parts import annotate, charts, panels
 from ..parts.panels import Panel, Trace
 from ..parts.solved import MEMBERS
 from ..stage import theme
+from ..stage.layout import of_size
 from ..stage.scene import Picture, Size
 from ..stage.theme import Box, Page
 from . import zone
@@ -111,12 +112,11 @@ def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
     end = "heel" if zone.looks_from(film)[2] > 0.0 else "toe"
     note = NOTE.format(how=how, end=end, film=1e3 * FILM)
     page, low, high = theme.new_page(
-        size,
+        of_size(size, inches=PAGE_INCHES),
         f"{_name_words(film.cycle.name)}{errors}: {flank} flanks in mesh",
         f"{bends}; contact ratio {ratios}",
         note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""),
         columns=COLUMNS,
-        page_inches=PAGE_INCHES,
     )
     box = theme.place(page, 0.03, low, SIDE - 0.06, high - low)
     axes = theme.overlay(page, box)

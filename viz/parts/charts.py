@@ -34,6 +34,8 @@ MIDDLE = 1
 COLOURS = {"right": theme.BLUE, "left": theme.RED}
 MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
 """Of the changes on a member's flank, and of those of the pair; and their lines of the two of a flank."""
+NARROW = 2.9
+"""Inches of axes under which values stand in a column of their own."""
 ZERO = 1e-9
 """Changes below this share of the greatest are rounding."""
 DECADES = 2.0
@@ -212,7 +214,9 @@ def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, great
         return
     ticks = 10.0 ** (np.floor(np.log10(greatest)) - np.array([DECADES, 0.0]))
     axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
-    axes.set_xlim(-300.0 * greatest, 300.0 * greatest)
+    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
+    low, high = (1.5, 1e5) if narrow else (300.0, 300.0)  # room for words at both ends, or on the right
+    axes.set_xlim(-low * greatest, high * greatest)
     marks = np.concatenate((-ticks[::-1], [0.0], ticks))
     texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]
     texts[1] = ""  # where the scale changes; with its sign it would run into its neighbours
@@ -222,11 +226,11 @@ def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, great
         marker, line = MARKERS[member]
         look: dict[str, Any] = {"color": COLOURS[flank], "marker": marker}
         at = blocks + 2.0 * flanks.index(flank) + line
-        _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look)
+        _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look, narrow)
 
 
-def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, Any]) -> None:
-    """Draw a stem from zero on each line, with the value at its end."""
+def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, Any], apart: bool) -> None:
+    """Draw a stem from zero on each line, with the value at its end or `apart`, on the right of the axes."""
     colour = look["color"]
     for value, y in zip(values.tolist(), lines.tolist(), strict=True):
         if np.isnan(value):
@@ -236,6 +240,10 @@ def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, An
         axes.plot([value], [y], ms=6.5, mfc="white" if look["marker"] == "D" else colour, **look)
         away, ha = (-8.0, "right") if value < 0.0 else (8.0, "left")
         style: dict[str, Any] = {"ha": ha, "va": "center", "color": colour, "fontsize": theme.SMALL}
+        if apart:
+            style |= {"ha": "right", "transform": axes.get_yaxis_transform()}
+            axes.text(1.0, y, _three_digits(value), **style)
+            continue
         theme.beside(axes, (value, y), _three_digits(value), (away, -0.5), **style)
 
 

@@ -30,6 +30,8 @@ ISLAND = 0.06
 """Share of the cells that a line must part from the others."""
 EDGE, CORNER = 0.46, 0.32
 """Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
+LEVEL = "level"
+"""What words are called that name a level."""
 LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
 """Hatches of cells without a path, without a figure, and without use."""
 
@@ -132,13 +134,25 @@ def _contours(
         return
     style: dict[str, Any] = {"colors": theme.INK, "linewidths": 0.8, "linestyles": "solid", "zorder": 1.0}
     lines = axes.contour(x, y, shown.T, levels=levels, **style)
-    labels = axes.clabel(lines, fontsize=9.0, fmt=_plain, inline=False)
+    labels = axes.clabel(lines, fontsize=theme.SMALL, fmt=_plain, inline=False)
     for label in labels:
         label.set_path_effects(HALO)
+        label.set_gid(LEVEL)
         seen = axes.transData.transform(label.get_position())
         place = np.abs(axes.transAxes.inverted().transform(seen) - 0.5)
         if place.max() > EDGE or place.min() > CORNER:
             label.remove()  # cut off, or under the name of a quadrant
+
+
+def thin_out(axes: Axes) -> None:
+    """Take away names of levels that stand on other words."""
+    kept = [text.get_window_extent() for text in axes.texts if text.get_gid() != LEVEL and text.get_text()]
+    for label in [text for text in axes.texts if text.get_gid() == LEVEL]:
+        box = label.get_window_extent()
+        if any(box.overlaps(other) for other in kept):
+            label.remove()
+        else:
+            kept.append(box)
 
 
 def _jumps(angle: FloatArray) -> Mask:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +21,7 @@ from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter,
 from beveloid_geom.shapes.sampling import grid_faces
 
 from ..stage import theme
+from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
 from .solved import MEMBERS, SolvedPath
@@ -34,7 +36,9 @@ SOLID: tuple[float, ...] = ()
 STRETCH = 2.0
 """How many times as large across as along flanks are drawn side by side."""
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
-LABEL = 0.27  # inches, over and under a flank
+CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=1.55)
+LABEL, HEADING = 0.27, 0.4
+"""Inches over and under a flank, and over a column."""
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
 """Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
 that touch instead."""
@@ -198,6 +202,11 @@ class Panel:
     picture: Picture
     view: FlankView
 
+    @property
+    def page(self) -> Page:
+        """The page it is on."""
+        return cast("Page", self.axes.figure)
+
     def place(self, points: FloatArray) -> FloatArray:
         """Give pixels (..., 2) in the axes of points (..., 3) of the member's own frame, mm."""
         return self.picture.project(self.view.place(points))
@@ -262,7 +271,8 @@ def show_items(
 @dataclass(frozen=True, eq=False)
 class Cell:
     """Where a flank stands among others: in the `row` of pinions (0) or gears (1) and a `column`, its box,
-    view and scale, and the place (2,) of words under it, shares of the page."""
+    view and scale, and the place (2,) of words under it, shares of the page, that are at most `width` pixels
+    wide."""
 
     row: int
     column: int
@@ -270,41 +280,66 @@ class Cell:
     view: FlankView | None
     px_per_mm: float
     under: tuple[float, float]
+    width: float
+
+    def say(self, page: Page, words: str) -> None:
+        """Write words under the flank."""
+        style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
+        theme.fill(page.text(*self.under, "", **style), words, self.width)
+
+
+def flanks_tall(layout: theme.Layout, count: int, text: float) -> float:
+    """Give the inches in print that `flank_rows` of so many columns take."""
+    flank = min(1.15 * CELLS.width(layout, count), 3.6)
+    return CELLS.tall(layout, count, HEADING + 2.0 * (_text(layout, count, text) + 2.0 * LABEL + flank))
+
+
+def _text(layout: theme.Layout, count: int, text: float) -> float:
+    """Give the inches of words under a flank, `text` where a column has room for them."""
+    width = CELLS.width(layout, count)
+    return text * (1.0 if width > 2.8 else 1.35 if width > 2.2 else 1.8)
 
 
 def flank_rows(
     page: Page,
     columns: Sequence[tuple[str, Design, str]],
     low: float,
+    high: float,
     text: float,
     draw: Callable[[Cell], Picture | None],
 ) -> dict[str, Picture]:
-    """Draw a row of pinion flanks over a row of gear flanks, all to one scale, above `low` (a share of the
-    page), by calling `draw` for each. `columns` are their headings, designs and flanks; `text` inches are
-    left for words under a flank. The pictures by member and column."""
+    """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
+    the page), by calling `draw` for each. `columns` are their headings, designs and flanks; `text` inches are
+    left for words under a flank. Where a page is too narrow, further columns follow under the first. The
+    pictures by member and column."""
     views = list(zip(*(flank_views(design, flank, STRETCH) for _, design, flank in columns), strict=True))
     spans = np.stack([greatest_span(row) for row in views])
+    beside, text = CELLS.columns(page.layout, len(columns)), _text(page.layout, len(columns), text)
     page_width, page_height = page.canvas.get_width_height()
-    high, width = theme.top(page) - theme.inches(page, 0.4), (RIGHT - LEFT) / len(columns)
+    starts, block = theme.rows(low, high, -(-len(columns) // beside))
+    width = (RIGHT - LEFT) / beside
     around, under = theme.inches(page, text + 2.0 * LABEL), theme.inches(page, text)
-    room = (high - low - 2.0 * around) * page_height
+    room = (block - theme.inches(page, HEADING) - 2.0 * around) * page_height
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, STRETCH)
     heights = around + spare + px_per_mm * spans[:, 1] / page_height
-    bottoms = high - np.cumsum(heights)
-    for member, bottom, height in zip(MEMBERS, bottoms, heights, strict=True):
-        middle = bottom + 0.5 * (height + under)
-        page.text(0.012, middle, member.capitalize(), rotation=90, va="center", fontsize=theme.HEADING)
     pictures: dict[str, Picture] = {}
     for column, (heading, _, _) in enumerate(columns):
-        x = LEFT + column * width
-        at = x + 0.5 * width, high + theme.inches(page, 0.3)
-        page.text(*at, heading, ha="center", va="top", fontsize=theme.LABEL)
-        for row, member in enumerate(MEMBERS):
-            y, height = float(bottoms[row]) + under, float(heights[row]) - under
+        group, place = divmod(column, beside)
+        top = starts[group] + block - theme.inches(page, HEADING)
+        x = LEFT + place * width
+        name = page.text(x + 0.5 * width, top + theme.inches(page, 0.3), "", fontsize=theme.LABEL)
+        name.set(ha="center", va="top" if page.layout.height else "bottom")
+        theme.fill(name, heading, 0.9 * width * page_width)
+        for row, (member, bottom) in enumerate(zip(MEMBERS, top - np.cumsum(heights), strict=True)):
+            y, height = float(bottom) + under, float(heights[row]) - under
+            if place == 0:
+                style: dict[str, Any] = {"rotation": 90, "va": "center", "fontsize": theme.HEADING}
+                page.text(0.012, bottom + 0.5 * (heights[row] + under), member.capitalize(), **style)
             box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
-            picture = draw(Cell(row, column, box, views[row][column], px_per_mm, (x + 0.5 * width, y)))
+            under_it = (x + 0.5 * width, y), 0.97 * width * page_width
+            picture = draw(Cell(row, column, box, views[row][column], px_per_mm, *under_it))
             if picture is not None:
                 pictures[f"{member}-{column}"] = picture
     return pictures

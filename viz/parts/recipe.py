@@ -10,7 +10,9 @@ import numpy as np
 
 from beveloid_geom import Design
 
-from ..stage.scene import Picture, Size
+from ..stage import theme, typeset
+from ..stage.layout import Layout
+from ..stage.scene import Picture
 from ..stage.theme import Page
 
 Rows: TypeAlias = Iterator[Sequence[object]]
@@ -55,9 +57,16 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Recipe(Generic[Data]):
-    """The three steps of a figure: `compute` solves and never draws, `draw` draws at a size in
-    pixels and never solves, `rows` are the numbers behind it."""
+    """The three steps of a figure: `compute` solves and never draws, `draw` draws on a page laid out for it
+    and never solves, `rows` are the numbers behind it."""
 
     compute: Callable[[Design], Data]
-    draw: Callable[[Data, Size], Drawing]
+    draw: Callable[[Data, Layout], Drawing]
     rows: Callable[[Data], Table]
+
+    def drawn(self, data: Data, layout: Layout) -> Drawing:
+        """Draw the page to the end, in our style whatever the user's own is."""
+        with theme.style():
+            drawing = self.draw(data, layout)
+            typeset.settle(drawing.page)
+        return drawing

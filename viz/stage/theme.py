@@ -1,17 +1,16 @@
 """One look for all figures: colours, sizes, the page, and where pictures stand on it.
 
 A page measures 16 x 12 inches at 1600 x 1200 pixels and is scaled as a whole at any other
-size, so that a small page has the layout of a large one.
+size, so that a small page has the layout of a large one; in print it is laid out anew (`layout`).
 """
 
 from __future__ import annotations
 
-import io
 import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -19,13 +18,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
 from numpy.typing import ArrayLike
 
-from .scene import Picture, Size as Size
-
-Page: TypeAlias = Figure
-"""Matplotlib's figure; ours are those of the paper."""
+from .layout import Cells as Cells, Layout as Layout
+from .scene import Picture, Size
 
 # Okabe and Ito's palette: told apart by colour-blind readers and by lightness in print.
 BLACK = "#1a1a1a"
@@ -54,8 +51,9 @@ HEADING = 15.0
 LABEL = 13.0
 SMALL = 11.5
 
-PAGE_INCHES = (16.0, 12.0)
-MARGIN = 0.4  # inches
+MARGIN, WORDS = 0.4, 0.85  # inches: around a page, and what title and subtitle take
+AROUND = 1.0
+"""Inches over and under a page whose height is not known yet; what is left of them is cut off."""
 STYLE = {
     "axes.edgecolor": GREY,
     "axes.labelcolor": INK,
@@ -104,28 +102,51 @@ class Box:
         return self.width, self.height
 
 
+class Entries(NamedTuple):
+    """A legend of a page: its entries, and how many columns and which look it has where it has room."""
+
+    handles: Sequence[Artist]
+    columns: int
+    style: dict[str, Any]
+
+
+class Page(Figure):
+    """Matplotlib's figure, with its `layout`, what is said of it, and in print the legends to come."""
+
+    def __init__(self, layout: Layout, height: float, title: str, subtitle: str, note: str) -> None:
+        """Make a white page so many inches high, with nothing on it."""
+        super().__init__(figsize=(layout.width, height), dpi=layout.dpi, facecolor="white")
+        FigureCanvasAgg(self)
+        self.layout, self.title, self.subtitle, self.note = layout, title, subtitle, note
+        self.legend_entries: list[Entries] = []
+
+
 def new_page(
-    size_px: Size,
+    layout: Layout,
     title: str,
     subtitle: str,
     note: str,
     below: float = 0.0,
     above: float = 0.0,
     columns: int = 158,
-    page_inches: tuple[float, float] = PAGE_INCHES,
+    tall: float = 8.0,
 ) -> tuple[Page, float, float]:
     """Make a white page with a title and a subtitle at the top left, and a note in lines of `columns`
     characters at the foot; on a smaller page all text is larger in pixels. Give with it where the room
-    between them begins and ends, shares of its height, less inches `below` and `above`."""
-    width, height = size_px
-    dpi = min(width / page_inches[0], height / page_inches[1])
-    page = Page(figsize=((width + 1e-6) / dpi, (height + 1e-6) / dpi), dpi=dpi, facecolor="white")
-    FigureCanvasAgg(page)
-    x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
-    heading = page.text(x, y, title, fontsize=TITLE, fontweight="bold", va="top", ha="left")
-    heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
-    y -= 0.42 / page.get_figheight()
-    page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
+    between them begins and ends, shares of its height, less inches `below` and `above`. Where the page is
+    as high as its figure needs, that room is `tall` inches, and the words come last (`typeset.settle`)."""
+    if layout.height is None:
+        pixels = round((below + tall + above + 2.0 * AROUND) * layout.dpi)
+        page = Page(layout, (pixels + 1e-6) / layout.dpi, title, subtitle, note)
+        return page, inches(page, below + AROUND), 1.0 - inches(page, above + AROUND)
+    page = Page(layout, layout.height, title, subtitle, note)
+    if not layout.plain:
+        x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
+        heading = page.text(x, y, title, fontsize=TITLE, fontweight="bold", va="top", ha="left")
+        width = layout.width * layout.dpi
+        heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
+        y -= 0.42 / page.get_figheight()
+        page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
     low = caption(page, note, columns) + inches(page, below)
     return page, low, top(page) - inches(page, above)
 
@@ -137,9 +158,36 @@ def rows(low: float, high: float, count: int, gap: float = 0.0) -> tuple[list[fl
     return [high - height - row * (height + gap) for row in range(count)], height
 
 
+def panels(page: Page, cells: Cells, count: int, low: float, high: float) -> list[Axes]:
+    """Make the axes of so many panels between two heights of the page, row by row."""
+    boxes = cells.boxes(page.layout, count, page.get_figheight(), low, high)
+    return [page.add_axes(box) for box in boxes]
+
+
+NARROW = 9.0
+"""Inches of a page under which panels stand one under another."""
+
+
+def stacked(layout: Layout, tall: float) -> float:
+    """Give the inches in print that two panels take, `tall` beside each other."""
+    return tall if layout.width > NARROW else 2.0 * tall
+
+
+def pair_of_boxes(
+    page: Page, low: float, high: float, places: Sequence[tuple[float, float]], over: float
+) -> list[tuple[float, float, float, float]]:
+    """Give left, bottom, width and height of two panels, shares of the page: side by side, from a share of
+    its width and as wide as `places` say, or one under another where it is narrow; `over` inches over each
+    are left for its name."""
+    if page.layout.width > NARROW:
+        return [(left, low, width, high - low) for left, width in places]
+    bottoms, height = rows(low, high, 2, inches(page, over))
+    return [(0.01, bottom, 0.98, height) for bottom in bottoms]
+
+
 def top(page: Page) -> float:
-    """Give the height, as a share of the page, below title and subtitle."""
-    return float(1.0 - (MARGIN + 0.45 + 0.3 + 0.1) / page.get_figheight())
+    """Give the height, as a share of the page, below title and subtitle, if it has them."""
+    return float(1.0 - (MARGIN + (0.0 if page.layout.plain else WORDS)) / page.get_figheight())
 
 
 def inches(page: Page, length: float) -> float:
@@ -148,12 +196,29 @@ def inches(page: Page, length: float) -> float:
 
 
 def caption(page: Page, text: str, columns: int = 158) -> float:
-    """Write small text at the foot of the page, broken into lines of so many characters; the height, as a
-    share of the page, above it."""
+    """Write small text at the foot of the page, broken into lines of so many characters, where it is not to
+    come at the end or not at all; the height, as a share of the page, above it."""
+    page.note = text
+    if page.layout.plain or page.layout.printed:
+        return inches(page, 0.6 * MARGIN)
     lines = textwrap.wrap(text, columns)
     x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
     page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
     return inches(page, 0.6 * MARGIN + 0.22 * len(lines) + 0.15)
+
+
+def fill(text: Text, words: str, width: float) -> None:
+    """Write words broken into lines that are at most so many pixels wide; breaks that are there stay."""
+    text.set_text(words)
+    seen = text.get_window_extent().width
+    if seen <= width:
+        return
+    longest = max(len(line) for line in words.splitlines())
+    for columns in range(min(longest, int(1.3 * longest * width / seen) + 1), 6, -1):
+        lines = (textwrap.fill(line, columns, break_long_words=False) for line in words.splitlines())
+        text.set_text("\n".join(lines))
+        if text.get_window_extent().width <= width:
+            return
 
 
 def say(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **style: Any) -> None:
@@ -167,10 +232,22 @@ def legend(
     page: Page, handles: Sequence[Artist], columns: int, below: float = 0.75, left: float = 0.0, **style: Any
 ) -> None:
     """Put a legend at the right of a page, `below` its upper edge by so many inches; or at its left, from a
-    share of its width."""
+    share of its width. In print it comes over the figure, in as many of its columns as have room."""
+    if page.layout.printed:
+        page.legend_entries.append(Entries(handles, columns, style))
+        return
     place: dict[str, Any] = {"loc": "upper left" if left else "upper right", "borderaxespad": 0.0}
+    below -= 0.5 * WORDS if page.layout.plain else 0.0
     corner = (left or 0.985, 1.0 - inches(page, below))
     page.legend(handles=handles, bbox_to_anchor=corner, ncols=columns, **place, **style)
+
+
+def legend_below(page: Page, handles: Sequence[Artist], columns: int, height: float, **style: Any) -> None:
+    """Put a legend in the middle of a page, at a share of its height; in print where all legends are."""
+    if page.layout.printed:
+        page.legend_entries.append(Entries(handles, columns, style))
+        return
+    page.legend(handles=handles, loc="center", bbox_to_anchor=(0.5, height), ncols=columns, **style)
 
 
 def signed(value: float, digits: int) -> str:
@@ -230,10 +307,3 @@ def round_length(length: float) -> float:
     """Give the largest of 1, 2, 5, 10, 20, ... that is not longer: for scale bars."""
     decade: float = 10.0 ** int(f"{length:e}".split("e")[1])
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
-
-
-def png_of(page: Page) -> bytes:
-    """Give the page as a PNG file."""
-    file = io.BytesIO()
-    page.savefig(file, format="png", dpi=page.dpi, metadata={"Software": None})
-    return file.getvalue()

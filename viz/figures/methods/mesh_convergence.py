@@ -15,6 +15,7 @@ from ...parts.curves import log_axes
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS
 from ...stage import theme
+from ...stage.layout import Cells
 
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
 SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
@@ -24,6 +25,7 @@ LOOKS = {
     "point": ("contact point", theme.RED, "o"),
     "separation": ("separation", theme.BLUE, "s"),
 }
+CELLS = Cells(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
 NOTE = (
     "Meshes of both flanks are sampled to the tolerance and posed; the contact is where the distance to the"
     " other mesh is least. The polish takes that point, and the facet's answer, as the start of Newton on the"
@@ -61,19 +63,20 @@ def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
-def draw(data: ConvergenceFigure, size: theme.Size) -> Drawing:
+def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     """Draw a chart for each flank."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Error of the mesh method against the mesh tolerance",
         "Contact point and separation found by proximity queries on sampled flanks, before and after the"
         " polish on the exact flanks",
         NOTE.format(poses=len(SHARES), finding=finding(data)),
         below=0.75,
         above=0.5,
+        tall=CELLS.tall(layout, len(FLANKS), 4.6),
     )
-    for column, flank in enumerate(FLANKS):
-        axes = page.add_axes((0.075 + 0.485 * column, low, 0.4, high - low))
+    found = zip(FLANKS, theme.panels(page, CELLS, len(FLANKS), low, high), strict=True)
+    for column, (flank, axes) in enumerate(found):
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
             theme.say(axes, data.reasons[flank], 40)

@@ -25,7 +25,9 @@ from ...parts.curves import Labels, Look, curve, duration, log_axes, whole_decad
 from ...parts.recipe import Drawing, Recipe, Rows, Table
 from ...parts.solved import FLANKS, MODIFIED
 from ...stage import theme
+from ...stage.layout import Cells
 
+CELLS, PANELS = Cells(left=1.0, right=0.3, across=1.0, down=1.15, most=2, least=3.2), 7
 COLUMNS = 176
 """Characters in a line of the caption."""
 FIVE = "five equations, warm"
@@ -134,10 +136,10 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
     return tuple(cases)
 
 
-def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[SpeedCase, ...], layout: theme.Layout) -> Drawing:
     """Draw a chart for each case; beside them the cost of a batch, and first contacts of all teeth."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Speed against accuracy of every way to find the contact",
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",
@@ -145,26 +147,35 @@ def draw(data: tuple[SpeedCase, ...], size: theme.Size) -> Drawing:
         below=0.75,
         above=1.25,
         columns=COLUMNS,
+        tall=CELLS.tall(layout, PANELS, 3.2),
     )
-    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 0.95))
+    four, three = _axes(page, low, high)
     shown = next((number for number in (2, 3, 0, 1) if data[number].rows), None)
-    for number, case in enumerate(data):
+    for number, (case, axes) in enumerate(zip(data, four, strict=True)):
         row, column = divmod(number, len(FLANKS))
-        axes = page.add_axes((0.065 + 0.325 * column, bottoms[row], 0.265, height))
         axes.set_title(f"({'abcd'[number]})  {case.title}", loc="left", pad=8.0)
         _panel(axes, case, limits(data), number == shown)
-        if column == 0:
+        if column == 0 or layout.printed:
             axes.set_ylabel("error of the contact point (mm)")
-        if row == 1:
+        if row == 1 or layout.printed:
             axes.set_xlabel(COST)
     _legend(page, high)
-    bottoms, height = theme.rows(low, high, 3, theme.inches(page, 0.95))
-    beside = [page.add_axes((0.75, bottom, 0.235, height)) for bottom in bottoms]
-    _batches(beside[0], data, shown)
+    _batches(three[0], data, shown)
     found = [row for case in data for row in case.rows if row.method in FIRST_LOOKS]
-    _first(beside[1], found, "(f)  first contact of all teeth, as (c)", "mm", "error_mm", FLOOR)
-    _first(beside[2], found, "(g)  its transmission error", "arcsec", "transmission_error_arcsec", FLOOR_TURN)
+    _first(three[1], found, "(f)  first contact of all teeth, as (c)", "mm", "error_mm", FLOOR)
+    _first(three[2], found, "(g)  its transmission error", "arcsec", "transmission_error_arcsec", FLOOR_TURN)
     return Drawing(page, {})
+
+
+def _axes(page: theme.Page, low: float, high: float) -> tuple[list[Axes], list[Axes]]:
+    """Make axes for the four cases, and the three of batches and first contacts beside or after them."""
+    if page.layout.printed:
+        found = theme.panels(page, CELLS, PANELS, low, high)
+        return found[:4], found[4:]
+    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 0.95))
+    four = [page.add_axes((x, bottom, 0.265, height)) for bottom in bottoms for x in (0.065, 0.39)]
+    bottoms, height = theme.rows(low, high, 3, theme.inches(page, 0.95))
+    return four, [page.add_axes((0.75, bottom, 0.235, height)) for bottom in bottoms]
 
 
 def limits(data: Sequence[SpeedCase]) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -215,12 +226,15 @@ def _legend(page: theme.Page, top: float) -> None:
         "fontsize": theme.SMALL,
         "labelspacing": 0.6,
         "handlelength": 2.8,
-        "ncols": 5,
         "columnspacing": 1.4,
     }
     style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
     looks = dict.fromkeys((*LOOKS.values(), *FIRST_LOOKS.values()))
-    page.legend(handles=[look.line() for look in looks], bbox_to_anchor=corner, **style)
+    handles = [look.line() for look in looks]
+    if page.layout.printed:
+        theme.legend(page, handles, 5, **style)
+    else:
+        page.legend(handles=handles, bbox_to_anchor=corner, ncols=5, **style)
 
 
 def _first(axes: Axes, found: Sequence[Row], title: str, unit: str, measure: str, floor: float) -> None:

@@ -21,6 +21,8 @@ from ...stage.scene import MESH_PX, Camera, Item, Size, cut, fit_camera
 
 FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
+SECTION_TALL = 3.6
+"""Inches for the section, on a page so narrow that it stands under the pair."""
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
 SECTION_TOLERANCE = 0.003
@@ -86,17 +88,23 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     return items, remarks
 
 
-def draw(data: PairFigure, size: Size) -> Drawing:
+def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
     pair = data.pair
     page, _, high = theme.new_page(
-        size,
+        layout,
         "Fig. 1   The crossed beveloid gear pair in mesh",
         "Whole gears on their shafts, posed with the right flanks in contact: offset $E$ between the axes,"
         " shaft angle $\\delta$",
         "",
+        tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_TALL,
     )
-    box = theme.place(page, 0.14, 0.06, 0.83, high - 0.06)
+    low = theme.inches(page, 0.72 if not layout.printed else theme.AROUND)
+    if layout.width > theme.NARROW:
+        box = theme.place(page, 0.14, low, 0.83, high - low)
+    else:
+        over = low + theme.inches(page, SECTION_TALL)
+        box = theme.place(page, 0.02, over, 0.96, high - over)
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
@@ -105,16 +113,19 @@ def draw(data: PairFigure, size: Size) -> Drawing:
         else "The right flanks share no contact point as mounted; the rolls are nominal ones. "
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
-    over = Overlay.drawn(page, box, items, camera)
-    _annotate(over, pair)
+    view = Overlay.drawn(page, box, items, camera)
+    _annotate(view, pair, layout.width < theme.NARROW)
     if pair.touching and len(data.sections) == 2:
-        shown = over.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
-        _draw_section(page, _free_corner(page, shown), data)
-    return Drawing(page, {"pair": over.picture})
+        shown = view.picture.project(posed.reach(pair)) * (1.0, -1.0) + (box.left, box.bottom + box.height)
+        corner = _free_corner(page, shown)
+        if layout.width < theme.NARROW:
+            corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_TALL - 0.8))
+        _draw_section(page, corner, data)
+    return Drawing(page, {"pair": view.picture})
 
 
-def _annotate(over: Overlay, pair: PosedPair) -> None:
-    """Draw axes, offset, shaft angle, toe and heel."""
+def _annotate(over: Overlay, pair: PosedPair, narrow: bool) -> None:
+    """Draw axes, offset, shaft angle, toe and heel; words in more lines where the page is narrow."""
     ends = _ends(pair)
     low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.foot[1, 0]
     for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
@@ -131,7 +142,8 @@ def _annotate(over: Overlay, pair: PosedPair) -> None:
         for ring, end, offset in ((toe, "toe", (-20.0, 34.0)), (heel, "heel", (-6.0, 28.0))):
             over.note(ring[np.argmax(ring @ up)], end, offset)
         corner = heel[np.argmax(heel @ (right + up))]
-        over.note(corner, _kind(pair, number), (30.0, 34.0), ha="left", va="bottom")
+        words = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
+        over.note(corner, words, (30.0, 34.0), ha="left", va="bottom")
 
 
 def _kind(pair: PosedPair, member: int) -> str:

@@ -22,6 +22,8 @@ EXAGGERATED = 0.09
 BACK = 0.4
 """Thickness of the tool's back, and half the width drawn, in normal modules."""
 WIDE = 2.08
+WORDS = 0.9
+"""Inches for words beside the dimensions."""
 SHOWN = 0.82
 """Flank parameter l at which the parabola is dimensioned, in normal modules."""
 FILL = "#e3e9ee"
@@ -57,11 +59,11 @@ def compute(design: Design) -> RackFigure:
     return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
-def draw(data: RackFigure, size: theme.Size) -> Drawing:
+def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0",
@@ -69,12 +71,14 @@ def draw(data: RackFigure, size: theme.Size) -> Drawing:
         " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
         " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
         " its flank becomes concave. The round of the parabolic tool is reduced to what fits.",
+        tall=0.62 * layout.width,
     )
     box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
-    half = max(2.7 * module, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
+    room = 1.0 - 2.0 * WORDS * page.dpi / box.width
+    half = max(2.7 * module, 2.3 * module / room, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
     high_half = half * box.height / box.width
     axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
     _draw_tool(axes, data)

@@ -80,7 +80,7 @@ def compute(design: Design) -> GenerationFigure:
     )
 
 
-def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
+def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
     """Draw panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
     angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
     text = (
@@ -95,18 +95,20 @@ def draw(data: GenerationFigure, size: theme.Size) -> Drawing:
             " told apart."
         )
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 3   Frames of the generation by a rack cutter",
         "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
         " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
         text,
         above=0.35,
+        tall=theme.stacked(layout, 5.6),
     )
     pictures = {}
-    for name, left, width, panel in (("a", 0.01, 0.46, _rack_panel), ("b", 0.48, 0.51, _gear_panel)):
-        box = theme.place(page, left, low, width, high - low)
-        page.text(left + 0.015, high, f"({name})", fontsize=theme.HEADING, fontweight="bold", va="bottom")
-        pictures[name] = panel(page, box, data)
+    places = theme.pair_of_boxes(page, low, high, ((0.01, 0.46), (0.48, 0.51)), 0.35)
+    for name, place, panel in zip("ab", places, (_rack_panel, _gear_panel), strict=True):
+        x, y = place[0] + 0.24 / layout.width, place[1] + place[3]
+        page.text(x, y, f"({name})", fontsize=theme.HEADING, fontweight="bold", va="bottom")
+        pictures[name] = panel(page, theme.place(page, *place), data)
     return Drawing(page, pictures)
 
 

@@ -27,6 +27,10 @@ FARTHEST = 2.5
 """Zero-shift sections farther from mid-face than so many face widths are not drawn."""
 
 
+TABLE = 2.0
+"""Inches of the numbers, where they stand under the view."""
+
+
 @dataclass(frozen=True, eq=False)
 class MeshingFigure:
     """The unmodified pair without errors, at roll 0; for pinion and gear (2,): `reference_radius` r_P,
@@ -84,12 +88,12 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
     return to_fixed(data.pair.frames[number], posed.circle(radius, z))
 
 
-def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
+def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles in space, with their dimensions."""
-    layout = layout_of(data.pair.design)
-    offset, angle = float(layout.offset), f"{np.degrees(abs(float(layout.shaft_angle))):g}\u00b0"
+    pair = layout_of(data.pair.design)
+    offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 4   Meshing model of the crossed beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
@@ -97,8 +101,11 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
         f" meet (here they pass each other at {abs(float(data.mounting.gap)):.3g} mm; $P$ is midway)."
         " $S_1$ and $S_2$ stand at mid-face, at roll 0. The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
+        tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
     )
-    box = theme.place(page, 0.02, low, 0.96, high - low)
+    narrow = layout.width < theme.NARROW
+    under = theme.inches(page, TABLE if narrow else 0.0)  # where the view leaves no corner free
+    box = theme.place(page, 0.02, low + under, 0.96, high - low - under)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
     feet = np.array([[-0.25 * offset, 0.0, 0.0], [offset, below, 0.0]])
@@ -110,7 +117,7 @@ def draw(data: MeshingFigure, size: theme.Size) -> Drawing:
             _annotate_member(over, data, number)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
         over.label(data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
-    _table(page, data)
+    _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else (0.03, 0.13, 0.24, 0.19))
     return Drawing(page, {"meshing": over.picture})
 
 
@@ -187,16 +194,15 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
 
 
-def _table(page: theme.Page, data: MeshingFigure) -> None:
-    """Draw the numbers, in the corner that the view leaves free."""
+def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:
+    """Draw the numbers in a part of the page: left, bottom, width and height as shares."""
     rows_of = (
         ("$d_w$", data.mounting.pitch_distance),
         ("$b_c$", data.shift_distance),
         ("$r_w$", data.mounting.working_radius),
         ("$r_P$", data.reference_radius),
     )
-    box = theme.place(page, 0.03, 0.13, 0.24, 0.19)
-    axes = theme.overlay(page, box)
+    axes = theme.overlay(page, theme.place(page, *place))
     axes.set(xlim=(0.0, 1.0), ylim=(5.2, -0.6))
     style: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": theme.LABEL}
     for x, words, colour in ((0.62, "pinion", INKS[0]), (1.0, "gear", INKS[1])):

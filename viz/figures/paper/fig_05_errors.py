@@ -15,6 +15,7 @@ from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
+from ...stage.layout import Cells
 from ...stage.scene import MESH_PX, Item, Picture, fit_camera
 
 STILL = theme.STEEL
@@ -40,6 +41,7 @@ class Panel:
     up: tuple[float, float, float]
 
 
+CELLS = Cells(left=0.16, right=0.16, across=0.0, down=0.0, most=2, least=4.5)
 FROM_TOE, FROM_SIDE, FROM_HEEL = (-0.22, 0.3, 0.92), (-0.93, 0.28, 0.25), (-0.52, -0.5, -0.66)
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, FROM_TOE, (0.0, -1.0, 0.0)),
@@ -68,24 +70,24 @@ def compute(design: Design) -> ErrorFigure:
     return ErrorFigure(nominal, tuple(drawn), tuple(posed.displaced(nominal, error) for error in errors))
 
 
-def draw(data: ErrorFigure, size: theme.Size) -> Drawing:
+def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     """Draw a panel for each error: the nominal pose grey and translucent, the displaced one orange."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Grey and translucent: where the member belongs; orange: displaced, much exaggerated",
         "Errors are taken from the pair as mounted, seen from the pinion: the pinion's axis stays, offset and"
         " shaft-angle errors move the gear's; axial errors move a member along its own axis towards its heel."
         " The paper lays the shaft-angle error on the pinion's side, which is the same pair. (c) and (d)"
         " are seen from the heels.",
+        tall=CELLS.tall(layout, len(PANELS), 4.2),
     )
-    height = 0.5 * (high - low)
     pictures = {}
-    for index, panel in enumerate(PANELS):
-        left, bottom = 0.01 + 0.49 * (index % 2), low + height * (1 - index // 2)
+    places = CELLS.boxes(layout, len(PANELS), page.get_figheight(), low, high)
+    for index, (panel, (left, bottom, width, height)) in enumerate(zip(PANELS, places, strict=True)):
         title = theme.inches(page, 0.62)
-        box = theme.place(page, left, bottom, 0.49, height - title)
-        _heading(page, left + 0.015, bottom + height - theme.inches(page, 0.05), data, index)
+        box = theme.place(page, left, bottom, width, height - title)
+        _heading(page, left + 0.24 / layout.width, bottom + height - theme.inches(page, 0.05), data, index)
         pictures[panel.key] = _panel(page, box, data, index)
     return Drawing(page, pictures)
 

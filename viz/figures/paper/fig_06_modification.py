@@ -16,7 +16,8 @@ from beveloid_geom.gear.undercut import regular_start
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table, stacked
 from ...stage import theme
-from ...stage.scene import Item, Picture, Size, Tube, fit_camera, grid_surface
+from ...stage.layout import Cells
+from ...stage.scene import Item, Picture, Tube, fit_camera, grid_surface
 
 FLANK = "right"
 
@@ -37,13 +38,15 @@ LOOKS = {
     0.01: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
 """By the coefficient, 1/mm, in the order of the flanks from the metal outwards."""
+CHARTS, CHARTS_TALL = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
+"""Charts under the flanks, on a narrow page, and inches that they take."""
 POINTS = 241
 VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
 NOTE = (
-    "Left: the flanks overlaid in true proportions, seen from outside and from the heel; convex and"
+    "The flanks are overlaid in true proportions, seen from outside and from the heel; convex and"
     " involute flank run on under those that cover them. The steps, and the profiles at the heel, show"
-    " what lies between them. Right: section at mid-face, square to the axis, seen from the heel."
+    " what lies between them. The section is that at mid-face, square to the axis, seen from the heel."
     " Deviations are taken at equal radius, along the normal of the involute flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
@@ -111,30 +114,43 @@ def _section(member: Member, involute: Member) -> Section:
     return Section(l[:, 0], radius, deviation, -radius * np.sin(turned), radius * np.cos(turned))
 
 
-def draw(data: ModificationFigure, size: Size) -> Drawing:
+def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one scene; the section and its deviations beside it."""
     cut_short = [LOOKS[a].name for a, short in data.undercut.items() if short]
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
         NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short),
         above=0.3,
+        tall=6.4 if layout.width > theme.NARROW else 4.6 + CHARTS_TALL,
     )
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
         return Drawing(page, {})
-    picture = _overlay(page, data, low, high + theme.inches(page, 0.3))
-    gap, left, width = theme.inches(page, 0.95), 0.69, 0.285
-    height = (high - low - 1.6 * gap) / 2.0
-    _draw_section(page.add_axes((left, low + height + 1.6 * gap, width, height)), data)
-    _draw_deviation(page.add_axes((left, low + 0.6 * gap, width, height)), data)
+    overlay, section, deviation = _places(page, low, high)
+    picture = _overlay(page, data, theme.place(page, *overlay))
+    _draw_section(page.add_axes(section), data)
+    _draw_deviation(page.add_axes(deviation), data)
     return Drawing(page, {"overlay": picture})
 
 
-def _overlay(page: theme.Page, data: ModificationFigure, low: float, high: float) -> Picture:
-    """Draw the flanks of all coefficients as terraces between two heights of the page."""
-    box = theme.place(page, 0.01, low, 0.625, high - low)
+def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, float, float, float]]:
+    """Give the boxes, shares of the page, of the flanks, and of both charts beside them, or under them where
+    the page is narrow."""
+    gap, width = theme.inches(page, 0.95), page.layout.width
+    if width > theme.NARROW:
+        over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
+        upper = low + height + 1.6 * gap
+        flanks = 0.01, low, 0.625, high + over - low
+        return [flanks, (0.69, upper, 0.285, height), (0.69, low + 0.6 * gap, 0.285, height)]
+    top = low + theme.inches(page, CHARTS_TALL)
+    charts = CHARTS.boxes(page.layout, 2, page.get_figheight(), low + 0.6 * gap, top - gap)
+    return [(0.01, top, 0.98, high - top), *charts]
+
+
+def _overlay(page: theme.Page, data: ModificationFigure, box: theme.Box) -> Picture:
+    """Draw the flanks of all coefficients as terraces."""
     half = 0.5 * float(data.members[0.0].face_width)
     _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
     depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from beveloid_geom import Design
 
@@ -13,7 +12,7 @@ from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.scene import Picture
 
 FLANK = "right"
 COLUMNS = 5
@@ -75,15 +74,16 @@ def compute(case: SignCase, design: Design) -> PathFigure:
     return PathFigure(case, tuple(solved.solve(changed, FLANK, touching=True) for changed in designs))
 
 
-def draw(data: PathFigure, size: Size) -> Drawing:
+def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case = data.case
-    page, low, _ = theme.new_page(
-        size,
+    page, low, high = theme.new_page(
+        layout,
         f"Fig. {case.number}   {case.title}",
         f"{FLANK.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
         f"{panels.how_drawn(FLANK, panels.STRETCH)}{ANGLES}",
+        tall=panels.flanks_tall(layout, COLUMNS, TEXT),
     )
 
     def panel(cell: Cell) -> Picture | None:
@@ -93,12 +93,11 @@ def draw(data: PathFigure, size: Size) -> Drawing:
         drawn = panels.draw_flank(page, cell.box, path.design, row, FLANK, cell.view, traces, cell.px_per_mm)
         if drawn is None:
             return None
-        style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
-        page.text(*cell.under, _under(path, row), **style)
+        cell.say(page, _under(path, row))
         return drawn.picture
 
     columns = [(case.heading(k), path.design, FLANK) for k, path in enumerate(data.paths)]
-    return Drawing(page, panels.flank_rows(page, columns, low, TEXT, panel))
+    return Drawing(page, panels.flank_rows(page, columns, low, high, TEXT, panel))
 
 
 def _under(path: SolvedPath, row: int) -> str:

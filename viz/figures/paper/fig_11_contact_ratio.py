@@ -18,11 +18,15 @@ from beveloid_geom.operation.operating_ratio import operating_ratios
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, limit_name
 from ...stage import theme
+from ...stage.layout import Cells
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
 POINTS, EVERY = 161, slice(None, None, 16)
 """Coefficients at which Eq. 16 is evaluated, and those of them at which the mesh cycle is solved."""
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
+EDGE = 0.25
+"""Share of an axis from its ends where words stand on the inner side of their place."""
+CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
     "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
     " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
@@ -72,23 +76,23 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
     return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
 
 
-def draw(data: RatioFigure, size: theme.Size) -> Drawing:
+def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Fig. 11   Contact ratio against the parabola coefficient",
         "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
         NOTE,
         below=0.55,
         above=0.55,
+        tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),
     )
-    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.35))
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
     limits = _limits(values[np.isfinite(values)])
-    for index, case in enumerate(CASES):
-        row, column = divmod(index, 2)
-        axes = page.add_axes((0.06 + 0.495 * column, bottoms[row], 0.385, height))
+    for index, (case, axes) in enumerate(
+        zip(CASES, theme.panels(page, CELLS, len(CASES), low, high), strict=True)
+    ):
         lines = _panel(axes, data, index, case)
         axes.set_ylim(*limits)
     theme.legend(page, lines, 3, 0.72, handlelength=2.6, columnspacing=1.4)
@@ -113,7 +117,6 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         lines += axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flanks, Eq. 16")
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
-    _mark_kinks(axes, a, data.ends["right"][index])
     beside = axes.twinx()
     beside.set(ylim=(0.0, 100.0), ylabel="edges touch first (%)")
     for flank in reversed(FLANKS):
@@ -139,6 +142,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
+    _mark_kinks(axes, a, data.ends["right"][index])
     return lines
 
 
@@ -151,7 +155,9 @@ def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
         place = (a[at], ends.contact_ratio[at])
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
         text = " \u2192 ".join(limit_name(code) for code in ends.limit[at].tolist())
-        theme.beside(axes, place, text, (0, 8), ha="center", fontsize=theme.SMALL)
+        along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
+        side = "left" if along < EDGE else "right" if along > 1.0 - EDGE else "center"
+        theme.beside(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
 
 
 def _name(case: SignCase) -> str:

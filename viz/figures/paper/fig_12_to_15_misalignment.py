@@ -19,7 +19,8 @@ from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.layout import Cells
+from ...stage.scene import Picture
 
 FLANK = "right"
 STRETCH = 3.0
@@ -47,8 +48,8 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
-LEFT, RIGHT = 0.06, 0.99  # shares of the page's width
-FLANK_SHARE = 0.52  # of a panel's width; labels stand on the right of the flank
+CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=4.0)
+FLANK_SHARE, IN_PRINT = 0.52, 0.46  # of a panel's width; labels stand on the right of the flank
 NOTE = (
     "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
     f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
@@ -107,27 +108,34 @@ def compute(case: ErrorCase, design: Design) -> MisalignmentFigure:
     return MisalignmentFigure(case, (paths(plain), paths(modified)))
 
 
-def draw(data: MisalignmentFigure, size: Size) -> Drawing:
+def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
     case = data.case
     page, low, high = theme.new_page(
-        size,
+        layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{FLANK.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
         panels.how_drawn(FLANK, STRETCH) + NOTE + case.note,
         above=0.3,
+        tall=CELLS.tall(layout, 4, 3.9),
     )
-    width, (bottoms, height) = (RIGHT - LEFT) / 2.0, theme.rows(low, high, 2)
+    over = theme.inches(page, CELLS.down)
+    places = CELLS.boxes(layout, 4, page.get_figheight(), low, high - over)
     views = [panels.flank_views(paths[1].design, FLANK, STRETCH) for paths in data.paths]
-    own_height = height - theme.inches(page, 0.15)
-    px_per_mm = panels.shared_scale(page, views, FLANK_SHARE * width, own_height)
+    _, _, width, own_height = places[0]
+    share = IN_PRINT if layout.printed else FLANK_SHARE
+    px_per_mm = panels.shared_scale(page, views, share * width, own_height)
     _legend(page, case)
     pictures: dict[str, Picture] = {}
     for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
-        _row_heading(page, bottoms[row] + 0.5 * height, name)
-        for column, member in enumerate(solved.MEMBERS):
-            left, view = LEFT + column * width, views[row][column]
-            box = theme.place(page, left, bottoms[row], (FLANK_SHARE + 0.12) * width, own_height)
+        own = places[2 * row : 2 * row + 2]
+        _row_heading(page, 0.5 * (own[0][1] + own[0][3] + own[-1][1]), name)
+        for column, (member, (left, bottom, _, _)) in enumerate(zip(solved.MEMBERS, own, strict=True)):
+            view = views[row][column]
+            box = theme.place(page, left, bottom, (share + 0.12) * width, own_height)
+            if row == 0 or CELLS.columns(layout, 4) == 1:
+                x, y = left + (0.5 * share + 0.06) * width, bottom + own_height + over
+                page.text(x, y, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
             traces = [
                 trace
                 for path, look in zip(paths, LOOKS, strict=True)
@@ -141,9 +149,6 @@ def draw(data: MisalignmentFigure, size: Size) -> Drawing:
             if drawn is not None:
                 _path_labels(drawn, case, paths, column)
                 pictures[f"{member}-{name}"] = drawn.picture
-    for column, member in enumerate(solved.MEMBERS):
-        x = LEFT + (column + 0.5 * FLANK_SHARE + 0.06) * width
-        page.text(x, high, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
     return Drawing(page, pictures)
 
 
@@ -151,8 +156,10 @@ def _row_heading(page: theme.Page, y: float, name: str) -> None:
     a1, a2 = (theme.signed(a, 3) for a in MODIFIED)
     values = "$a_1$ = $a_2$ = 0" if name == "without" else f"$a_1$ = {a1}, $a_2$ = {a2} mm$^{{\u22121}}$"
     style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
-    page.text(0.02, y, f"{name.capitalize()} modification", fontsize=theme.HEADING, **style)
-    page.text(0.041, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
+    page.text(
+        0.32 / page.layout.width, y, f"{name.capitalize()} modification", fontsize=theme.HEADING, **style
+    )
+    page.text(0.656 / page.layout.width, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
 
 
 def _legend(page: theme.Page, case: ErrorCase) -> None:
@@ -172,12 +179,13 @@ def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], c
     found = [end[1] for end in ends if end is not None]
     spare = picture.image.shape[0] * 0.5 if not found else max(found)
     wanted = [spare if end is None else end[1] for end in ends]
-    gap = 62.0  # points: three lines
+    lines = 4 if drawn.page.layout.printed else 3
+    gap = 9.5 + 17.5 * lines  # points
     order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
     lowest = picture.image.shape[0] - 44.0 * point
     heights = spread(np.array(wanted)[order], gap * point, 24.0 * point, lowest)
     for index, y in zip(order, heights, strict=True):
-        text, detail = case.label(SIGNS[index]), _detail(paths[index], paths[1], column)
+        text, detail = case.label(SIGNS[index]), _detail(paths[index], paths[1], column, lines)
         style: dict[str, Any] = {"color": LOOKS[index].colour, "annotation_clip": False, "ha": "left"}
         start = (x + 34.0 * point, y)
         axes.annotate(text, start, va="bottom", fontsize=theme.LABEL, fontweight="bold", **style)
@@ -206,10 +214,11 @@ def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
     return np.asarray(ends[np.argmax(ends[:, 0])])
 
 
-def _detail(path: SolvedPath, zero: SolvedPath, column: int) -> str:
+def _detail(path: SolvedPath, zero: SolvedPath, column: int, lines: int) -> str:
+    """Say, in so many lines with the error's own, how far a path is shifted, and its ratios."""
     if not path.found:
         return f"no path:\n{path.reason}"
-    ratio = panels.ratios(path)
+    ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ")
     if path is zero or not zero.found:
         return ratio
     shift = path.middle(column)[2] - zero.middle(column)[2]

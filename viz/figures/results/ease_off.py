@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,11 +17,15 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank import root_parameter, tip_parameter
 
-from ...parts.map_panel import HALO
+from ...parts.map_panel import HALO, LEVEL, thin_out
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED
 from ...stage import theme
+from ...stage.layout import Cells
 
+CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=3.0)
+NARROW = 3.0
+"""Inches of a panel under which words under it take more lines."""
 POINTS = 41
 """Positions of a path."""
 SHEAR, RISE, HIGH = 0.42, 0.46, 1.25
@@ -85,21 +89,22 @@ def _panel(flank: str, case: str, design: Design) -> Panel:
         return Panel(flank, case, None, path, np.zeros(0), str(error))
 
 
-def draw(data: tuple[Panel, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank and case: the wire surface above, level lines below."""
+    cells = replace(CELLS, left=0.95, across=0.95) if layout.printed else CELLS
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Ease-off of the pinion",
         "Right and left flanks, drive and coast, against the conjugate of the untrimmed gear, \u00b5m",
         NOTE,
         below=1.75,
         above=0.45,
+        tall=cells.tall(layout, len(data), 4.6),
     )
-    (upper, lower), height = theme.rows(low, high, 2, theme.inches(page, 0.35))
-    for column, panel in enumerate(data):
-        left = 0.045 + 0.242 * column
-        surface = page.add_axes((left - 0.02, upper, 0.235, height))
-        levels = page.add_axes((left, lower, 0.2, 0.92 * height))
+    for column, (panel, box) in enumerate(
+        zip(data, theme.panels(page, cells, len(data), low, high), strict=True)
+    ):
+        surface, levels = _axes(box)
         surface.set_axis_off()
         surface.set_title(f"({'abcd'[column]})  {panel.flank.capitalize()} flanks\n{panel.case}", loc="left")
         if panel.found is None:
@@ -107,16 +112,32 @@ def draw(data: tuple[Panel, ...], size: theme.Size) -> Drawing:
             levels.set_axis_off()
             continue
         same = [one.found.deviation for one in data if one.flank == panel.flank and one.found is not None]
-        _wires(surface, panel, panel.found, 1e3 * np.array((np.nanmin(same), np.nanmax(same))))
+        _wires(
+            surface,
+            panel,
+            panel.found,
+            1e3 * np.array((np.nanmin(same), np.nanmax(same))),
+            1.4 if layout.printed else 0.9,
+        )
         _levels(levels, panel, panel.found)
-        words = _second_order_words(panel.found)
+        words = _second_order_words(panel.found, cells.width(layout, len(data)) < NARROW)
         levels.text(0.0, -0.27, words, transform=levels.transAxes, va="top", fontsize=theme.SMALL)
     return Drawing(page, {})
 
 
-def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray) -> None:
+def _axes(box: Axes) -> tuple[Axes, Axes]:
+    """Make axes for a wire surface over ones for level lines, in place of a panel that has room for both."""
+    page, at = cast("theme.Page", box.figure), box.get_position()
+    box.remove()
+    (upper, lower), height = theme.rows(at.y0, at.y1, 2, theme.inches(page, 0.35))
+    left, wider = 0.32 / page.layout.width, 0.56 / page.layout.width  # inches for words at the corners
+    surface = page.add_axes((at.x0 - left, upper, at.width + wider, height))
+    return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
+
+
+def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: float) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, hidden lines left out. From zero or the
-    least to the greatest of the `span` (2,), um, are HIGH half faces."""
+    least to the greatest of the `span` (2,), um, are HIGH half faces, and `head` more are left for words."""
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
     scale = HIGH / max(greatest - lowest, 1e-9)
 
@@ -150,7 +171,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray) -> None:
     axes.plot([1.75, 1.75], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
     unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
     theme.beside(axes, (1.75, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
-    axes.set(xlim=(-2.1, 2.1), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + 0.9))
+    axes.set(xlim=(-2.1, 2.1), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
@@ -162,9 +183,11 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     for label in axes.clabel(lines, fontsize=theme.SMALL, inline=False, colors=theme.INK):
         label.set_text(label.get_text().replace("-", "\u2212"))
         label.set_path_effects(HALO)
+        label.set_gid(LEVEL)
         place = np.divide(label.get_position(), (found.z.max(), np.abs(found.l).max()))
         if np.abs(place).max() > EDGE:
             label.remove()  # cut off
+    thin_out(axes)
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (found.z, found.l)]
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
@@ -184,13 +207,13 @@ def _path(axes: Axes, points: FloatArray) -> None:
     axes.annotate("", *way, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
 
 
-def _second_order_words(found: EaseOff) -> str:
-    """Say the coefficients, um."""
+def _second_order_words(found: EaseOff, narrow: bool) -> str:
+    """Say the coefficients, um, in lines that have room under a panel."""
     own = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
     return (
-        "mean {mean}, twist {twist}\nslope: face {face_slope}, profile {profile_slope}\n"
-        "crowning: face {face_crowning}, profile {profile_crowning}\nrest, rms: {rest}"
-    ).format_map(own | {"rest": own["rest"].lstrip("+")})
+        "mean {mean}, twist {twist}\nslope: face {face_slope},{gap}profile {profile_slope}\n"
+        "crowning: face {face_crowning},{gap}profile {profile_crowning}\nrest, rms: {rest}"
+    ).format_map({"gap": "\n  " if narrow else " "} | own | {"rest": own["rest"].lstrip("+")})
 
 
 def rows(data: tuple[Panel, ...]) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,14 +19,18 @@ from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words
 
-from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses
+from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses, thin_out
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
+from ...stage.layout import Cells
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 FLANK = "right"
 STEPS, STEPS_IN_OPERATION = 33, 17
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
+CELLS = Cells(left=0.992, right=0.96, across=1.696, down=1.05, most=3, least=1.9)
+BAR = 0.096, 0.144
+"""Inches between a map and its bar of colours, and width of the bar."""
 COLUMNS_OF_TEXT = 172
 ROW_OF_TEXT = 125
 """Characters that the entries of a legend may have in one row."""
@@ -52,15 +56,15 @@ class Words(NamedTuple):
 WORDS = {
     "parabola": Words(
         "Map over the parabola coefficients",
-        "$a_1$ of the pinion (10$^{\u22123}$ mm$^{\u22121}$)",
-        "$a_2$ of the gear (10$^{\u22123}$ mm$^{\u22121}$)",
+        "$a_1$, pinion (10$^{\u22123}$/mm)",
+        "$a_2$, gear (10$^{\u22123}$/mm)",
         "Where $a_1$ + $a_2$ > 0 the flanks are hollow against each other: edges take over, and the path"
         " mapped there is not where a pair runs; (f) is the share of a mesh cycle that edges carry. ",
     ),
     "mounting": Words(
         "Map over the mounting distances",
-        "pinion moved to its heel (mm)",
-        "gear moved to its heel (mm)",
+        "pinion to its heel (mm)",
+        "gear to its heel (mm)",
         "Both members are moved along their axes: lines of action stay, flanks move under them. ",
     ),
 }
@@ -92,18 +96,22 @@ def compute(over: Over, design: Design) -> MapFigure:
     return MapFigure(map_of(design, over, FLANK, steps=STEPS), modified)
 
 
-def draw(data: MapFigure, size: theme.Size) -> Drawing:
+def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
     note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
     note += words.note + finding(found)
-    page, low, high = theme.new_page(size, words.title, _subtitle(data), note, 1.25, 0.4, COLUMNS_OF_TEXT)
-    bottoms, height = theme.rows(low, high, 2, theme.inches(page, 1.05))
-    for index, name in enumerate(data.panels):
-        row, column = divmod(index, 3)
-        left, bottom = 0.062 + 0.328 * column, bottoms[row]
-        axes = page.add_axes((left, bottom, 0.222, height))
-        bar = page.add_axes((left + 0.228, bottom, 0.009, height))
+    count = len(data.panels)
+    cells = replace(CELLS, down=1.35) if layout.printed else CELLS
+    tall = cells.tall(layout, count, min(0.95 * cells.width(layout, count), 2.3))
+    title = words.title, _subtitle(data), note
+    page, low, high = theme.new_page(layout, *title, 1.25, 0.4, COLUMNS_OF_TEXT, tall)
+    for index, (name, axes) in enumerate(
+        zip(data.panels, theme.panels(page, cells, count, low, high), strict=True)
+    ):
+        box = axes.get_position()
+        gap, width = (length / layout.width for length in BAR)
+        bar = page.add_axes((box.x1 + gap, box.y0, width, box.height))
         heading = f"({'abcdef'[index]})  {LOOKS[name].heading}"
         axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.LABEL)
         panel(axes, bar, name, found)
@@ -111,6 +119,7 @@ def draw(data: MapFigure, size: theme.Size) -> Drawing:
         if found.over == "parabola":
             _cases(axes, found, named=index == 0)
         axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
+        thin_out(axes)
     _legend(page, data, low - theme.inches(page, 0.95))
     return Drawing(page, {})
 
@@ -187,7 +196,7 @@ def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
     written = sum(len(str(entry.get_label())) for entry in entries)
     columns = min(len(entries), 5 if written < ROW_OF_TEXT else 4)
     style: dict[str, Any] = {"fontsize": theme.SMALL, "handlelength": 2.4, "columnspacing": 1.8}
-    page.legend(handles=entries, loc="center", bbox_to_anchor=(0.5, height), ncols=columns, **style)
+    theme.legend_below(page, entries, columns, height, **style)
 
 
 def rows(data: MapFigure) -> Table:

@@ -15,7 +15,8 @@ from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
-from ...stage.scene import Picture, Size, Surface, fit_camera
+from ...stage.layout import Cells
+from ...stage.scene import Picture, Surface, fit_camera
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -36,6 +37,7 @@ VIEWS = (
 )
 """Directions of sight (radial, along the circumference, axial, at the tooth), and how far below the
 tip the picture must show, in tooth depths."""
+CELLS = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
 UP = np.array([1.0, 0.0, 0.0])
 NOTE = (
     "Lines are the edges of the elements, drawn straight between corner nodes. The tooth carries its part of"
@@ -70,11 +72,11 @@ def surface_of(mesh: VolumeMesh, name: str) -> Surface:
     return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
 
 
-def draw(data: MeshedFigure, size: Size) -> Drawing:
+def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     """Draw the tooth from either side."""
     mesh = data.mesh
     page, low, high = theme.new_page(
-        size,
+        layout,
         "A tooth of the pinion meshed for finite elements",
         "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
         ""
@@ -83,6 +85,7 @@ def draw(data: MeshedFigure, size: Size) -> Drawing:
         f" {data.quality.min():.2f} to {data.quality.max():.2f}. {NOTE}",
         below=0.75,
         above=0.35,
+        tall=CELLS.tall(layout, len(VIEWS), min(CELLS.width(layout, len(VIEWS)), 4.8)),
     )
     if mesh is None:
         page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
@@ -91,13 +94,15 @@ def draw(data: MeshedFigure, size: Size) -> Drawing:
     items = [surface_of(mesh, name) for name in COLOURS]
     radius = np.hypot(*mesh.points[:, :2].T)
     depth = 2.25 * float(data.member.tool.normal_module)
-    for column, (name, direction, below) in enumerate(VIEWS):
-        box = theme.place(page, 0.02 + 0.49 * column, low, 0.47, high - low)
+    places = CELLS.boxes(layout, len(VIEWS), page.get_figheight(), low, high)
+    for column, ((name, direction, below), place) in enumerate(zip(VIEWS, places, strict=True)):
+        box = theme.place(page, *place)
         shown = mesh.points[radius > radius.max() - below * depth]
         camera = fit_camera(shown, direction, UP, box.size, 0.03)
         pictures[name] = Overlay.drawn(page, box, items, camera).picture
-        y = high + theme.inches(page, 0.15)
-        page.text(0.255 + 0.49 * column, y, f"({'ab'[column]})  {name}", ha="center", fontsize=theme.HEADING)
+        left, bottom, width, height = place
+        x, y = left + 0.5 * width, bottom + height + theme.inches(page, 0.15)
+        page.text(x, y, f"({'ab'[column]})  {name}", ha="center", fontsize=theme.HEADING)
     _legend(page, low)
     return Drawing(page, pictures)
 
@@ -107,8 +112,7 @@ def _legend(page: theme.Page, low: float) -> None:
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name
     handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
-    place = (0.5, low - theme.inches(page, 0.7))
-    page.legend(handles=handles, loc="lower center", bbox_to_anchor=place, ncols=5, fontsize=theme.SMALL)
+    theme.legend_below(page, handles, 5, low - theme.inches(page, 0.4), fontsize=theme.SMALL)
 
 
 def rows(data: MeshedFigure) -> Table:

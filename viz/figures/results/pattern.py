@@ -23,7 +23,7 @@ from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Item, Paint, Picture, Size
+from ...stage.scene import Item, Paint, Picture
 
 TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
 GRID = (81, 161)
@@ -186,11 +186,12 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under)
 
 
-def draw(data: BandFigure, size: Size) -> Drawing:
+def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     note = panels.how_drawn(flanks, panels.STRETCH) + data.note
-    page, low, _ = theme.new_page(size, data.title, data.subtitle, note)
+    tall = panels.flanks_tall(layout, len(data.columns), TEXT) + BAR
+    page, low, high = theme.new_page(layout, data.title, data.subtitle, note, tall=tall)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -209,12 +210,12 @@ def draw(data: BandFigure, size: Size) -> Drawing:
             seen = drawn.place(ring)
             seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
             drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3)
-        page.text(*cell.under, layer.under, ha="center", va="top", fontsize=theme.SMALL)
+        cell.say(page, layer.under)
         return drawn.picture
 
     columns = [(column.heading, column.design, column.flank) for column in data.columns]
     bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, TEXT, panel))
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel))
 
 
 def _rim(grid: FloatArray) -> FloatArray:
@@ -236,7 +237,8 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     """Draw the bands of the quantity, above `low`, a share of the page."""
-    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), 0.45, theme.inches(page, 0.22)))
+    width = 0.45 if page.layout.width > 9.0 else 0.85
+    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
     axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))
@@ -244,7 +246,10 @@ def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     axes.set_yticks([])
     axes.tick_params(length=3.0)
     axes.spines[:].set_visible(False)
-    axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
+    if width < 0.5:
+        axes.text(1.02, 0.5, data.quantity, transform=axes.transAxes, va="center", fontsize=theme.LABEL)
+    else:
+        axes.set_title(data.quantity, loc="left", fontsize=theme.LABEL)
 
 
 def rows(data: BandFigure) -> Table:

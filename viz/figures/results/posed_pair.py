@@ -57,7 +57,7 @@ def compute(design: Design) -> PosedFigure:
     return PosedFigure(posed.pose(design), tuple(meshes), solved.solve(design, "right"))
 
 
-def draw(data: PosedFigure, size: Size) -> Drawing:
+def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
     """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
     pose = "at nominal rolls: the right flanks share no contact point"
     if data.pair.touching:
@@ -67,20 +67,24 @@ def draw(data: PosedFigure, size: Size) -> Drawing:
         for name, (mesh, reason) in zip(solved.MEMBERS, data.meshes, strict=True)
     )
     page, low, heading = theme.new_page(
-        size,
+        layout,
         "The posed pair as exported",
         f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, {pose}",
         f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
         " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
         f" the pinion's right flanks.{_export_note(data.pair.design)}",
         above=0.25,
+        tall=theme.stacked(layout, 5.2),
     )
     pictures: dict[str, Picture] = {}
-    for column, (left, width, name) in enumerate(((0.02, 0.42, "the pair"), (0.45, 0.53, "teeth in mesh"))):
-        box = theme.place(page, left, low, width, heading - theme.inches(page, 0.1) - low)
+    high = heading - theme.inches(page, 0.1)
+    places = theme.pair_of_boxes(page, low, high, ((0.02, 0.42), (0.45, 0.53)), 0.35)
+    for column, (place, name) in enumerate(zip(places, ("the pair", "teeth in mesh"), strict=True)):
+        box = theme.place(page, *place)
         over = Overlay.drawn(page, box, *(close(data) if column else _whole(data, box.size)))
         pictures[name] = over.picture
-        page.text(left, heading, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
+        y = place[1] + place[3] + theme.inches(page, 0.1)
+        page.text(place[0], y, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
         if (over.picture.image == 255).all():
             theme.say(over.axes, "the right flanks share no contact point to look at", 60)
         if column == 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -16,8 +16,9 @@ from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
+from ...stage.layout import Cells
 
-LEFT, RIGHT = 0.1, 0.995  # shares of the page's width
+CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.6)
 NOTE = (
     "Exact derivatives at the design's own errors, times the errors named. The shift is that of the middle"
     " of the path: along the face, of z at equal flank parameter l; square, on the flank at right angles to"
@@ -56,27 +57,29 @@ def compute(design: Design) -> tuple[Case, ...]:
     return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
 
 
-def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
+def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row of panels for each case, a column for each quantity."""
+    cells = replace(CELLS, down=1.5) if layout.printed else CELLS
+    count = len(data) * len(QUANTITIES)
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
         NOTE,
         below=0.45,
         above=0.75,
+        tall=cells.tall(layout, count, 3.3),
     )
-    bottoms, height = theme.rows(low, high, len(data), theme.inches(page, 1.1))
-    step = (RIGHT - LEFT) / len(QUANTITIES)
-    for row, (case, bottom) in enumerate(zip(data, bottoms, strict=True)):
-        y = bottom + height + theme.inches(page, 0.42)
+    panels, columns = theme.panels(page, cells, count, low, high), cells.columns(layout, count)
+    for row, case in enumerate(data):
+        own = panels[row * len(QUANTITIES) : (row + 1) * len(QUANTITIES)]
+        y = own[0].get_position().y1 + theme.inches(page, 0.7 if layout.printed else 0.42)
         page.text(0.025, y, f"({'ab'[row]})  {case.name}", fontsize=theme.HEADING, va="bottom")
-        page.text(RIGHT, y, case.remarks, fontsize=theme.SMALL, va="bottom", ha="right")
-        for column, quantity in enumerate(QUANTITIES):
-            axes = page.add_axes((LEFT + column * step, bottom, 0.9 * step, height))
+        page.text(0.995, y, case.remarks, fontsize=theme.SMALL, va="bottom", ha="right")
+        for column, (quantity, axes) in enumerate(zip(QUANTITIES, own, strict=True)):
             greatest = charts.greatest_of(changes_of(one.found, quantity) for one in data)
             charts.changes_under_errors(axes, quantity, changes_of(case.found, quantity), greatest)
-            axes.tick_params(labelleft=column == 0)
+            axes.tick_params(labelleft=column % columns == 0)
     theme.legend(page, charts.marks_of_changes(FLANKS), 5)
     return Drawing(page, {})
 

@@ -17,6 +17,7 @@ from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED, REASONS
 from ...stage import theme
+from ...stage.layout import Cells
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, "-"),
@@ -26,6 +27,8 @@ CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
 POINTS = 201
 ON_WHITE: dict[str, Any] = {"frameon": True, "edgecolor": "none", "framealpha": 1.0, "borderpad": 0.2}
 """Look of a legend that lines run behind."""
+HEAD, HEAD_IN_PRINT = 1.6, 1.9
+CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
 NOTE = (
     "Speeds are per unit of the pinion's speed: times rad/s they are in mm/s. Thin lines, as designed: the"
     " sizes of its components along the pinion's tooth trace and square to it. Dots: least speed. Specific"
@@ -62,26 +65,27 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     }
 
 
-def draw(data: dict[str, tuple[Curve, ...]], size: theme.Size) -> Drawing:
+def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
         NOTE,
         below=0.6,
         above=0.4,
+        tall=CELLS.tall(layout, 4, 3.1),
     )
-    (upper, lower), height = theme.rows(low, high, 2, theme.inches(page, 0.65))
+    panels = theme.panels(page, CELLS, 4, low, high)
+    beside = CELLS.columns(layout, 4) == 2
     columns = []
     for column, (flank, curves) in enumerate(data.items()):
-        left = 0.065 + 0.5 * column
-        speed = page.add_axes((left, upper, 0.42, height))
-        specific = page.add_axes((left, lower, 0.42, height), sharex=speed)
+        speed, specific = panels[column::2] if beside else panels[2 * column : 2 * column + 2]
+        specific.sharex(speed)
         speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
         specific.set_xlabel("pinion roll (deg)")
         if any(curve.found for curve in curves):
-            _panels(speed, specific, curves)
+            _panels(speed, specific, curves, HEAD_IN_PRINT if layout.printed else HEAD)
             columns.append((speed, specific))
         else:
             for axes in (speed, specific):
@@ -93,8 +97,9 @@ def draw(data: dict[str, tuple[Curve, ...]], size: theme.Size) -> Drawing:
     return Drawing(page, {})
 
 
-def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
-    """Draw all cases of a flank; the parts of the speed of the first that is found."""
+def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...], head: float) -> None:
+    """Draw all cases of a flank; the parts of the speed of the first that is found. Scales reach to `head`
+    times the greatest speed, so that the legend has room."""
     first = next(curve for curve in curves if curve.found)
     for curve in curves:
         ends = curve.report.path.ends
@@ -105,7 +110,7 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
         label = f"{curve.name}: enters at the {ends.enter}, leaves at the {ends.leave}"
         charts.sliding_speed(speed, curve.report, label, curve.style, curve is first)
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
-    speed.set_ylim(0.0, 1.6 * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
+    speed.set_ylim(0.0, head * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
     speed.legend(loc="upper left", fontsize=theme.SMALL, **ON_WHITE)
     specific.legend(loc="upper center", ncols=2, **ON_WHITE)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +22,8 @@ from ...parts.panels import Panel
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED, SolvedPath
 from ...stage import theme
-from ...stage.scene import Picture, Size
+from ...stage.layout import Cells
+from ...stage.scene import Picture
 
 CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
     ("as designed", None, theme.BLUE),
@@ -41,6 +44,9 @@ QUANTITIES = (
 SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
+CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.85, most=2, least=1.3)
+WIDE, CLOUDS_WIDE, CLOUD_TALL = 9.0, 4.2, 3.4
+"""Inches in print: of pages on which charts have room beside the clouds, and how much these take."""
 CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
 """Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
 NOTE = (
@@ -136,36 +142,111 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
         return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
-def draw(data: tuple[Side, ...], size: Size) -> Drawing:
-    """Draw a row for each flank: the clouds on pinion and gear, the spread, and what larger tolerances do."""
+@dataclass(frozen=True, eq=False)
+class Section:
+    """Where a flank stands on the page, shares of it: boxes (left, bottom, width, height) of its two clouds
+    and four charts, the place of its name and whether that is upright, and that of the words on its studies,
+    in lines of so many characters."""
+
+    clouds: Sequence[tuple[float, float, float, float]]
+    charts: Sequence[tuple[float, float, float, float]]
+    name: tuple[float, float]
+    upright: bool
+    words: tuple[float, float]
+    columns: int
+
+
+def _sections(page: theme.Page, low: float, high: float, count: int) -> list[Section]:
+    """Lay out a row for each flank: clouds on the left, charts on the right."""
+    bottoms, height = theme.rows(low, high, count)
+    height -= theme.inches(page, 0.5)
+    start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
+    width = (RIGHT - start - 3.0 * GAP) / 4.0
+    over, under = theme.inches(page, 0.35), theme.inches(page, 0.6)
+    return [
+        Section(
+            [(LEFT + column * (CLOUD + 0.012), bottom, CLOUD, height) for column in (0, 1)],
+            [(start + k * (width + GAP), bottom + under, width, height - under - over) for k in range(4)],
+            (0.012, bottom + 0.5 * height),
+            True,
+            (start, bottom + height + theme.inches(page, 0.2)),
+            200,
+        )
+        for bottom in bottoms
+    ]
+
+
+def _head(layout: theme.Layout) -> float:
+    """Give the inches in print of the words over clouds and charts."""
+    return 1.25 if layout.width > WIDE else 1.95
+
+
+def _sections_in_print(page: theme.Page, low: float, high: float, count: int) -> list[Section]:
+    """Lay out a block for each flank: charts two by two, and clouds beside them or, where that has no room,
+    over them."""
+    layout, height = page.layout, page.get_figheight()
+    beside = layout.width > WIDE
+    cells = replace(CHARTS, left=CHARTS.left + CLOUDS_WIDE) if beside else CHARTS
+    bottoms, own = theme.rows(low, high, count, theme.inches(page, 0.5))
+    found = []
+    for bottom in bottoms:
+        top = bottom + own - theme.inches(page, _head(layout))
+        end = top if beside else top - theme.inches(page, CLOUD_TALL + 0.3)
+        base = bottom + theme.inches(page, 0.55)
+        room = (CLOUDS_WIDE if beside else layout.width - 0.4) / layout.width
+        left, low_end = 0.2 / layout.width, base if beside else end + theme.inches(page, 0.3)
+        found.append(
+            Section(
+                [(left + 0.5 * k * room, low_end, 0.48 * room, top - low_end) for k in (0, 1)],
+                cells.boxes(layout, 4, height, base, end),
+                (left, bottom + own),
+                False,
+                (left, bottom + own - theme.inches(page, 0.12)),
+                int(8.0 * layout.width),
+            )
+        )
+    return found
+
+
+def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
+    """Draw for each flank the clouds on pinion and gear, the spread, and what larger tolerances do."""
+    block = (
+        CHARTS.tall(layout, 4, 1.8)
+        + _head(layout)
+        + 0.55
+        + (0.0 if layout.width > WIDE else CLOUD_TALL + 0.3)
+    )
     page, low, high = theme.new_page(
-        size,
+        layout,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
         _note(),
         below=0.3,
         above=0.3,
         columns=146,
+        tall=len(data) * (block + 0.5) - 0.5,
     )
-    bottoms, height = theme.rows(low, high, len(data))
-    height -= theme.inches(page, 0.5)
+    sections = (_sections_in_print if layout.printed else _sections)(page, low, high, len(data))
     views = [panels.flank_views(side.nominal.design, side.flank, panels.STRETCH) for side in data]
-    px_per_mm = panels.shared_scale(page, views, CLOUD, height - theme.inches(page, 0.1))
+    _, _, width, height = sections[0].clouds[0]
+    px_per_mm = panels.shared_scale(page, views, width, height - theme.inches(page, 0.1))
     pictures: dict[str, Picture] = {}
-    for row, (side, bottom) in enumerate(zip(data, bottoms, strict=True)):
+    for row, (side, section) in enumerate(zip(data, sections, strict=True)):
         words = f"{side.flank.capitalize()} flanks"
-        page.text(0.012, bottom + 0.5 * height, words, rotation=90, va="center", fontsize=theme.HEADING)
-        for column, member in enumerate(solved.MEMBERS):
-            left, view = LEFT + column * (CLOUD + 0.012), views[row][column]
-            box = theme.place(page, left, bottom, CLOUD, height)
-            design = side.nominal.design
+        style: dict[str, Any] = {"rotation": 90, "va": "center"} if section.upright else {"va": "bottom"}
+        page.text(*section.name, words, fontsize=theme.HEADING, **style)
+        for column, (member, (left, bottom, width, height)) in enumerate(
+            zip(solved.MEMBERS, section.clouds, strict=True)
+        ):
+            box = theme.place(page, left, bottom, width, height)
+            design, view = side.nominal.design, views[row][column]
             drawn = panels.draw_flank(page, box, design, column, side.flank, view, (), px_per_mm)
             if drawn is not None:
                 _cloud(drawn, side, column)
                 pictures[f"{member}-{side.flank}"] = drawn.picture
             y = bottom + height + theme.inches(page, 0.08)
-            page.text(left + 0.5 * CLOUD, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
-        _charts(page, side, bottom, height)
+            page.text(left + 0.5 * width, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
+        _charts(page, side, section)
     _legend(page, data)
     return Drawing(page, pictures)
 
@@ -194,15 +275,15 @@ def _cloud(drawn: Panel, side: Side, number: int) -> None:
         theme.say(drawn.axes, reason, 12, fontsize=theme.SMALL)
 
 
-def _charts(page: theme.Page, side: Side, bottom: float, height: float) -> None:
+def _charts(page: theme.Page, side: Side, section: Section) -> None:
     """Draw how three quantities of a flank spread, and what larger tolerances do."""
-    start = LEFT + 2.0 * (CLOUD + 0.012) + 0.035
-    width = (RIGHT - start - 3.0 * GAP) / 4.0
-    base, high = bottom + theme.inches(page, 0.6), height - theme.inches(page, 0.95)
-    for k, case in enumerate(side.cases):
-        y = base + high + theme.inches(page, 0.55 - 0.23 * k)
-        page.text(start, y, _counts(case), fontsize=theme.SMALL, color=case.colour, va="center")
-    axes = [page.add_axes((start + k * (width + GAP), base, width, high)) for k in range(4)]
+    y = section.words[1]
+    for case in side.cases:
+        words = textwrap.fill(_counts(case), section.columns)
+        style: dict[str, Any] = {"fontsize": theme.SMALL, "color": case.colour}
+        page.text(section.words[0], y, words, va="center" if section.upright else "top", **style)
+        y -= theme.inches(page, 0.23 * (1 + words.count("\n")))
+    axes = [page.add_axes(box) for box in section.charts]
     studies = [case for case in side.cases if case.study is not None and case.study.mountings.solved.any()]
     for one, (name, scale, label) in zip(axes, QUANTITIES, strict=False):
         one.set_xlabel(label, fontsize=theme.SMALL)

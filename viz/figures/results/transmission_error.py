@@ -1,128 +1,153 @@
-"""Transmission error of the pair in operation, with its amplitudes at the mesh frequency's multiples."""
+"""Motion graph: the transmission error of every tooth pair, the one that runs, and its amplitudes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.operation import OperationReport, operation_report
+from beveloid_geom.report.operation import operation_report
 
-from ...parts import charts
+from ...parts import motion_graph
+from ...parts.motion_graph import MICRO, MotionGraph
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import MODIFIED
 from ...stage import theme
+from ...stage.layout import Cells
 
 FLANK = "right"
-CASES: tuple[tuple[str, tuple[float, float] | None], ...] = (
-    ("as designed", None),
-    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED),
-    ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002)),
+CASES: tuple[tuple[str, tuple[float, float] | None, str], ...] = (
+    ("as designed", None, theme.GREEN),
+    ("$a_1$ = \u2212$a_2$ = 0.001 mm$^{-1}$", MODIFIED, theme.BLUE),
+    ("$a_1$ = $a_2$ = 0.0002 mm$^{-1}$", (0.0002, 0.0002), theme.ORANGE),
 )
+"""Name, parabola coefficients and colour of each case."""
 POINTS = 361
 """Rolls of one mesh cycle."""
-PITCHES = 3
 HARMONICS = 10
+CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.75, most=2, least=3.3)
 NOTE = (
-    "Rigid teeth without load: at each position the first of all teeth touches, with its flank or an edge"
-    " (tip, toe, heel). The error is gear roll plus N1/N2 pinion roll, less that of the unmodified pair"
-    " without errors and less its mean; it repeats with the pinion's pitch. Dots: another tooth pair takes"
-    " over. The operating contact ratio is the roll over which one pair touches, over the pitch, and in"
-    f" brackets that over which it is within {1e3 * MARKING_SEPARATION:g} \u00b5m of touching; Eq. 16"
-    " knows the limits of one tooth pair only."
+    "Rigid teeth without load. Grey: where each tooth pair would touch if it were alone, dotted with an edge"
+    " (tip, toe, heel); thick: the first of all teeth at each position, which runs; where a grey curve is off"
+    " it, that pair stands off by as much. The error is gear roll plus N1/N2 pinion roll, less that of the"
+    " unmodified pair without errors and less the mean of what runs; on the right times the gear's working"
+    " pitch radius. Scales reach beside what runs as far as marking compound is thick"
+    f" ({1e3 * MARKING_SEPARATION:g} \u00b5m), or further. Eq. 16 knows the limits of one tooth pair only;"
+    " the running ratio is the roll over which one pair touches, over the pitch."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One case by its name: its mesh cycle, None with the `reason` where that is not known."""
+    """One case by its name and colour: its motion graph, None with the `reason` where that is not known."""
 
     name: str
-    report: OperationReport | None
+    colour: str
+    graph: MotionGraph | None
     reason: str = ""
 
 
 def compute(design: Design) -> tuple[Case, ...]:
-    """Find the mesh cycle of every case."""
+    """Find the motion graph of every case."""
     cases = []
-    for name, parabola in CASES:
+    for name, parabola, colour in CASES:
         changed = design.with_parabola(*parabola) if parabola else design
-        report, reason = None, first_contact_fault(changed)
+        graph, reason = None, first_contact_fault(changed)
         if not reason:
             report = operation_report("", changed, FLANK, POINTS, HARMONICS, MARKING_SEPARATION)
             reason = report.reason
-        cases.append(Case(name, None if reason else report, reason or ""))
+            graph = None if reason else motion_graph.motion_graph(report)
+        cases.append(Case(name, colour, graph, reason or ""))
     return tuple(cases)
 
 
-def draw(data: tuple[Case, ...], size: theme.Size) -> Drawing:
-    """Draw a row for each case: the curve, and its amplitudes."""
+def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
+    """Draw a panel for each case, and one of all amplitudes."""
+    count = len(data) + 1
+    cells = replace(CELLS, down=2.1) if layout.printed else CELLS
     page, low, high = theme.new_page(
-        size,
-        "Transmission error in operation, hand-over between tooth pairs included",
-        f"{FLANK.capitalize()} flanks, the pinion drives; {PITCHES} mesh cycles, and the amplitudes at"
-        " multiples of the mesh frequency",
+        layout,
+        "Motion graph: transmission error of every tooth pair, and of the one that runs",
+        f"{FLANK.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
         NOTE,
         below=0.65,
-        above=0.4,
+        above=1.1,
+        tall=cells.tall(layout, count, 2.9),
     )
-    bottoms, height = theme.rows(low, high, len(data), theme.inches(page, 0.95))
-    for row, (case, bottom) in enumerate(zip(data, bottoms, strict=True)):
-        curve = page.add_axes((0.075, bottom, 0.555, height))
-        bars = page.add_axes((0.72, bottom, 0.265, height))
-        curve.set_title(f"({'abc'[row]})  {case.name}", loc="left", pad=8.0)
-        if case.report is None:
-            theme.say(curve, case.reason, 60)
-        else:
-            charts.error_over_rolls(curve, case.report, PITCHES)
-            _say_ratios(curve, case.report)
-            charts.amplitudes(bars, case.report)
-            if row == 0:
-                curve.legend(loc="upper right", ncols=3)
-        if row < len(data) - 1:
-            curve.set_xlabel("")
-            bars.set_xlabel("")
+    *graphs, bars = theme.panels(page, cells, count, low, high)
+    for letter, case, axes in zip("abc", data, graphs, strict=True):
+        title = f"({letter})  {case.name}"
+        if case.graph is None:
+            axes.set_title(title, loc="left", pad=8.0)
+            theme.say(axes, case.reason, 36)
+            continue
+        motion_graph.draw(axes, case.graph)
+        axes.set_title(
+            f"{title}\n{motion_graph.words(case.graph)}", loc="left", pad=8.0, fontsize=theme.LABEL
+        )
+    _amplitudes(bars, data)
+    bars.set_title("(d)  amplitudes of what runs", loc="left", pad=8.0, fontsize=theme.LABEL)
+    theme.legend(page, _legend(), 5, 0.78, handlelength=2.2)
     return Drawing(page, {})
 
 
-def _say_ratios(axes: Axes, report: OperationReport) -> None:
-    """Say the contact ratios, how far the curve swings and what edges carry, with room for these words."""
-    ratios = f"operating {report.operating:.3f} ({report.within_film:.3f})"
-    summary = f"contact ratio by Eq. 16 {report.eq16:.3f}, {ratios}"
-    axes.set_title(summary, loc="right", pad=8.0, fontsize=theme.SMALL)
-    swing = ARCSEC * float(report.cycle.peak_to_peak)
-    if swing < charts.SMALLEST:
-        return
-    axes.set_ylim(bottom=axes.get_ylim()[0] - 0.2 * swing)
-    edges = list(dict.fromkeys(name for name in report.carriers if not name.startswith("flanks")))
-    words = f" ({', '.join(edges)})" if edges else ""
-    share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} % of the cycle{words}"
-    text = f"peak to peak {swing:.3g} arcsec; {share}"
-    axes.text(0.01, 0.03, text, transform=axes.transAxes, fontsize=theme.SMALL, va="bottom")
+def _legend() -> list[Line2D]:
+    """Name the curves."""
+    grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
+    return [
+        Line2D([], [], color=theme.BLUE, label="runs, flank on flank"),
+        Line2D([], [], color=theme.RED, label="runs on an edge"),
+        Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
+        Line2D([], [], **grey, label="a pair alone"),
+        Line2D([], [], ls=":", **grey, label="its edges"),
+    ]
+
+
+def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
+    """Draw the amplitudes (urad) at multiples of the mesh frequency, the cases side by side."""
+    known = [case for case in data if case.graph is not None]
+    orders, width = np.arange(1, HARMONICS + 1), 0.8 / max(len(known), 1)
+    for place, case in enumerate(known):
+        assert case.graph is not None
+        values = MICRO * np.abs(case.graph.report.cycle.harmonics)
+        at = orders + (place - 0.5 * (len(known) - 1)) * width
+        axes.bar(at, values, width=0.9 * width, color=case.colour, label=case.name)
+    axes.set_xticks(orders)
+    axes.set_xlim(0.4, HARMONICS + 0.6)
+    axes.set_ylim(0.0, max(axes.get_ylim()[1], 1e-6))
+    axes.set(xlabel="multiple of the mesh frequency", ylabel="amplitude (\u00b5rad)")
+    axes.set_axisbelow(True)
+    axes.grid(True, axis="y")
+    if known:
+        axes.legend(loc="upper right")
 
 
 def rows(data: tuple[Case, ...]) -> Table:
-    """List the curve over one cycle, then the amplitudes."""
-    header = ("case", "kind", "pitches_or_multiple", "error_or_amplitude_rad", "carried_by", "tooth_pair")
+    """List what runs over one cycle, a tooth pair alone, and the amplitudes."""
+    header = ("case", "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm")
 
     def cases() -> Rows:
         """Give the columns of every case."""
         for case in data:
-            name, report = case.name.replace("$", ""), case.report
-            if report is None:
-                yield name, case.reason, "", "", "", ""
+            name, graph = case.name.replace("$", ""), case.graph
+            if graph is None:
+                yield name, case.reason, *[""] * (len(header) + 1)
                 continue
-            first, share = report.first, np.linspace(0.0, 1.0, POINTS)
-            yield name, "error", share, first.transmission_error, report.carriers, first.pair
-            amplitudes = np.abs(report.cycle.harmonics)
-            yield name, "amplitude", 1 + np.arange(amplitudes.size), amplitudes, "", ""
+            first, share, radius = graph.report.first, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
+            runs = first.transmission_error - graph.mean
+            yield name, "runs", share, "", runs, "", radius, graph.report.carriers, first.pair
+            edges = ["edge" if edge else "flanks" for edge in graph.edge.tolist()]
+            yield name, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0
+            amplitudes = np.abs(graph.report.cycle.harmonics)
+            yield name, "amplitude", "", 1 + np.arange(amplitudes.size), "", amplitudes, radius, "", ""
 
-    return header, stacked(cases())
+    return (*header, "carried_by", "tooth_pair"), stacked(cases())
 
 
 RECIPES = {"transmission-error": Recipe(compute, draw, rows)}

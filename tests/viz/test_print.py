@@ -1,0 +1,222 @@
+"""Pages for print: words keep clear of each other and of the edge, files have their true size."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from matplotlib.text import Text
+from PIL import Image
+
+from beveloid_geom import Design, Member, Pair, builtin_design
+from beveloid_viz.cli import main
+from beveloid_viz.figures import FIGURES, Figure
+from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
+from beveloid_viz.figures.results import maps as fig_maps
+from beveloid_viz.stage import theme, typeset
+from beveloid_viz.stage.layout import SCALE, Cells, Layout, of_size, of_width
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.theme import Page
+
+from ..symmetry import mirrored, scaled
+from .pages import recipe_of
+from .test_snapshots import FEW
+
+WIDTHS = (90.0, 190.0)
+DPI = 70.0
+"""Pixels to an inch of paper: words take the same room at any."""
+TABLE = builtin_design()
+
+
+def both_right() -> Design:
+    """A pair of which both hands are right."""
+    tool = replace(TABLE.pinion.tool, normal_module=2.5)
+    angles = np.radians([[14.0, 3.0], [8.0, 2.0]])
+    pinion, gear = (
+        Member(
+            tool=tool, teeth=teeth, helix_angle=helix, cone_angle=cone, profile_shift=0.1, face_width=width
+        )
+        for teeth, width, (helix, cone) in zip((25, 61), (20.0, 22.0), angles, strict=True)
+    )
+    return Design(pinion, gear, Pair(107.2317, 0.3946795))
+
+
+DESIGNS = {"table1": TABLE, "mirror": scaled(mirrored(TABLE), 2.0 / 6.0), "both_right": both_right()}
+QUICK = ("fig-02", "fig-09", "sensitivity", "transmission-error")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _small_studies() -> Iterator[None]:
+    require_opengl()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fig_speed, "SETTINGS", FEW)
+        patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
+        patch.setattr(fig_maps, "STEPS", 9)
+        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 5)
+        yield
+
+
+def in_print(width_mm: float, plain: bool = False) -> Layout:
+    return replace(of_width(width_mm, plain), dpi=DPI * SCALE)
+
+
+def faults(page: Page) -> list[str]:
+    """What is wrong with the words on a page."""
+    with theme.style():
+        words = typeset.written(page)
+    width, height = page.canvas.get_width_height()
+    found = []
+    for k, (text, box) in enumerate(words):
+        name = repr(text.get_text())
+        if min(box.x0, box.y0) < -0.5 or box.x1 > width + 0.5 or box.y1 > height + 0.5:
+            found.append(f"{name} is cut")
+        points = float(text.get_fontsize()) * SCALE
+        if not 6.99 < points < 9.01:
+            found.append(f"{name} has {points:.2f} points")
+        for other, beside in words[k + 1 :]:
+            over = np.minimum(box.max, beside.max) - np.maximum(box.min, beside.min)
+            if (over > 1.0).all():
+                found.append(f"{name} on {other.get_text()!r}")
+    return found
+
+
+@pytest.mark.parametrize(
+    ("figure", "design"),
+    [
+        pytest.param(
+            figure,
+            design,
+            id=f"{figure.name}-{design}",
+            marks=() if figure.name in QUICK and design == "table1" else pytest.mark.slow,
+        )
+        for figure in FIGURES
+        for design in DESIGNS
+    ],
+)
+def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> None:
+    recipe = figure.recipe()
+    data = recipe.compute(DESIGNS[design])
+    for width in WIDTHS:
+        page = recipe.drawn(data, in_print(width)).page
+        assert page.get_figwidth() * SCALE * 25.4 == pytest.approx(width, abs=0.05)
+        assert faults(page) == [], f"{width:g} mm"
+
+
+def test_faults_are_seen() -> None:
+    """Words moved onto others, over the edge, or made small, are found."""
+    recipe = recipe_of("fig-11")
+    page = recipe.drawn(recipe.compute(TABLE), in_print(190.0)).page
+    assert faults(page) == []
+    title = page.texts[0]
+    place = title.get_position()
+    for move in ((place[0] - 0.1, place[1]), (place[0], place[1] - 0.1)):
+        title.set_position(move)
+        assert faults(page)
+    title.set_position(place)
+    title.set_fontsize(5.9 / SCALE)
+    assert len(faults(page)) == 1
+
+
+def test_indices_have_six_points() -> None:
+    recipe = recipe_of("fig-09")
+    page = recipe.drawn(recipe.compute(TABLE), in_print(90.0)).page
+    sizes = [
+        float(text.get_fontsize()) * SCALE
+        for text in page.findobj(Text)
+        if isinstance(text, Text) and "$a_1$" in text.get_text()
+    ]
+    assert sizes
+    assert min(sizes) * 0.7 > 6.0  # 0.7 is Matplotlib's for indices
+
+
+def test_words_beside_places_are_moved_apart() -> None:
+    page, _, _ = theme.new_page(of_size((800, 600)), "title", "", "")
+    axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
+    first, second = (theme.beside(axes, (0.5, 0.5), words, (0.0, 0.0)) for words in ("first", "second"))
+    edge = theme.beside(axes, (1.0, 0.2), "at the edge", (0.0, 0.0))
+    typeset.settle(page)
+    one, other = first.get_window_extent(), second.get_window_extent()
+    assert not one.overlaps(other)
+    assert abs(one.y0 - other.y0) < 2.5 * one.height
+    assert edge.get_window_extent().x1 <= 800.0
+
+
+@pytest.mark.parametrize(
+    ("count", "width", "columns"), [(4, 16.0, 2), (4, 12.0, 2), (4, 8.0, 1), (5, 22.0, 3)]
+)
+def test_cells_fill_the_page(count: int, width: float, columns: int) -> None:
+    """Panels keep their distances, end at the margins, and are in as few columns as give as few rows."""
+    cells, layout = (
+        Cells(left=1.0, right=0.5, across=0.8, down=0.6, most=4, least=4.0),
+        Layout(width, 9.0, 100.0),
+    )
+    assert cells.columns(layout, count) == columns
+    boxes = np.array(cells.boxes(layout, count, 9.0, 0.1, 0.9)) * (width, 9.0, width, 9.0)
+    left, bottom, wide, high = boxes[:columns].T
+    np.testing.assert_allclose(left[0], 1.0)
+    np.testing.assert_allclose(left[-1] + wide[-1], width - 0.5)
+    np.testing.assert_allclose(np.diff(left), wide[:-1] + 0.8)
+    np.testing.assert_allclose(bottom + high, 8.1)
+    rows = -(-count // columns)
+    np.testing.assert_allclose(boxes[-1, 1], 0.9)
+    np.testing.assert_allclose(cells.tall(layout, count, float(high[0])), 7.2)
+    assert rows == np.unique(boxes[:, 1].round(9)).size
+
+
+def test_files_have_their_true_size(tmp_path: Path) -> None:
+    for form in ("png", "pdf", "svg"):
+        arguments = ["--only", "fig-11", "--width-mm", "90", "--format", form, "--out", str(tmp_path)]
+        done = CliRunner().invoke(main, arguments)
+        assert done.exit_code == 0, done.output
+    with Image.open(tmp_path / "fig-11.png") as image:
+        assert image.width == round(90.0 / 25.4 * 300.0)
+        assert image.info["dpi"] == pytest.approx((300.0, 300.0), abs=0.02)
+        height_mm = image.height / 300.0 * 25.4
+    pdf = (tmp_path / "fig-11.pdf").read_bytes()
+    box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
+    svg = (tmp_path / "fig-11.svg").read_bytes()
+    size = re.search(rb'width="([\d.]+)pt" height="([\d.]+)pt"', svg)
+    for found in (box, size):
+        assert found
+        sides = [float(side) / 72.0 * 25.4 for side in found.groups()]
+        assert sides == pytest.approx([90.0, height_mm], abs=0.05)
+    assert b"<path" in svg
+
+
+def test_a_plain_page_leaves_its_words_to_a_file(tmp_path: Path) -> None:
+    texts = []
+    for plain in (False, True):
+        recipe = recipe_of("fig-11")
+        page = recipe.drawn(recipe.compute(TABLE), in_print(90.0, plain)).page
+        texts.append(" ".join(text.get_text() for text in page.findobj(Text)))
+    assert "Fig. 11" in texts[0]
+    assert "Fig. 11" not in texts[1]
+    arguments = ["--only", "fig-11", "--plain", "--size", "400x300", "--out", str(tmp_path)]
+    assert CliRunner().invoke(main, arguments).exit_code == 0
+    words = (tmp_path / "fig-11.txt").read_text(encoding="utf-8")
+    assert words.startswith("Fig. 11")
+    assert "Eq. 16" in words
+    assert list(csv.reader(io.StringIO((tmp_path / "fig-11.csv").read_text(encoding="utf-8"))))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--width-mm", "90", "--size", "800x600"], "--size and --width-mm cannot both be given"),
+        (["--width-mm", "70"], "80<=x<=260"),
+        (["--width-mm", "wide"], "'wide' is not a valid float"),
+        (["--format", "bmp"], "'bmp' is not one of 'png', 'pdf', 'svg'"),
+    ],
+)
+def test_what_cannot_be_laid_out_is_refused(arguments: list[str], says: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, [*arguments, "--only", "fig-11", "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert says in done.output
+    assert not (tmp_path / "out").exists()
