@@ -209,6 +209,20 @@ def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: 
     assert words.count("Zero throughout: transmission error along the path.") == 4  # two of each flank
 
 
+def test_pressures_are_those_of_the_torque_given(tmp_path: Path) -> None:
+    options, out = ("--torque", "500"), tmp_path / "page.html"
+    run = CliRunner().invoke(main, [*options, "--cases", "20", "--out", str(out)])
+    assert run.exit_code == 0, run.stderr
+    page = Page(out.read_text(encoding="utf-8"))
+    printed = CliRunner().invoke(beveloid_geom, ["tca", "--flank", "left", *options, "--json"]).stdout
+    assert page.json("data")["hertz"]["left"] == json.loads(printed)["hertz"]
+    words = " ".join(page.words.split())
+    assert "steel on steel, under 500 N m on the pinion: pressures grow" in words
+    assert "beveloid-geom tca --torque 500" in words
+    texts = [text for at, text in page.cells if at["data-key"].startswith("hertz.left.pressure.")]
+    assert texts == [f"{max(json.loads(printed)['hertz']['pressure']):.1f}"]
+
+
 def test_a_row_of_zeros_takes_a_line_and_others_do_not() -> None:
     numbers = {"right": {"a": 0.0, "b": 1e-12, "c": None, "d": 2.0}, "left": {"a": 0, "b": 2e-4, "c": 0.0}}
     rows = [
