@@ -8,12 +8,15 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread, imsave
+from matplotlib.text import Text
 from PIL import Image as Pillow, ImageSequence
 
 from beveloid_geom import builtin_design
@@ -24,6 +27,7 @@ from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import CURVE, FILM, Film, Motion, film_of, motion_at
 from beveloid_viz.film.page import Image, Sheet
 from beveloid_viz.parts import posed
+from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.scene import Picture
 from tests.symmetry import mirrored
@@ -32,6 +36,13 @@ from tests.viz.test_snapshots import LIMIT, difference
 COMMAND = Path(sys.executable).with_name("render-animation")
 SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
 SIZE = (400, 300)
+LONGEST = (
+    "148.97\u00b0  (11.999 pitches)",
+    "\u22121234.56 arcsec",
+    "2  (4 within 6.35 \u00b5m)",
+    "gear tip and pinion heel",
+)
+"""Numbers of a film, as long as they get."""
 SMALL = ("--size", "320x240", "--seconds", "0.4", "--fps", "10")
 
 
@@ -159,6 +170,49 @@ def test_the_loop_has_no_seam(modified: Film, sheet: Sheet) -> None:
     assert difference(teeth_of(sheet, first), teeth_of(sheet, last)) <= LIMIT
     flanks = slice(0, int((1.0 - page.FLANKS) * SIZE[1]))
     assert difference(first[flanks], last[flanks]) <= LIMIT
+
+
+@pytest.mark.parametrize("name", ["pair.toml", "$a$-" * 30])
+def test_words_are_legible_and_stand_clear_at_960_pixels(modified: Film, name: str) -> None:
+    """No letter under 14 pixels, none within 10 pixels of the edge, no word over another, however long."""
+    film = replace(modified, cycle=replace(modified.cycle, name=name))
+    with theme.style():
+        sheet = page.sheet_of(film, (960, 720), 12)
+        for text, words in zip(sheet.moving.numbers, LONGEST, strict=True):
+            text.set_text(words)
+        canvas: Any = sheet.page.canvas
+        canvas.draw()
+        outside = [label for axes in sheet.page.axes for label in (*unseen(axes.xaxis), *unseen(axes.yaxis))]
+        found = [each for each in sheet.page.findobj(Text) if isinstance(each, Text) and each not in outside]
+        texts = [text for text in found if text.get_text().strip() and text.get_visible()]
+        boxes = [
+            (text.get_text(), text.get_window_extent(canvas.get_renderer()).get_points()) for text in texts
+        ]
+    assert len(boxes) > 25
+    assert min(float(text.get_fontsize()) * sheet.page.dpi / 72.0 for text in texts) >= 14.0
+    for words, ((left, bottom), (right, top)) in boxes:
+        assert 10.0 <= left < right <= 950.0, words
+        assert 10.0 <= bottom < top <= 710.0, words
+    for i, (one, first) in enumerate(boxes):
+        for other, second in boxes[:i]:
+            apart = np.maximum(first[0] - second[1], second[0] - first[1]).max()
+            assert apart > -1.0, (one, other)
+    title = boxes[[words.endswith("right flanks in mesh") for words, _ in boxes].index(True)][0]
+    assert title.startswith(name if len(name) < 40 else r"\$a\$-")
+    assert any("0.001 and \u22120.001" in words for words, _ in boxes)
+
+
+def unseen(axis: Axis) -> list[Text]:
+    """Labels of ticks beyond the ends of an axis, which are not drawn."""
+    low, high = axis.get_view_interval()
+    return [tick.label1 for tick in axis.get_major_ticks() if not low <= tick.get_loc() <= high]
+
+
+def test_nothing_touches_the_edge(frames: list[Image]) -> None:
+    for image in frames:
+        rim = np.ones(image.shape[:2], bool)
+        rim[4:-4, 4:-4] = False  # of 400 pixels: 10 of 960
+        assert (image[rim] == 255).all()
 
 
 def test_frames_differ(sheet: Sheet, frames: list[Image]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import math
 import shutil
 import subprocess
@@ -273,3 +274,166 @@ def test_the_numbers_shown_are_those_of_the_file(seen: Seen, report: Path) -> No
     written = ReportPage(report.read_text(encoding="utf-8")).cells
     shown = [tuple(cell) for cell in seen.page.evaluate(cells)]
     assert shown == [(attributes["data-key"], text) for attributes, text in written]
+
+
+TEXT_SIZES = """() => [...document.querySelectorAll("svg.drawing text, svg.drawing tspan")]
+  .filter((text) => text.textContent.trim())
+  .map((text) => parseFloat(getComputedStyle(text).fontSize) * Math.abs(Math.hypot(
+    text.getScreenCTM().a, text.getScreenCTM().b)))"""
+TARGETS = """() => [...document.querySelectorAll("a, button, select, input, summary")]
+  .map((each) => [each.textContent || each.type, each.getBoundingClientRect()])
+  .filter(([, box]) => box.width)
+  .map(([name, box]) => [name, box.width, box.height])"""
+RIGHT_EDGES = """(kind) => [...document.querySelectorAll(`table.${kind}`)].map((table) =>
+  [...table.querySelectorAll("tbody tr:first-child td")].map((cell) => cell.getBoundingClientRect().right -
+    table.getBoundingClientRect().left))"""
+SCROLLED = """() => [...document.querySelectorAll(".scroll, nav ul")]
+  .filter((box) => box.scrollWidth > box.clientWidth)
+  .map((box, n) => { box.id ||= `scrolled-${n}`; return box.id; })"""
+
+
+@pytest.fixture(scope="module")
+def narrow(browser: Browser, report: Path) -> Iterator[Seen]:
+    with opened(browser, report, 390) as one:
+        yield one
+
+
+def test_letters_of_charts_are_legible_on_a_narrow_page(narrow: Seen) -> None:
+    sizes = narrow.page.evaluate(TEXT_SIZES)
+    assert len(sizes) > 300
+    assert min(sizes) >= 11.0
+    assert max(sizes) < 16.0
+
+
+def test_targets_are_as_wide_as_a_finger(narrow: Seen) -> None:
+    """Links, buttons, the slider, lists, and what opens: 44 pixels either way."""
+    targets = narrow.page.evaluate(TARGETS)
+    assert len(targets) > 30
+    assert [target for target in targets if min(target[1:]) < 44.0] == []
+
+
+@pytest.mark.parametrize("width", [390, 1280, 1920])
+def test_nothing_stands_out_at_the_sides_and_the_verdict_is_on_the_first_screen(
+    browser: Browser, report: Path, width: int
+) -> None:
+    with opened(browser, report, width) as seen:
+        assert seen.page.evaluate("document.scrollingElement.scrollWidth") <= width
+        seen.page.evaluate("scrollTo(0, 0)")
+        for name in ("h1", ".made", ".verdict", ".verdict .warning", ".share", ".pair-picture"):
+            box = seen.page.locator(name).first.bounding_box()
+            assert box is not None
+            below = 0.0 if (name, width) == (".pair-picture", 390) else box["height"]
+            assert 0.0 <= box["y"] <= box["y"] + below < 900.0, name
+            assert 0.0 <= box["x"] < box["x"] + box["width"] <= width, name
+        words, picture = (seen.page.locator(name).bounding_box() for name in (".verdict", ".pair-picture"))
+        assert words is not None
+        assert picture is not None
+        assert (picture["x"] > words["x"] + words["width"]) == (width > 1000)  # beside it, or below
+
+
+def test_the_contents_stay_and_say_where_one_is(narrow: Seen) -> None:
+    """A heading that was jumped to stands below them, and its name in them is in sight."""
+    for name in ("Pressure", "Terms", "Design"):
+        link = narrow.page.get_by_role("link", name=name, exact=True)
+        link.click()
+        narrow.page.evaluate(FRAMES)
+        contents = narrow.page.locator("nav").bounding_box()
+        heading = narrow.page.locator(f"{link.get_attribute('href')} h2").bounding_box()
+        own = link.bounding_box()
+        assert contents is not None
+        assert heading is not None
+        assert own is not None
+        assert contents["y"] == 0.0
+        assert heading["y"] >= contents["height"]
+        assert narrow.page.locator("nav [aria-current]").all_inner_texts() == [name]
+        assert own["x"] >= 0.0
+        assert own["x"] + own["width"] <= 390.0
+
+
+def test_what_scrolls_sideways_shows_it(narrow: Seen) -> None:
+    """A shadow stands at the side where there is more, and none at an end."""
+
+    def levels(which: str) -> tuple[int, int]:
+        """Of grey at both sides, clear of words and of the first column, which stays."""
+        narrow.page.evaluate(FRAMES)
+        picture = np.asarray(
+            Image.open(io.BytesIO(narrow.page.locator(f"#{which}").screenshot())).convert("L")
+        )
+        first = narrow.page.evaluate(
+            "id => document.querySelector(`#${id} th`) && document.querySelector(`#${id} th`).offsetWidth",
+            which,
+        )
+        return tuple(int(np.median(picture[:, x])) for x in (-1 if first else 0, -1))  # type: ignore[return-value]
+
+    found = narrow.page.evaluate(SCROLLED)
+    assert len(found) == 6  # the contents, the ease-off, sensitivities and quantiles of both flanks
+    for which in found:
+        narrow.page.evaluate("id => document.getElementById(id).scrollTo(0, 0)", which)
+        assert levels(which)[1] < 215, which
+        narrow.page.evaluate("id => document.getElementById(id).scrollTo(9999, 0)", which)
+        left, right = levels(which)
+        assert right > 240, which
+        if which.endswith("-0"):
+            assert left < 215, which
+        narrow.page.evaluate("id => document.getElementById(id).scrollTo(0, 0)", which)
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_right_stands_under_right_and_left_under_left(browser: Browser, report: Path, width: int) -> None:
+    with opened(browser, report, width) as seen:
+        short = [edges for edges in seen.page.evaluate(RIGHT_EDGES, "short") if len(edges) == 2]
+        assert len(short) >= 8
+        assert np.ptp(short, axis=0).max() < 0.6
+        wide = seen.page.evaluate(RIGHT_EDGES, "wide")
+        assert [len(edges) for edges in wide] == [4, 4, 4, 6, 6]
+        assert np.ptp(wide[:3], axis=0).max() < 0.6
+        assert np.ptp(wide[3:], axis=0).max() < 0.6
+        tops = seen.page.evaluate(
+            "[...document.querySelectorAll('figure.chart')].map(e => e.getBoundingClientRect().height)"
+        )
+        assert len(tops) == 18
+        names = seen.page.evaluate(
+            "[...document.querySelectorAll('.drawing > title')].map(e => e.textContent)"
+        )
+        heights = dict(zip(names, tops, strict=True))
+        for name, height in heights.items():
+            other = name.replace("right flanks", "left flanks")
+            assert heights[other] == pytest.approx(height, abs=0.6), name
+
+
+def test_saved_numbers_carry_the_name_of_the_design(browser: Browser, report: Path) -> None:
+    page = browser.new_page()
+    page.goto(report.as_uri())
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save numbers").click()
+    assert saved.value.suggested_filename == "ni-2017.json"
+    data = json.loads(saved.value.path().read_text(encoding="utf-8"))
+    assert data["name"] == "ni-2017"
+    assert data["ease_off"]["design"] == data["tca"]["left"]["design"] == "ni-2017"
+    page.close()
+
+
+def test_without_javascript_all_but_the_view_is_there(browser: Browser, report: Path) -> None:
+    with opened(browser, report, 1280, java_script_enabled=False) as seen:
+        assert "picture at the top" in seen.page.locator("#view").inner_text()
+        assert not seen.page.locator(".tools").is_visible()
+        for name in (".verdict", ".pair-picture", "#path-right-title >> xpath=..", "nav"):
+            assert seen.page.locator(name).first.is_visible(), name
+        picture = seen.page.locator(".pair-picture").screenshot()
+        assert colours(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB")).astype(int)) > 10
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_on_paper(browser: Browser, report: Path, scheme: str) -> None:
+    """White whatever the screen is, nothing beyond the margins of A4 (190 mm), no buttons."""
+    with opened(browser, report, 718, color_scheme=scheme) as seen:
+        seen.page.emulate_media(media="print")
+        assert seen.page.evaluate("document.scrollingElement.scrollWidth") <= 718
+        assert seen.page.evaluate(
+            "[...document.querySelectorAll('table')].every(t => t.getBoundingClientRect().right <= 718)"
+        )
+        assert not seen.page.locator("nav").is_visible()
+        assert not seen.page.locator(".tools").is_visible()
+        assert seen.page.locator(".pair-picture").is_visible()
+        assert seen.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        assert min(seen.page.evaluate(TEXT_SIZES)) > 9.3  # 7 points

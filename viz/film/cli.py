@@ -120,7 +120,7 @@ def main(
     from .motion import NoFilmError, film_of
 
     try:
-        film = film_of(changed, flank, round(seconds * fps))
+        film = film_of(changed, flank, round(seconds * fps), click.format_filename(design, shorten=True))
         prepare_folder(out.parent)
         count = write_film(film, out, size, fps, pitches, program)
     except NoFilmError as error:

@@ -81,15 +81,15 @@ class Film:
     motion: Motion
 
 
-def film_of(design: Design, flank: str, frames: int) -> Film:
-    """Find the motion of a single design over one pitch in equal steps. Raises NoFilmError where the flanks
-    share no contact, or where it is not known what touches first."""
+def film_of(design: Design, flank: str, frames: int, name: str = "") -> Film:
+    """Find the motion of a single design, called `name`, over one pitch in equal steps. Raises NoFilmError
+    where the flanks share no contact, or where it is not known what touches first."""
     path = solved.solve(design, flank)
     reason = reason_of(path.path) or first_contact_fault(design)
     if reason:
         raise NoFilmError(reason)
     finer = -(-CURVE // frames)
-    cycle = operation_report("", design, flank, finer * frames + 1, HARMONICS, FILM)
+    cycle = operation_report(name, design, flank, finer * frames + 1, HARMONICS, FILM)
     if cycle.reason:
         raise NoFilmError(cycle.reason)
     return Film(path, cycle, motion_at(cycle, np.arange(frames) / frames))

@@ -27,21 +27,23 @@ from . import zone
 from .motion import FILM, Film, Motion
 
 Image = NDArray[np.uint8]
-PAGE_INCHES = (12.0, 9.0)
-SIDE = 0.615
-"""Share of the page's width at which flanks and curve begin."""
-FLANKS = 0.475
+PAGE_INCHES = (10.5, 7.875)
+"""So that the smallest letters are 14 pixels high where the page is 960 wide."""
+SIDE, END = 0.6, 0.965
+"""Shares of the page's width at which flanks and curve begin and end."""
+FLANKS = 0.53
 """Share of the page's height at which the flanks begin."""
+LONGEST = 40
+"""Characters of a design's name; of a longer one the middle is left out."""
 BALL = theme.BLUE
 NOTE = (
     "The gear stands where the first of all teeth, edges included, stops it on the driving side: rigid, no"
-    " load. Seen from the {end}s along the teeth, the gear as if of glass; flanks square on, {how}, twice as"
-    " large across as along. Lines, over everything: paths of contact. Full balls: contacts; hollow ones:"
-    " within {film:g} \u00b5m of touching."
+    " load. Seen from the {end}s, the gear as if of glass; flanks square on, {how}, twice as large across as"
+    " along. Lines: paths of contact. Full balls: contacts; hollow: within {film:g} \u00b5m."
 )
 EDGES = " Red in the curve: an edge carries."
 ROWS = ("pinion roll", "transmission error", "pairs in contact", "carried by")
-COLUMNS = 142
+COLUMNS = 118
 """Characters in a line of the note."""
 
 
@@ -102,13 +104,17 @@ def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
     ratios = f"{film.path.ratio:.3f} by Eq. 16"
     if np.isfinite(film.cycle.operating):
         ratios += f", {film.cycle.operating:.3f} in operation"
+    design = film.motion.design
+    errors = " with errors" if any(map(float, vars(design.errors).values())) else ""
+    one, other = (f"{float(member.tool.parabola):g}".replace("-", "\u2212") for member in design.members)
+    bends = "No parabolas" if (one, other) == ("0", "0") else f"Parabolas {one} and {other} mm\u207b\u00b9"
     how = "through the tooth" if flank == "right" else "from outside"
     end = "heel" if zone.looks_from(film)[2] > 0.0 else "toe"
     note = NOTE.format(how=how, end=end, film=1e3 * FILM)
     page, low, high = theme.new_page(
         of_size(size, inches=PAGE_INCHES),
-        "The pair in mesh",
-        f"{flank.capitalize()} flanks, the pinion drives; contact ratio {ratios}",
+        f"{_name_words(film.cycle.name)}{errors}: {flank} flanks in mesh",
+        f"{bends}; contact ratio {ratios}",
         note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""),
         columns=COLUMNS,
     )
@@ -121,6 +127,15 @@ def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
     own = _balls(axes, clipped=True)
     moving = Moving((faint, strong), _words(axes, box), (own, *balls), marker, _numbers(page))
     return Sheet(page, box, flanks, moving)
+
+
+def _name_words(name: str) -> str:
+    """Give the name of a design as it is read, no longer than LONGEST and no formula."""
+    shown = name or "design"
+    if len(shown) > LONGEST:
+        half = (LONGEST - 1) // 2
+        shown = f"{shown[:half]}\u2026{shown[-half:]}"
+    return shown.replace("$", r"\$")
 
 
 def _balls(axes: Axes, clipped: bool = False) -> tuple[Line2D, Line2D]:
@@ -147,8 +162,8 @@ def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], li
     views = panels.flank_views(design, flank, panels.STRETCH)
     span = panels.greatest_span(views)
     width, height = page.canvas.get_width_height()
-    step, bottom = 0.5 * (0.985 - SIDE), FLANKS + theme.inches(page, 0.35)
-    top = high - theme.inches(page, 0.75)
+    step, bottom = 0.5 * (END - SIDE), FLANKS + theme.inches(page, 0.35)
+    top = high - theme.inches(page, 0.6)
     px_per_mm = min((top - bottom) * height / span[1], 0.74 * step * width / span[0])
     found, balls = [], []
     for row, view in enumerate(views):
@@ -166,8 +181,8 @@ def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], li
 def _curve(page: Page, film: Film, low: float, pitches: int) -> Line2D:
     """Draw the transmission error over all pitches, and a marker for it."""
     bottom = low + theme.inches(page, 0.6)
-    top = FLANKS - theme.inches(page, 1.3)
-    axes = page.add_axes((SIDE + 0.065, bottom, 0.985 - SIDE - 0.065, top - bottom))
+    top = FLANKS - theme.inches(page, 1.2)
+    axes = page.add_axes((SIDE + 0.085, bottom, END - SIDE - 0.085, top - bottom))
     charts.error_over_rolls(axes, film.cycle, pitches)
     axes.tick_params(labelsize=theme.SMALL)
     for axis in (axes.xaxis, axes.yaxis):
@@ -179,9 +194,9 @@ def _numbers(page: Page) -> tuple[Text, ...]:
     """Write the names of the numbers, and where they are written."""
     texts = []
     for row, name in enumerate(ROWS):
-        y = FLANKS - theme.inches(page, 0.12 + 0.25 * row)
+        y = FLANKS - theme.inches(page, 0.1 + 0.235 * row)
         page.text(SIDE, y, name, fontsize=theme.SMALL, color=theme.GREY, va="top")
-        texts.append(page.text(SIDE + 0.15, y, "", fontsize=theme.SMALL, va="top", animated=True))
+        texts.append(page.text(SIDE + 0.17, y, "", fontsize=theme.SMALL, va="top", animated=True))
     return tuple(texts)
 
 

@@ -7,14 +7,17 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from beveloid_geom.cli.commands.tca import FORCE, TORQUE, load_of
 from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
+    NumberRange,
     Refusal,
     changed_design,
     load_design,
@@ -25,6 +28,7 @@ from beveloid_geom.cli.options import (
 from beveloid_geom.support.whole_file import require_replaceable, whole_file
 
 from ..options import command, option, writing
+from .origin import Origin
 
 if TYPE_CHECKING:
     from beveloid_geom import Design
@@ -42,6 +46,8 @@ SUFFIXES = (".html", ".htm")
 @tolerance_options
 @option("--cases", click.IntRange(1, 1_000_000), 20_000, "Mountings drawn.")
 @option("--seed", click.IntRange(0), 0, "Of the random numbers.")
+@option("--force", NumberRange(0.0, 1e12, min_open=True), None, f"{FORCE}  [default: 1000]", "N")
+@option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM")
 @click.pass_context
 def main(
     context: click.Context,
@@ -54,20 +60,27 @@ def main(
     gear_axial: float,
     cases: int,
     seed: int,
+    force: float | None,
+    torque: float | None,
     **changes: float | None,
 ) -> None:
     """Write a report on a DESIGN, a TOML file or ni-2017: one HTML page that needs nothing else.
 
-    Checks, paths of contact, patterns, transmission error, sliding, sensitivity and tolerances of both
-    flanks, and the pair in mesh to be turned in 3D. Without tolerances the usual ones are taken. Exit
-    status 1 if neither flank has contact: the page is written and says why.
+    A verdict with a picture, checks, paths of contact, patterns, ease-off, pressures, transmission error,
+    sliding, sensitivity and tolerances of both flanks, and the pair in mesh to be turned in 3D. Without
+    tolerances the usual ones are taken. Exit status 1 if neither flank has contact: the page is written and
+    says why.
     """
     begin = time.perf_counter()
-    changed = changed_design(load_design(design), changes)
+    own = load_design(design)
+    changed, load = changed_design(own, changes), load_of(force, torque, None, None)
     settings = settings_of(changed, (offset, shaft_angle_deg, pinion_axial, gear_axial), cases, seed)
+    if load is not None:
+        settings = replace(settings, load=load, loaded=True)
     prepare(out)
+    origin = Origin(click.format_filename(design), _written(design), changed != own, _now())
     with writing(click.format_filename(out)):
-        data, text = _made(click.format_filename(design), changed, settings)
+        data, text = _made(origin, changed, settings)
         with whole_file(out) as beside:
             beside.write_text(text, encoding="utf-8", newline="\n")
     size, seconds = out.stat().st_size, time.perf_counter() - begin
@@ -118,11 +131,24 @@ def settings_of(design: Design, sizes: tuple[float, float, float, float], cases:
 def _now() -> datetime:
     """Give the time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every
     run."""
+    return _epoch() or datetime.now(UTC).astimezone()
+
+
+def _written(design: str) -> datetime | None:
+    """Give the time at which the file of a design was last written, or SOURCE_DATE_EPOCH if that is earlier:
+    copies made since then are all the same. None for the built-in design."""
+    if design == BUILTIN_DESIGN:
+        return None
+    written, epoch = datetime.fromtimestamp(Path(design).stat().st_mtime, UTC), _epoch()
+    return written.astimezone() if epoch is None else min(written, epoch)
+
+
+def _epoch() -> datetime | None:
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    return datetime.now(UTC).astimezone() if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
+    return None if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
 
-def _made(name: str, design: Design, settings: Settings) -> tuple[PageData, str]:
+def _made(origin: Origin, design: Design, settings: Settings) -> tuple[PageData, str]:
     """Make the page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
@@ -134,14 +160,15 @@ def _made(name: str, design: Design, settings: Settings) -> tuple[PageData, str]
             bar.set_postfix_str(stage)
             bar.update()
 
-        data = compute(name, design, settings, progress)
+        data = compute(origin.name, design, settings, progress)
         progress("charts")
         from .page import draw_charts, page_text
 
         drawn = draw_charts(data)
         progress("view")
+        from .picture import pair_picture
         from .view_data import view_data
 
-        text = page_text(data, drawn, view_data(design), _now())
+        text = page_text(data, drawn, pair_picture(design), view_data(design), origin)
         bar.set_postfix_str("")
     return data, text

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from beveloid_geom import (
     ContactPath,
@@ -20,11 +22,13 @@ from beveloid_geom import (
     path_of_contact,
     tolerance_study,
 )
+from beveloid_geom.analysis.pressure import Load
 from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, mounted
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.findings.remarks import Remark, in_order
+from beveloid_geom.findings.path import first_contact_fault, reason_of
+from beveloid_geom.findings.remarks import NOTE, Remark, in_order
 from beveloid_geom.report.closing import closing_report
+from beveloid_geom.report.ease_off import EaseOffReport, ease_off_report
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.path import ContactReport, contact_report
 from beveloid_geom.report.pattern import PatternReport, pattern_report
@@ -39,9 +43,13 @@ from ..parts.solved import FLANKS
 
 POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 """What `beveloid-geom tca` and `operation` take unless told otherwise; the film in mm."""
+EASE_OFF_GRID, DRAWN_GRID = (9, 13), (21, 31)
+"""Points of the ease-off along profile and face, of its numbers and of its level lines."""
 CLOUD, CLOUD_POINTS = 240, 9
 """Mountings whose paths are drawn, and positions of each."""
-STAGES = 2 + 6 * len(FLANKS)
+USUAL_FORCE = 1000.0
+"""N along the common normal, where no load is given."""
+STAGES = 3 + 7 * len(FLANKS)
 """Of `compute`, besides the UNITs of mountings."""
 Progress: TypeAlias = Callable[[str], object]
 Section: TypeAlias = tuple[Any, str, str | None]
@@ -51,12 +59,14 @@ Section: TypeAlias = tuple[Any, str, str | None]
 @dataclass(frozen=True)
 class Settings:
     """Of the tolerance study: tolerances, whether they were `given` or are the usual ones, how many
-    mountings are drawn, and the seed."""
+    mountings are drawn, and the seed; and the `load` of a tooth pair, `loaded` if it was given."""
 
     tolerances: Tolerances = USUAL
     given: bool = False
     cases: int = 20_000
     seed: int = 0
+    load: Load = field(default_factory=lambda: Load(force=USUAL_FORCE))
+    loaded: bool = False
 
     @property
     def steps(self) -> int:
@@ -68,7 +78,8 @@ class Settings:
 class FlankResults:
     """Results of one flank pair; None where there are none, and `reasons` by section says why.
 
-    `cloud`: the paths of the first mountings of the `study`, batch axis first."""
+    `cloud`: the paths of the first mountings of the `study`, batch axis first; `pressed`: the path with
+    Hertz's pressures."""
 
     flank: str
     contact: ContactReport
@@ -80,17 +91,19 @@ class FlankResults:
     sliding: SlidingReport | None
     sensitivity: SensitivityReport | None
     pattern: PatternReport | None
+    pressed: ContactReport | None
 
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """The page's contents: results by flank, `numbers`, the JSON by section and flank, and `remarks`, all
-    that was found, what matters most first."""
+    """The page's contents: results by flank, the ease-off of both, `numbers`, the JSON by section and flank,
+    and `remarks`, all that was found, what matters most first."""
 
     name: str
     design: Design
     settings: Settings
     flanks: dict[str, FlankResults]
+    ease_off: EaseOffReport
     numbers: dict[str, Any]
     remarks: tuple[Remark, ...]
 
@@ -98,6 +111,11 @@ class PageData:
     def found(self) -> bool:
         """Whether there is a path of contact on either flank."""
         return any(results.contact.reason is None for results in self.flanks.values())
+
+    @property
+    def verdict(self) -> str:
+        """What the remarks come to: the level of the first of them, a note counting as none."""
+        return next((one.level for one in self.remarks if one.level != NOTE), NOTE)
 
 
 def is_papers(design: Design) -> bool:
@@ -119,14 +137,19 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}
+    progress("ease-off")
+    eased = ease_off_report(name, design, DRAWN_GRID)
+    numbers["ease_off"] = json.loads(json_text(ease_off_report(name, design, EASE_OFF_GRID).data()))
+    numbers["mountings"] = failed_mountings([results.study for results in flanks.values()])
     progress("statements")
     if is_papers(design):
         judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
         numbers["statements"] = json.loads(json_text(StatementsReport(name, design, judged).data()))
-    studies = [results.study for results in flanks.values() if results.study is not None]
+    studies = [one.study for one in flanks.values() if one.study and "tolerance" not in one.reasons]
     shares = [remark for study in studies for remark in tolerance_remarks(study)]
     paths = [remark for results in flanks.values() for remark in results.contact.remarks]
-    return PageData(name, design, settings, flanks, numbers, in_order([*shares, *checked.remarks, *paths]))
+    remarks = in_order([*shares, *checked.remarks, *paths])
+    return PageData(name, design, settings, flanks, eased, numbers, remarks)
 
 
 def _flank_results(
@@ -145,10 +168,10 @@ def _flank_results(
         found[section], numbers[section] = result, json.loads(text)
         if reason:
             reasons[section] = reason
-    contact = found.pop("tca")
+    contact, study = found.pop("tca"), found.pop("tolerance")
     known = {section: None if section in reasons else result for section, result in found.items()}
-    study = known.pop("tolerance")
-    cloud = None if study is None else _cloud(design, study)
+    known["pressed"] = known.pop("hertz")
+    cloud = None if "tolerance" in reasons else _cloud(design, study)
     return FlankResults(flank, contact, study, cloud, numbers, reasons, **known)
 
 
@@ -181,6 +204,13 @@ def _tolerance(
     return study, json_text(ToleranceReport(name, design, study).data()), none
 
 
+def _hertz(name: str, design: Design, flank: str, settings: Settings, *_: object) -> Section:
+    if reason := reason_of(path_of_contact(design, flank, 2)):
+        return _missing(name, flank, reason)
+    found = contact_report(name, design, flank, POSITIONS, certified=False, load=settings.load)
+    return found, json_text(found.data()["hertz"]), None
+
+
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     try:
         found = pattern_report(name, design, flank, FILM)
@@ -196,8 +226,23 @@ SECTIONS: dict[str, Callable[[str, Design, str, Settings, Callable[[], object]],
     "sensitivity": lambda name, design, flank, *_: _reported(sensitivity_report(name, design, flank)),
     "tolerance": _tolerance,
     "pattern": _pattern,
+    "hertz": _hertz,
 }
 """Of one flank pair, in the order in which they are computed."""
+
+
+def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
+    """Count the mountings, drawn the same for both flanks, that fail: without contact on either flank, with a
+    contact ratio below 1 on one, or jammed; of each kind, too. Nothing without studies."""
+    known = [study.mountings for study in studies if study is not None]
+    if not known:
+        return {}
+    lost = np.any([~one.solved for one in known], axis=0)
+    short = np.any([one.solved & (one.contact_ratio < 1.0) for one in known], axis=0)
+    jammed = np.any([one.jammed for one in known], axis=0)
+    masks = {"failed": lost | short | jammed, "without_contact": lost, "contact_ratio_below_1": short}
+    counts = {name: int(np.count_nonzero(mask)) for name, mask in {**masks, "jammed": jammed}.items()}
+    return {"cases": int(lost.size), **counts}
 
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:

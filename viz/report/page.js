@@ -25,6 +25,23 @@
   document.querySelector(".tools").hidden = false;
   changed();
 
+  // The contents show where one is, and keep that in sight.
+  const contents = document.querySelector("nav ul");
+  const links = [...contents.querySelectorAll("a")];
+  const mark = () => {
+    const line = contents.getBoundingClientRect().bottom + 0.25 * window.innerHeight;
+    const above = links.filter((link) => document.querySelector(link.hash).getBoundingClientRect().top <= line);
+    const now = above.at(-1);
+    if (now?.hasAttribute("aria-current")) return;
+    for (const link of links) {
+      if (link === now) link.setAttribute("aria-current", "true");
+      else link.removeAttribute("aria-current");
+    }
+    if (now) contents.scrollLeft = now.offsetLeft + 0.5 * (now.offsetWidth - contents.clientWidth);
+  };
+  window.addEventListener("scroll", mark, { passive: true });
+  mark();
+
   const view = document.getElementById("view");
   try {
     window.pageView = window.beveloidView(view, JSON.parse(document.getElementById("view-data").textContent));

@@ -8,32 +8,52 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
-from datetime import datetime
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib.metadata import version
 from importlib.resources import files
+from pathlib import PurePath
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.cli.options import BUILTIN_DESIGN
-from beveloid_geom.findings.remarks import quiet
+from beveloid_geom.findings.path import pressure_remarks
+from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.sensitivity import STEPS
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 
+from ..parts.charts import SMALLEST, Quantity
 from ..parts.solved import FLANKS
 from . import charts
-from .data import HARMONICS, POSITIONS, FlankResults, PageData
+from .charts import Flats
+from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
+from .origin import Origin
+from .picture import LEVELS
 from .svg import style, svg_of
 
 NOT_KNOWN = "\u2013"
 MINUS = "\u2212"
 RAD = math.radians(1.0)
 Charts = dict[str, dict[str, Markup]]
+Drawn = dict[str, tuple[str, Figure]]
+Row = tuple[Any, ...]
+Column = tuple[Any, str, float]
+ROW_DEFAULTS: Row = (None, None, None, "", 1.0, False)
+SAME_HEIGHTS = ("pressure", "error", "spectrum", "sliding")
+"""Charts whose axes are those of the other flank."""
+VERDICTS = {
+    ERROR: "Does not work as it stands",
+    WARNING: "Works with reservations",
+    NOTE: "Nothing found against it",
+}
+"""By the level of what matters most."""
 
 
 def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
@@ -78,32 +98,100 @@ def asset(name: str) -> Markup:
     return Markup(text.replace("</script", "<\\/script"))
 
 
-def _drawn(results: FlankResults) -> dict[str, Markup]:
-    """Draw, by name, each chart of a flank pair that there is something to draw for."""
-    operation, study = results.operation, results.study
-    cloud_chart = partial(charts.flank_chart, cloud=True)
+def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict[Quantity, float]) -> Drawn:
+    """Draw, by name, each chart of a flank pair that there is something to draw for, with its title."""
+    moving = None if results.flank in still(data) else results.operation
+    scattered = results if results.cloud else None
+    study = results.study if scattered else None
+    sensitivity_chart = partial(charts.sensitivity_chart, quantities=quantities)
+    cloud_chart = partial(charts.flank_chart, flats=flats, cloud=True)
+    path_chart = partial(charts.flank_chart, flats=flats)
+    ease_off_chart = partial(charts.ease_off_chart, report=data.ease_off)
     over_roll = "Sliding speed and specific sliding over the pinion's roll"
     by_error = "Change of path, contact ratio and transmission error by each assembly error"
     drawings: tuple[tuple[str, str, Any, Callable[[Any], Figure | None]], ...] = (
-        ("path", "Path of contact, points of first contact and pattern", results, charts.flank_chart),
-        ("error", "Transmission error over two mesh cycles", operation, charts.error_chart),
-        ("spectrum", "Amplitudes of the transmission error", operation, charts.spectrum_chart),
+        ("path", "Path of contact, points of first contact and pattern", results, path_chart),
+        ("ease-off", "Level lines of the pinion's ease-off", results, ease_off_chart),
+        ("pressure", "Hertz's pressure over the pinion's roll", results.pressed, charts.pressure_chart),
+        ("error", "Transmission error over two mesh cycles", moving, charts.error_chart),
+        ("spectrum", "Amplitudes of the transmission error", moving, charts.spectrum_chart),
         ("sliding", over_roll, results.sliding, charts.sliding_chart),
-        ("sensitivity", by_error, results.sensitivity, charts.sensitivity_chart),
-        ("cloud", "Paths of contact under drawn errors", study and results, cloud_chart),
+        ("sensitivity", by_error, results.sensitivity if quantities else None, sensitivity_chart),
+        ("cloud", "Paths of contact under drawn errors", scattered, cloud_chart),
         ("ratio", "Spread of the contact ratio under drawn errors", study, charts.ratio_chart),
     )
     drawn = {}
     for name, title, found, draw in drawings:
         if found is not None and (chart := draw(found)) is not None:
-            drawn[name] = Markup(svg_of(chart, f"{name}-{results.flank}", f"{title}, {results.flank} flanks"))
+            drawn[name] = title, chart
     return drawn
 
 
 def draw_charts(data: PageData) -> Charts:
-    """Draw the charts by flank and name; what cannot be drawn is left out."""
+    """Draw the charts by flank and name; what cannot be drawn is left out, and what is zero."""
     with style():
-        return {flank: _drawn(results) for flank, results in data.flanks.items()}
+        flats = charts.flats_of(data.design)
+        quantities = charts.changing([one.sensitivity for one in data.flanks.values() if one.sensitivity])
+        drawn = {flank: _drawn(data, results, flats, quantities) for flank, results in data.flanks.items()}
+        for name in SAME_HEIGHTS:
+            charts.same_heights([of[name][1] for of in drawn.values() if name in of])
+        return {
+            flank: {
+                name: Markup(svg_of(chart, f"{name}-{flank}", f"{title}, {flank} flanks"))
+                for name, (title, chart) in of.items()
+            }
+            for flank, of in drawn.items()
+        }
+
+
+def still(data: PageData) -> list[str]:
+    """Name the flanks whose transmission error is zero but for rounding."""
+    return [
+        flank
+        for flank, results in data.flanks.items()
+        if results.operation is not None and ARCSEC * float(results.operation.cycle.peak_to_peak) < SMALLEST
+    ]
+
+
+def key_of(path: str, place: str, peaks: Mapping[str, int]) -> str:
+    """Give the key of a cell: a row's path with the place of the column for its *, or where it has none the
+    other way round; @ is where along the path of that flank the pressure is greatest."""
+    key = path.replace("*", place) if "*" in path else place.replace("*", path)
+    return key.replace("@", str(peaks.get(place, 0)))
+
+
+def parted(
+    numbers: Mapping[str, Any], peaks: Mapping[str, int], rows: Sequence[Row], columns: Sequence[Column]
+) -> tuple[list[tuple[str, str, list[Markup | str]]], dict[str, list[str]]]:
+    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for
+    rounding, or not known, all along, which take no row. A row: label, path, digits, None for the name of a
+    limit, and unit, scale and whether the digits are those in all. A column: heading, place, own scale."""
+    shown: list[tuple[str, str, list[Markup | str]]] = []
+    left: dict[str, list[str]] = {"Zero": [], "Not known": []}
+    for row in rows:
+        label, path, digits, unit, scale, general = (*row, *ROW_DEFAULTS[len(row) :])
+        cells = [(key_of(path, place, peaks), scale * own) for _, place, own in columns]
+        values = [looked_up(numbers, key) for key, _ in cells]
+        if all(value is None for value in values):
+            left["Not known"].append(label)
+        elif all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
+            left["Zero"].append(label)
+        elif digits is None:
+            shown.append((label, unit, [_limit_words(value) for value in values]))
+        else:
+            shown.append((label, unit, [number_of(numbers, key, digits, by, general) for key, by in cells]))
+    return shown, left
+
+
+def _limit_words(end: Any) -> str:
+    return f"{end['member']} {end['limit']}" if end else NOT_KNOWN
+
+
+def peaks_of(data: PageData) -> dict[str, int]:
+    """Give by flank the position along the path at which the pressure is greatest, 0 where there is none."""
+    found = {flank: one.pressed.pressed for flank, one in data.flanks.items() if one.pressed is not None}
+    pressures = {flank: np.nan_to_num(one.pressure) for flank, one in found.items() if one is not None}
+    return {flank: int(pressures[flank].argmax()) if flank in pressures else 0 for flank in data.flanks}
 
 
 def with_code(text: str) -> Markup:
@@ -122,8 +210,8 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetime) -> str:
-    """Write the whole page, `made` when; `view` is the data of the view in 3D."""
+def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
+    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
     environment = Environment(
         loader=PackageLoader(__package__, ""),
         autoescape=True,
@@ -133,8 +221,11 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         keep_trailing_newline=True,
     )
     environment.filters["code"] = with_code
+    environment.filters["general"] = "{:.6g}".format
     release = version("beveloid-geom")
-    stamp = {"name": data.name, "version": release, "made": made.isoformat(timespec="seconds")}
+    stamp = {"name": data.name, "version": release, "made": origin.made.isoformat(timespec="seconds")}
+    if origin.written is not None:
+        stamp["written"] = origin.written.isoformat(timespec="seconds")
     numbers = stamp | data.numbers
     radians = {"deg": RAD}
     return environment.get_template("report.html").render(
@@ -151,7 +242,22 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
         statements=by_statement(numbers.get("statements", [])),
         version=release,
-        made=made,
+        origin=origin,
+        short_name=PurePath(data.name).name,
+        verdict=data.verdict,
+        verdicts=VERDICTS,
+        levels=Counter(remark.level for remark in data.remarks),
+        picture=Markup(picture),
+        shades=range(LEVELS),
+        still=still(data),
+        parted=partial(parted, numbers, peaks_of(data)),
+        pressure_remarks=[
+            remark
+            for one in data.flanks.values()
+            if one.pressed is not None and one.pressed.pressed is not None
+            for remark in pressure_remarks(one.pressed.pressed)
+        ],
+        ease_off_grid=EASE_OFF_GRID,
         builtin=BUILTIN_DESIGN,
         clean=quiet(data.remarks),
         asset=asset,
@@ -159,5 +265,8 @@ def page_text(data: PageData, drawn: Charts, view: dict[str, Any], made: datetim
         view=view,
         deg=1.0 / RAD,
         arcsec=3600.0 / RAD,
-        steps=[(f"{what} {size:g} {unit}", size * radians.get(unit, 1.0)) for what, size, unit in STEPS],
+        steps=[
+            (f"{what} {size:g} {unit}", str(number), size * radians.get(unit, 1.0))
+            for number, (what, size, unit) in enumerate(STEPS)
+        ],
     )

@@ -15,8 +15,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..stage import theme
 
-WIDTH = 440
-"""Pixels of a chart; a pixel is a point of matplotlib's."""
+WIDTH = 352
+"""Pixels of a chart, a pixel being a point of matplotlib's: no more than a narrow page has, 390 less its
+margins, so that letters there are no smaller than here."""
 VARIABLES = {
     "#ffffff": "paper",
     theme.INK: "ink",
@@ -29,6 +30,8 @@ VARIABLES = {
 }
 """Colours in which charts are drawn, and the page's variables that stand for them."""
 TEXT, SMALL = 12.0, 11.0
+LARGE = 13.2
+"""Of which matplotlib's "small" is SMALL."""
 PAD = 4.0 / 72.0
 STYLE: Any = {
     "axes.labelsize": TEXT,
@@ -37,7 +40,7 @@ STYLE: Any = {
     "axes.titlelocation": "left",
     "axes.titlesize": TEXT,
     "axes.axisbelow": True,
-    "font.size": TEXT,
+    "font.size": LARGE,
     "grid.linewidth": 0.6,
     "legend.fontsize": SMALL,
     "lines.linewidth": 1.8,
