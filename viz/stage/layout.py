@@ -7,8 +7,10 @@ inches of paper, so that type of 13 points becomes 8: a narrow page has less roo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from .scene import Size
+if TYPE_CHECKING:
+    from .scene import Size
 
 SCALE = 8.0 / 13.0
 """Inches of paper for an inch of the layout in print."""
