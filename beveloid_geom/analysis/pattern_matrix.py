@@ -7,7 +7,7 @@ cells are found in one call, patterns one by one. What cannot be assembled gets 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from ..operation.mesh_cycle import mesh_cycle
 from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..status import FirstStatus
 from ..support.few_lines import few_lines
-from .sensitivity import ERRORS
-from .tolerance import USUAL
+from .tolerance import ERROR_NAMES, USUAL, four_errors, mounted
 
 CELLS = (3, 5)
 """Cells along a side that a matrix may have."""
@@ -37,7 +36,7 @@ class PatternCell:
 
 @dataclass(frozen=True, eq=False)
 class PatternMatrix:
-    """Patterns of a design's `flank` under two errors, by their names in ERRORS: `over`.
+    """Patterns of a design's `flank` under two errors, by their names in ERROR_NAMES: `over`.
 
     `first`, `second` (n): values added to the design's own errors, mm or rad. Arrays (n, n), the first error
     down the rows: `status`, codes of `FirstStatus` of the mesh cycle; `jammed`, whether the pair cannot be
@@ -61,26 +60,25 @@ class PatternMatrix:
     cells: tuple[PatternCell | None, ...]
 
     @property
-    def runs(self) -> Mask:
-        """The cells (n, n) that have a pattern."""
-        return np.asarray((self.status == FirstStatus.SOLVED) & ~self.jammed)
-
-    @property
     def added(self) -> FloatArray:
         """The values (n n, 2) of both errors of each cell, mm or rad."""
         return np.stack(np.meshgrid(self.first, self.second, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def under_errors(design: Design, names: tuple[str, str], values: FloatArray) -> Design:
-    """Give the design with values (..., 2), mm or rad, of two errors added to its own."""
-    own = {name: getattr(design.errors, name) + values[..., k] for k, name in enumerate(names)}
-    return design.with_errors(replace(design.errors, **own))
-
-
 def check_names(names: tuple[str, str], field: str) -> None:
     """Raise ValueError unless these are two different errors."""
-    if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ERRORS):
-        raise ValueError(f"{field} must be two different ones of {', '.join(ERRORS)}, got {', '.join(names)}")
+    if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ERROR_NAMES):
+        raise ValueError(
+            f"{field} must be two different ones of {', '.join(ERROR_NAMES)}, got {', '.join(names)}"
+        )
+
+
+def check_size(design: Design, name: str, size: float) -> None:
+    """Raise ValueError unless the size of an error is positive and less than the pair's own value."""
+    own = {"offset": design.pair.offset, "shaft_angle": design.pair.shaft_angle}.get(name, np.inf)
+    if not 0.0 < size < own:
+        most = f", less than the pair's own {own:g}" if np.isfinite(own) else ""
+        raise ValueError(f"the size of the error of {name} must be positive, mm or rad{most}, got {size:g}")
 
 
 def pattern_matrix(
@@ -126,19 +124,18 @@ def pattern_matrix(
         raise ValueError(f"cells must be {' or '.join(map(str, CELLS))}, got {cells}")
     sizes = (getattr(USUAL, over[0]), getattr(USUAL, over[1])) if sizes is None else sizes
     for name, size in zip(over, sizes, strict=True):
-        if not 0.0 < size < np.inf:
-            raise ValueError(f"the size of the error of {name} must be positive, mm or rad, got {size:g}")
+        check_size(design, name, size)
     first, second = (size * np.linspace(-1.0, 1.0, cells) for size in sizes)
     values = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
-    mountings = under_errors(design, over, values)
+    mountings = mounted(design, four_errors(over, values))
     cycle, backlash = mesh_cycle(mountings, flank, 1), mounted_backlash(mountings)
     runs = (cycle.status == FirstStatus.SOLVED) & ~backlash.jammed
     found: list[PatternCell | None] = []
     for pair, good in zip(values.reshape(-1, 2), runs.ravel(), strict=True):
         found.append(None)
         if good:
-            mounted = under_errors(design, over, pair)
-            one = contact_pattern(mounted, flank, separation, resolution=resolution, area_error=area_error)
+            alone = mounted(design, four_errors(over, pair))
+            one = contact_pattern(alone, flank, separation, resolution=resolution, area_error=area_error)
             ellipses = marked_ellipse(one.pinion, separation), marked_ellipse(one.gear, separation)
             found[-1] = PatternCell(one, ellipses)
         if progress is not None:

@@ -128,6 +128,29 @@ tolerance_options = block(
 """An option for the size of each of the four assembly errors, to either side."""
 
 
+class ErrorPair(click.ParamType):
+    """Two different assembly errors, as in offset,shaft-angle: by their names, with or without -error, or by
+    the letters of the trade."""
+
+    name = "errors"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, str]:
+        """Give their names as `Errors` has them; fails if they are not two of the four."""
+        from ..report.words import TRADE
+
+        if isinstance(value, tuple):
+            return value
+        letters = {letter.lower(): name for name, letter in TRADE.items()}
+        words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
+        found = [letters.get(word, word) for word in words]
+        if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(TRADE):
+            known = ", ".join(f"{name.replace('_', '-')} ({letter})" for name, letter in TRADE.items())
+            self.fail(f"{value!r} is not two different errors, with a comma between, of {known}.", param, ctx)
+        return found[0], found[1]
+
+
 def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, float, float, float]:
     """Give the tolerances in mm, rad, mm, mm. Raises Refusal if all are 0 where they are `needed`, such as
     'tolerances'."""

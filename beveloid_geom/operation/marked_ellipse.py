@@ -23,7 +23,7 @@ ROUND = 1e-9
 
 @dataclass(frozen=True)
 class MarkedEllipse:
-    """Centre `z`, mm from mid-face towards the heel, and `r`, mm from the axis; half axes `major` and `minor`,
+    """Centre `z`, mm from mid-face towards the heel, and `r`, mm from the axis; half axes `major`, `minor`,
     mm; `angle` (rad, above -pi/2, up to pi/2) of the major axis to the axial direction, positive if z rises
     with r. NaN where nothing is marked, the angle also of a circle."""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..design.model import Design
 from ..findings.backlash import backlash_report
+from ..operation.marked_ellipse import marked_ellipse
 from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
 from ..status import PatternStatus
 from .result import Rows
@@ -47,7 +48,11 @@ class PatternReport:
     def data(self) -> dict[str, Any]:
         """Give the sizes of the pattern."""
         members = {
-            member: {**{name: getattr(side, name) for name in SIZES}, "z_range": marked_face(side)}
+            member: {
+                **{name: getattr(side, name) for name in SIZES},
+                "z_range": marked_face(side),
+                "ellipse": vars(marked_ellipse(side, self.pattern.separation)),
+            }
             for member, side in self.sides.items()
         }
         return {
@@ -71,7 +76,8 @@ class PatternReport:
         rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in self.pattern.roll_range)
         text += line("pinion rolls", f"{rolls} deg, one tooth pair through the mesh")
         return text + "".join(
-            _side_lines(member, side, self.area_error) for member, side in self.sides.items()
+            _side_lines(member, side, self.area_error, self.pattern.separation)
+            for member, side in self.sides.items()
         )
 
 
@@ -110,8 +116,9 @@ def _points(member: str, side: MemberPattern, backlash: float) -> dict[str, Any]
     }
 
 
-def _side_lines(member: str, side: MemberPattern, asked: float) -> str:
-    """Write size, extent and bound of the error of one member's pattern; `asked` is the share allowed."""
+def _side_lines(member: str, side: MemberPattern, asked: float, separation: float) -> str:
+    """Write size, extent, ellipse and bound of the error of one member's pattern; `asked` is the share
+    allowed."""
     low, high = marked_face(side)
     words = f"{side.area:.1f} mm^2 marked, {100.0 * side.area_share:.1f} % of the active flank"
     text = line(member, words if math.isnan(low) else f"{words}, z {low:.2f} to {high:.2f} mm")
@@ -119,4 +126,12 @@ def _side_lines(member: str, side: MemberPattern, asked: float) -> str:
     missed = "" if side.area_error <= asked else f", not to the {100.0 * asked:g} % asked for"
     least = side.least[np.isfinite(side.least)]
     nearest = f"least separation {1e3 * least.min():z.4f} um" if least.size else "nowhere opposite a flank"
-    return text + line("", bound + missed) + line("", nearest)
+    text += line("", bound + missed)
+    if not math.isnan(low):
+        one = marked_ellipse(side, separation)
+        text += line(
+            "",
+            f"ellipse about z {one.z:z.2f}, r {one.r:.2f} mm: half axes {one.major:.2f} and {one.minor:.2f}"
+            f" mm, {math.degrees(one.angle):z.1f} deg to the axial direction",
+        )
+    return text + line("", nearest)
