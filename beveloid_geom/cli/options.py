@@ -128,27 +128,23 @@ tolerance_options = block(
 """An option for the size of each of the four assembly errors, to either side."""
 
 
-class ErrorPair(click.ParamType):
-    """Two different assembly errors, as in offset,shaft-angle: by their names, with or without -error, or by
-    the letters of the trade."""
+def errors_option(name: str, default: str | None, text: str) -> Option:
+    """Make an option of two different assembly errors, as in offset,shaft-angle: by their names, with or
+    without -error, or by the letters of the trade."""
 
-    name = "errors"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, str]:
-        """Give their names as `Errors` has them; fails if they are not two of the four."""
+    def read(value: str) -> tuple[str, str]:
+        """Give their names as `Errors` has them. Raises Refusal."""
         from ..report.words import TRADE
 
-        if isinstance(value, tuple):
-            return value
-        letters = {letter.lower(): name for name, letter in TRADE.items()}
+        letters = {letter.lower(): error for error, letter in TRADE.items()}
         words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
         found = [letters.get(word, word) for word in words]
         if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(TRADE):
-            known = ", ".join(f"{name.replace('_', '-')} ({letter})" for name, letter in TRADE.items())
-            self.fail(f"{value!r} is not two different errors, with a comma between, of {known}.", param, ctx)
+            known = ", ".join(f"{error.replace('_', '-')} ({letter})" for error, letter in TRADE.items())
+            raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
         return found[0], found[1]
+
+    return option(name, read, default, text, "ERROR,ERROR")
 
 
 def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, float, float, float]:

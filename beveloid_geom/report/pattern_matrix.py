@@ -131,10 +131,10 @@ def member_data(cell: PatternCell, member: int) -> dict[str, Any]:
     return {**{name: getattr(side, name) for name in SIZES}, "ellipse": vars(cell.ellipses[member])}
 
 
-def flat_data(cell: PatternCell, member: int) -> dict[str, float]:
+def flat_data(cell: PatternCell, member: int) -> dict[str, Any]:
     """Give the same in one piece."""
     data = member_data(cell, member)
-    return data | data.pop("ellipse")
+    return {**{name: data[name] for name in SIZES}, **data["ellipse"]}
 
 
 def _error_names(found: PatternMatrix) -> list[str]:

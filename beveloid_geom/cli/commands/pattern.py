@@ -7,9 +7,9 @@ import click
 from .. import results
 from ..options import (
     TOLERANCES,
-    ErrorPair,
     NumberRange,
     Refusal,
+    errors_option,
     flank_option,
     option,
     override_options,
@@ -35,7 +35,7 @@ CELLS = click.Choice(["3", "5"])
     ),
     option("--resolution", NumberRange(0.01, 100.0), None, POINTS, "MM"),
     option("--area-error", NumberRange(0.001, 0.5), 0.01, ERROR, "SHARE"),
-    option("--over", ErrorPair(), None, OVER, "ERROR,ERROR"),
+    errors_option("--over", None, OVER),
     option("--cells", CELLS, "3", "Values of each error of --over, from minus to plus its tolerance."),
     tolerance_options,
     override_options,
