@@ -122,3 +122,15 @@ class EllipseStatus(IntEnum):
     """A relative curvature is negative: the flanks cut each other beside the contact."""
     NO_CONTACT = 3
     """The path has no contact on the flanks here."""
+
+
+class PlaceStatus(IntEnum):
+    """Whether two errors put the middle of a path where it is wanted."""
+
+    REACHED = 0
+    OUT_OF_REACH = 1
+    """None within the limits of the search do; what is given is the nearest mounting."""
+    JAMMED = 2
+    """Some do, under which the pair cannot be assembled; what is given is the nearest that can."""
+    NO_PATH = 3
+    """No mounting within the limits of the search was found that has a path and can be assembled."""
