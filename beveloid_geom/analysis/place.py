@@ -10,11 +10,11 @@ middle of the tool's flank. With e the two errors,
 
 is solved by Newton's method from the design on, with exact derivatives of the middle (`sensitivity`), its
 steps halved while they do not come nearer. What it does not reach is looked for over all errors within
-`limits_of`, by differential evolution, and again by Newton from there. The nearest is that at the least root
-of the sum of the squares of both differences, as shares of face and of profile.
+`limits_of`, by differential evolution and sequential quadratic programming: the nearest is that at the least
+root of the sum of the squares of both differences, as shares of face and of profile.
 
-A pair that jams runs nowhere: where the errors found use up the backlash, the nearest mounting is given that
-can be assembled, found by tangency (`backlash_by_tangency`) and checked by first contacts.
+Where the errors found use up the backlash the pair cannot be assembled. Then the middle stays at its share of
+the face and leaves the centre of the profile, no further than until the backlash is 0.
 """
 
 from __future__ import annotations
@@ -24,12 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, flank_sign
+from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_of_contact
 from ..design.model import Design, Errors
 from ..gear.flank import highest_parameter, root_parameter
-from ..operation.backlash import JAMMED, mounted_backlash
-from ..operation.backlash_by_tangency import tangent_backlash
+from ..operation.backlash import mounted_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..status import Limit, PlaceStatus, Status
 from ..support.few_lines import few_lines
@@ -44,15 +43,17 @@ CLOSE = 1e-6
 STEPS, HALVINGS = 40, 8
 LONGEST = 0.1
 """Newton steps at most; how often one is halved; the longest, as a share of the limits."""
-LEAST_SHARE, DECADES, STARTS = 1e-5, 26, 48
-"""Least share of the limits at which the search begins, values a side of it, and mountings it goes on with."""
-ROUNDS, SEED = 120, 1
+LEAST_SHARE, GRID, STARTS = 1e-5, 16, 32
+"""Least share of the limits at which the search begins, values a side, and mountings it goes on with."""
+ROUNDS, SEED = 40, 1
 """Generations of the search; its random numbers are always the same."""
-JAM_COST = 20.0
-"""Shares of the flank that a module of missing backlash costs: more than errors gain by it."""
-AGREE, CORRECTIONS = 1e-4, 4
-"""Modules to which backlash by tangency and by first contacts are to agree where it limits, and how often the
-search is corrected by their difference."""
+FLAT = 1e-3
+"""Share of its greatest rate that a middle moves at least where the search counts it as moving."""
+BESIDE, NARROW = 0.25 * (np.arange(1, 7) / 6.0) ** 2, 1e-4
+"""Shares of the profile by which the middle leaves its centre in search of backlash; mm to which the least is
+found."""
+LOST = 1e6
+"""Shares of the flank, of what has no path."""
 WIDEST_ANGLE = float(np.radians(5.0))
 
 
@@ -65,9 +66,9 @@ class Placement:
     design's own; what follows is of the mounting with them, from a path solved anew: `z`, `l` (n) of its
     middle, mm; `distance` (n) from where it is wanted, share of the flank; `contact_ratio` (n), Eq. 16;
     `normal_backlash` (n), mm, as mounted; `cycle_peak_to_peak` (n), rad, and `edge_share` (n) in operation.
-    `status` (n), codes of `PlaceStatus`: unless it is REACHED, all this is of the nearest mounting that can be
-    assembled. `exact` (n, 2): errors that put the middle there whether or not the pair can be assembled, NaN
-    if none do."""
+    `status` (n), codes of `PlaceStatus`: OUT_OF_REACH, all this is of the nearest; JAMMED, of the mounting
+    nearest in profile that can be assembled. `jammed` (n): whether it cannot. `exact` (n, 2): errors that put
+    the middle there whether or not the pair can be assembled, NaN if none do."""
 
     __repr__ = few_lines
 
@@ -87,13 +88,14 @@ class Placement:
     cycle_peak_to_peak: FloatArray
     edge_share: FloatArray
     status: Codes
+    jammed: Mask
     exact: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What is varied: two errors of a design, in shares (..., 2) of their `limits`; places are (z, l1), mm, of
-    the middle of its path, and distances shares of the pinion's flank of the size `unit` (2), mm."""
+    """What is varied: two errors of a design, in shares (..., 2) of their `limits`; places are (z, l1), mm,
+    of the middle of its path, and distances shares of the pinion's flank of the size `unit` (2), mm."""
 
     design: Design
     flank: str
@@ -186,8 +188,8 @@ def limits_of(design: Design, by: tuple[str, str]) -> FloatArray:
 
 
 def centred(design: Design, flank: str) -> float:
-    """Give l1 (mm) of a middle that is centred in profile: that of the path without errors if it runs from tip
-    to tip, else 0."""
+    """Give l1 (mm) of a middle that is centred in profile: that of the path without errors if it runs from
+    tip to tip, else 0."""
     path = path_of_contact(design.with_errors(Errors()), flank, 3)
     tips = set(path.ends.limit.tolist()) == {Limit.GEAR_TIP, Limit.PINION_TIP}
     return float(path.l1[1]) if tips and path.ends.status == Status.SOLVED else 0.0
@@ -198,21 +200,21 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
     and can be assembled, both NaN without any, and status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
     for k in np.flatnonzero(~_reached(search, shares, wanted)):
-        begin = _nearest(search, wanted[k])
+        begin = _polished(search, wanted[k], np.stack((_nearest(search, wanted[k]), shares[k])))
         shares[k] = _newton(search, wanted[k : k + 1], begin[None])[0]
     reached = _reached(search, shares, wanted)
-    exact, nearest = np.where(reached[:, None], shares, np.nan), shares.copy()
-    status = np.where(reached, PlaceStatus.REACHED, PlaceStatus.OUT_OF_REACH)
+    exact, status = np.where(reached[:, None], shares, np.nan), np.full(len(wanted), PlaceStatus.REACHED)
+    status[~reached] = PlaceStatus.OUT_OF_REACH
     jammed = np.asarray(mounted_backlash(search.under(shares)).jammed)
-    status[reached & jammed] = PlaceStatus.JAMMED
-    for k in np.flatnonzero(jammed | ~reached):
-        nearest[k] = _nearest_assembled(search, wanted[k])
-        if np.isnan(nearest[k]).any():
-            status[k] = PlaceStatus.NO_PATH
+    nearest = shares.copy()
+    for k in np.flatnonzero(reached & jammed):
+        status[k] = PlaceStatus.JAMMED
+        nearest[k] = _with_backlash(search, wanted[k], shares[k])
+    status[np.isnan(shares).any(axis=1)] = PlaceStatus.NO_PATH
     return exact, nearest, status.astype(np.int8)
 
 
-def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
     """Say (n) whether errors within the limits put the middle where it is wanted."""
     off = np.abs(search.places(shares) - wanted).max(axis=-1)
     return np.asarray((off <= CLOSE) & (np.abs(shares) <= 1.0).all(axis=-1))
@@ -244,38 +246,45 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
     return shares
 
 
-def _nearest_assembled(search: _Search, wanted: FloatArray) -> FloatArray:
-    """Find the shares (2) of the nearest middle in a mounting that can be assembled; NaN without any."""
-    module, least = float(search.design.pinion.tool.normal_module), 0.0
-    for _ in range(CORRECTIONS):
-        shares = _nearest(search, wanted, least)
-        if np.isnan(shares).any():
-            return shares
-        at = search.under(shares)
-        tangent, real = float(tangent_backlash(at).normal), float(mounted_backlash(at).normal)
-        limited = tangent - least < AGREE * module
-        if np.isnan(real) or (abs(real) <= AGREE * module if limited else real >= 0.0):
-            break
-        least += -real if not limited else tangent - real - least
-    return shares if real >= -JAMMED * module else np.full(2, np.nan)
+def _with_backlash(search: _Search, wanted: FloatArray, exact: FloatArray) -> FloatArray:
+    """Find shares (2) of the limits that put the middle at the share of the face wanted (2), as little beside
+    the l1 wanted as leaves backlash; from those that jam the pair. NaN where none within BESIDE do."""
+    sides, found = np.concatenate((BESIDE, -BESIDE)) * search.unit[1], np.full(2, np.nan)
+
+    def tried(beside: FloatArray, start: FloatArray) -> tuple[FloatArray, Mask]:
+        """Give shares (n, 2) that move the middle in profile by (n), mm, and whether it can run so."""
+        goal = wanted + np.stack((np.zeros_like(beside), beside), axis=-1)
+        shares = _newton(search, goal, np.broadcast_to(start, goal.shape).copy())
+        good = _reached(search, shares, goal)
+        good[good] = ~np.asarray(mounted_backlash(search.under(shares[good])).jammed) if good.any() else False
+        return shares, good
+
+    shares, good = tried(sides, exact)
+    if not good.any():
+        return found
+    first = np.flatnonzero(good)[np.abs(sides[good]).argmin()]
+    found, far = shares[first], sides[first]
+    near = max((one for one in np.abs(sides) if one < abs(far)), default=0.0) * np.sign(far)
+    while abs(far - near) > NARROW:
+        between = near + (far - near) * np.array((0.25, 0.5, 0.75))
+        shares, good = tried(between, found)
+        first = int(np.append(good, True).argmax())
+        near = between[first - 1] if first else near
+        if first < len(good):
+            found, far = shares[first], between[first]
+    return found
 
 
-def _nearest(search: _Search, wanted: FloatArray, least: float | None = None) -> FloatArray:
-    """Find the shares (2) of the limits with the middle nearest to a place wanted (2), of mountings with at
-    `least` that backlash by tangency, mm, if given; NaN if there is none."""
+def _nearest(search: _Search, wanted: FloatArray) -> FloatArray:
+    """Look over all shares (2) of the limits for the middle nearest to a place wanted (2); NaN if no mounting
+    has a path."""
     from scipy.optimize import differential_evolution
 
-    module = float(search.design.pinion.tool.normal_module)
-
     def far(shares: FloatArray) -> FloatArray:
-        """Give distances (n) of shares (2, n), more where backlash is missing."""
-        found = search.apart(search.places(shares.T), wanted)
-        if least is not None:
-            missing = np.maximum(least - tangent_backlash(search.under(shares.T)).normal, 0.0) / module
-            found = found + JAM_COST * np.where(np.isnan(missing), np.inf, missing)
-        return np.minimum(found, 1e6)
+        """Give distances (n) of shares (2, n)."""
+        return np.minimum(search.apart(search.places(shares.T), wanted), LOST)
 
-    sizes = np.geomspace(LEAST_SHARE, 1.0, DECADES)
+    sizes = np.geomspace(LEAST_SHARE, 1.0, GRID)
     side = np.concatenate((-sizes[::-1], [0.0], sizes))
     grid = np.stack(np.meshgrid(side, side)).reshape(2, -1)
     begin = grid[:, np.argsort(far(grid), kind="stable")[:STARTS]]
@@ -291,17 +300,60 @@ def _nearest(search: _Search, wanted: FloatArray, least: float | None = None) ->
         vectorized=True,
         rng=np.random.default_rng(SEED),
     )
-    return np.asarray(found.x) if found.fun < 1e6 else np.full(2, np.nan)
+    return np.asarray(found.x) if found.fun < LOST else np.full(2, np.nan)
+
+
+def _polished(search: _Search, wanted: FloatArray, starts: FloatArray) -> FloatArray:
+    """Go on from some shares (n, 2) to the nearest middle, by sequential quadratic programming in coordinates
+    in which the middle moves evenly; give that which comes nearest, NaN without any."""
+    from scipy.optimize import minimize
+
+    best, nearest = np.full(2, np.nan), np.inf
+    for start in starts[np.isfinite(starts).all(axis=1)]:
+        by = search.rates(start[None])[1]
+        if not np.isfinite(by).all():
+            continue
+        left, size, right = np.linalg.svd(by[0] / search.unit[:, None])
+        basis = right.T / np.maximum(size, FLAT * size[0]) @ left.T
+
+        def far(
+            x: FloatArray, start: FloatArray = start, basis: FloatArray = basis
+        ) -> tuple[float, FloatArray]:
+            """Give the square of the distance, and its derivatives (2)."""
+            place, by = search.rates((start + basis @ x)[None])
+            off = (place[0] - wanted) / search.unit
+            if not np.isfinite(off).all():
+                return LOST, np.zeros(2)
+            return float(off @ off), np.asarray(2.0 * off @ (by[0] / search.unit[:, None]) @ basis)
+
+        def room(x: FloatArray, start: FloatArray = start, basis: FloatArray = basis) -> FloatArray:
+            """Give how far the shares are within the limits (4)."""
+            shares = start + basis @ x
+            return np.concatenate((1.0 - shares, 1.0 + shares))
+
+        rules = {"type": "ineq", "fun": room}
+        options = {"maxiter": STEPS, "ftol": 1e-14}
+        end = minimize(far, np.zeros(2), jac=True, method="SLSQP", constraints=rules, options=options).x
+        for shares in (np.clip(start + basis @ end, -1.0, 1.0), start):
+            value = float(search.apart(search.places(shares[None]), wanted)[0])
+            if value < nearest:
+                best, nearest = shares, value
+    return best
 
 
 def _forward(
-    search: _Search, share: FloatArray, wanted: FloatArray, exact: FloatArray, shares: FloatArray, status: Codes
+    search: _Search,
+    share: FloatArray,
+    wanted: FloatArray,
+    exact: FloatArray,
+    shares: FloatArray,
+    status: Codes,
 ) -> Placement:
     """Solve the mountings found anew."""
     at = search.under(shares)
     places = search.places(shares)
     cycle = mesh_cycle(at, search.flank, 1)
-    far = search.apart(places, wanted)
+    far, backlash = search.apart(places, wanted), mounted_backlash(at)
     return Placement(
         design=search.design,
         flank=search.flank,
@@ -315,9 +367,10 @@ def _forward(
         l=places[:, 1],
         distance=np.where(np.isfinite(far), far, np.nan),
         contact_ratio=path_of_contact(at, search.flank, 2).ends.contact_ratio,
-        normal_backlash=mounted_backlash(at).normal,
+        normal_backlash=backlash.normal,
         cycle_peak_to_peak=cycle.peak_to_peak,
         edge_share=cycle.edge_share,
         status=status,
+        jammed=backlash.jammed,
         exact=exact * search.limits,
     )
