@@ -130,8 +130,8 @@ class PlaceStatus(IntEnum):
     REACHED = 0
     OUT_OF_REACH = 1
     """None within the limits of the search do; what is given is the nearest."""
-    JAMMED = 2
-    """Some do, under which the pair cannot be assembled; what is given is the same place on the face, and in
-    profile the nearest at which it can, NaN if it cannot at any near."""
+    OFF_CENTRE = 2
+    """Centred in profile the pair cannot be assembled there; what is given is the same place on the face, and
+    in profile the nearest at which it can, NaN if it cannot at any near."""
     NO_PATH = 3
     """No mounting within the limits of the search has a path."""

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class Placement:
     design's own; what follows is of the mounting with them, from a path solved anew: `z`, `l` (n) of its
     middle, mm; `distance` (n) from where it is wanted, share of the flank; `contact_ratio` (n), Eq. 16;
     `normal_backlash` (n), mm, as mounted; `cycle_peak_to_peak` (n), rad, and `edge_share` (n) in operation.
-    `status` (n), codes of `PlaceStatus`: OUT_OF_REACH, all this is of the nearest; JAMMED, of the mounting
+    `status` (n), codes of `PlaceStatus`: OUT_OF_REACH, all this is of the nearest; OFF_CENTRE, of the one
     nearest in profile that can be assembled. `jammed` (n): whether it cannot. `exact` (n, 2): errors that put
     the middle there whether or not the pair can be assembled, NaN if none do."""
 
@@ -208,7 +209,7 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
     jammed = np.asarray(mounted_backlash(search.under(shares)).jammed)
     nearest = shares.copy()
     for k in np.flatnonzero(reached & jammed):
-        status[k] = PlaceStatus.JAMMED
+        status[k] = PlaceStatus.OFF_CENTRE
         nearest[k] = _with_backlash(search, wanted[k], shares[k])
     status[np.isnan(shares).any(axis=1)] = PlaceStatus.NO_PATH
     return exact, nearest, status.astype(np.int8)
@@ -333,7 +334,8 @@ def _polished(search: _Search, wanted: FloatArray, starts: FloatArray) -> FloatA
 
         rules = {"type": "ineq", "fun": room}
         options = {"maxiter": STEPS, "ftol": 1e-14}
-        end = minimize(far, np.zeros(2), jac=True, method="SLSQP", constraints=rules, options=options).x
+        both: Any = far
+        end = minimize(both, np.zeros(2), jac=True, method="SLSQP", constraints=rules, options=options).x
         for shares in (np.clip(start + basis @ end, -1.0, 1.0), start):
             value = float(search.apart(search.places(shares[None]), wanted)[0])
             if value < nearest:

@@ -81,11 +81,10 @@ class PlaceReport:
         by = " and ".join(name.replace("_", " ") for name in found.by)
         text = f"Placing the path of {self.name} by {by}, {found.flank} flanks\n\n"
         heads = ["face, %", *(f"{TRADE[name]}, {unit_of(name)}" for name in found.by)]
-        heads += [{"pinion_mounting": "dw1, mm"}.get(name, "dw2, mm") for name in distances_of(found)]
         heads += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
-        text += "".join(f"{head:>12}" for head in heads) + "  status\n"
+        text += "".join(f"{head:>11}" for head in heads) + "  status\n"
         for place in self.places:
-            text += "".join(f"{cell:>12}" for cell in self._cells(place))
+            text += "".join(f"{cell:>11}" for cell in self._cells(place))
             text += f"  {place['status'].replace('_', ' ')}\n"
         text += "\n" + mounted_lines(found.design)
         text += line("errors added", ", ".join(trade_words(name) for name in found.by))
@@ -94,6 +93,10 @@ class PlaceReport:
             "of the path at mid-roll, on the pinion: its place on the face from the toe, z from mid-face,"
             f" and off l1 = {found.wanted_l:.4f} mm, where it is centred in profile",
         )
+        letters = {"pinion_mounting": "dw1", "gear_mounting": "dw2"}
+        for k, share in enumerate(found.at):
+            if words := [f"{letters[name]} = {z[k]:.6f} mm" for name, z in distances_of(found).items()]:
+                text += line(f"at {100.0 * share:g} %", ", ".join(words))
         return text + "".join(line("note", note) for k in range(found.at.size) for note in self._notes(k))
 
     def _cells(self, place: dict[str, Any]) -> list[str]:
@@ -101,7 +104,6 @@ class PlaceReport:
         names = [f"{name}_error" for name in self.found.by]
         cells = [f"{100.0 * place['at']:g}"]
         cells += [f"{scaled(name, place[name]):+.6f}" for name in names]
-        cells += [f"{place[name]:.4f}" for name in distances_of(self.found)]
         cells += [f"{place['z']:z.4f}", f"{place['off_centre']:z.4f}", f"{place['contact_ratio']:.4f}"]
         cells += [number("cycle_peak_to_peak", place["cycle_peak_to_peak"])]
         cells += [f"{100.0 * place['edge_share']:.1f}"]
@@ -112,7 +114,7 @@ class PlaceReport:
         found, at = self.found, f"{100.0 * self.found.at[k]:g} %"
         status, face = PlaceStatus(int(found.status[k])), float(found.design.pinion.face_width)
         nearest = f"{100.0 * (found.z[k] / face + 0.5):.2f} % of the face, {_off(found, k)}"
-        if status == PlaceStatus.JAMMED:
+        if status == PlaceStatus.OFF_CENTRE:
             lead = f"{at} centred in profile takes {_error_words(found, found.exact[k])}, where the pair jams"
             if np.isnan(found.z[k]):
                 return [f"{lead}; no place near it in profile can be assembled"]
