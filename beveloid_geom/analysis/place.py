@@ -9,9 +9,9 @@ middle of the tool's flank. With e the two errors,
     F(e) = (z(e) - z_wanted, l1(e) - l1_wanted) = 0
 
 is solved by Newton's method from the design on, with exact derivatives of the middle (`sensitivity`), its
-steps halved while they do not come nearer. What it does not reach is looked for over all errors within
-`limits_of`, by differential evolution and sequential quadratic programming: the nearest is that at the least
-root of the sum of the squares of both differences, as shares of face and of profile.
+steps halved while they do not come nearer. What it does not reach is looked for on a grid over all errors
+within `limits_of`, and by Newton from there; then the nearest by sequential quadratic programming, that at
+the least root of the sum of the squares of both differences, as shares of face and of profile.
 
 Where the errors found use up the backlash the pair cannot be assembled. Then the middle stays at its share of
 the face and leaves the centre of the profile, no further than until the backlash is 0.
@@ -44,10 +44,11 @@ CLOSE = 1e-6
 STEPS, HALVINGS = 40, 8
 LONGEST = 0.1
 """Newton steps at most; how often one is halved; the longest, as a share of the limits."""
-LEAST_SHARE, GRID, STARTS = 1e-5, 16, 32
-"""Least share of the limits at which the search begins, values a side, and mountings it goes on with."""
-ROUNDS, SEED = 40, 1
-"""Generations of the search; its random numbers are always the same."""
+LEAST_SHARE, GRID, STARTS, POLISHED = 1e-5, 20, 24, 3
+"""Least share of the limits at which the search looks; sizes of an error at which it does, as many evenly and
+in proportion each; mountings from which it goes on; those of them from which it looks for the nearest."""
+ALIKE = 9
+"""Digits of shares of the limits that tell mountings apart."""
 FLAT = 1e-3
 """Share of its greatest rate that a middle moves at least where the search counts it as moving."""
 BESIDE, NARROW = 0.25 * (np.arange(1, 7) / 6.0) ** 2, 1e-4
@@ -201,8 +202,18 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
     and can be assembled, both NaN without any, and status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
     for k in np.flatnonzero(~_reached(search, shares, wanted)):
-        begin = _polished(search, wanted[k], np.stack((_nearest(search, wanted[k]), shares[k])))
-        shares[k] = _newton(search, wanted[k : k + 1], begin[None])[0]
+        begin = np.concatenate((shares[k : k + 1], _lowest(search, wanted[k])))
+        goal = np.broadcast_to(wanted[k], begin.shape)
+        ends = _newton(search, goal, begin)
+        good = _reached(search, ends, goal)
+        if good.any():
+            ends = np.unique(np.round(ends[good], ALIKE), axis=0)
+            jams = np.asarray(mounted_backlash(search.under(ends)).jammed)
+            first = ends[np.lexsort((np.abs(ends).max(axis=-1), jams))[:1]]
+            shares[k] = _newton(search, wanted[k : k + 1], first)[0]
+        else:
+            order = np.argsort(search.apart(search.places(ends), goal), kind="stable")
+            shares[k] = _polished(search, wanted[k], ends[order[:POLISHED]])
     reached = _reached(search, shares, wanted)
     exact, status = np.where(reached[:, None], shares, np.nan), np.full(len(wanted), PlaceStatus.REACHED)
     status[~reached] = PlaceStatus.OUT_OF_REACH
@@ -273,42 +284,27 @@ def _with_backlash(search: _Search, wanted: FloatArray, exact: FloatArray) -> Fl
         near = between[first - 1] if first else near
         if first < len(good):
             found, far = shares[first], between[first]
-    return found
+    return np.asarray(found)
 
 
-def _nearest(search: _Search, wanted: FloatArray) -> FloatArray:
-    """Look over all shares (2) of the limits for the middle nearest to a place wanted (2); NaN if no mounting
-    has a path."""
-    from scipy.optimize import differential_evolution
-
-    def far(shares: FloatArray) -> FloatArray:
-        """Give distances (n) of shares (2, n)."""
-        return np.minimum(search.apart(search.places(shares.T), wanted), LOST)
-
-    sizes = np.geomspace(LEAST_SHARE, 1.0, GRID)
+def _lowest(search: _Search, wanted: FloatArray) -> FloatArray:
+    """Look over all shares of the limits, at steps from LEAST_SHARE to those of an even grid, for middles
+    nearer to a place wanted (2) than those beside: shares (n, 2), the nearest first."""
+    sizes = np.union1d(np.geomspace(LEAST_SHARE, 1.0, GRID), np.linspace(0.0, 1.0, GRID + 1)[1:])
     side = np.concatenate((-sizes[::-1], [0.0], sizes))
-    grid = np.stack(np.meshgrid(side, side)).reshape(2, -1)
-    begin = grid[:, np.argsort(far(grid), kind="stable")[:STARTS]]
-    found = differential_evolution(
-        far,
-        [(-1.0, 1.0)] * 2,
-        init=begin.T,
-        maxiter=ROUNDS,
-        tol=0.0,
-        atol=1e-12,
-        polish=False,
-        updating="deferred",
-        vectorized=True,
-        rng=np.random.default_rng(SEED),
-    )
-    return np.asarray(found.x) if found.fun < LOST else np.full(2, np.nan)
+    shares = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1)
+    far = search.apart(search.places(shares.reshape(-1, 2)), wanted).reshape(shares.shape[:2])
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(far, 1, constant_values=np.inf), (3, 3))
+    found = np.isfinite(far) & (far <= beside.min(axis=(2, 3)))
+    return np.asarray(shares[found][np.argsort(far[found])][:STARTS])
 
 
 def _polished(search: _Search, wanted: FloatArray, starts: FloatArray) -> FloatArray:
     """Go on from some shares (n, 2) to the nearest middle, by sequential quadratic programming in coordinates
     in which the middle moves evenly; give that which comes nearest, NaN without any."""
-    from scipy.optimize import minimize
+    from scipy import optimize
 
+    minimize: Any = optimize.minimize
     best, nearest = np.full(2, np.nan), np.inf
     for start in starts[np.isfinite(starts).all(axis=1)]:
         by = search.rates(start[None])[1]
@@ -334,8 +330,7 @@ def _polished(search: _Search, wanted: FloatArray, starts: FloatArray) -> FloatA
 
         rules = {"type": "ineq", "fun": room}
         options = {"maxiter": STEPS, "ftol": 1e-14}
-        both: Any = far
-        end = minimize(both, np.zeros(2), jac=True, method="SLSQP", constraints=rules, options=options).x
+        end = minimize(far, np.zeros(2), jac=True, method="SLSQP", constraints=rules, options=options).x
         for shares in (np.clip(start + basis @ end, -1.0, 1.0), start):
             value = float(search.apart(search.places(shares[None]), wanted)[0])
             if value < nearest:
