@@ -53,6 +53,7 @@ FIGURES = (
     Figure("fig-15", "Paths of contact under axial error of the gear", "paper.fig_12_to_15_misalignment"),
     Figure("separation", "Separation of the flanks at one position", "results.pattern"),
     Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
+    Figure("pattern-errors", "Contact pattern under two errors", "results.pattern_errors"),
     Figure(
         "transmission-error",
         "Transmission error in operation, and its amplitudes",
