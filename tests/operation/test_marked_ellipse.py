@@ -38,7 +38,7 @@ def flat_pattern(one: MarkedEllipse, cells: tuple[int, int]) -> MemberPattern:
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, -1.2, np.pi / 2])
-@pytest.mark.parametrize(("cells", "off"), [((12, 50), 3e-3), ((60, 250), 2e-4)])
+@pytest.mark.parametrize(("cells", "off"), [((12, 50), 1.5e-2), ((60, 250), 7e-4)])
 def test_a_marked_ellipse_is_its_own(angle: float, cells: tuple[int, int], off: float) -> None:
     wanted = MarkedEllipse(1.3, 97.0, 5.5, 3.0, angle)
     found = marked_ellipse(flat_pattern(wanted, cells), SEPARATION)
@@ -65,10 +65,10 @@ def test_what_has_no_axes() -> None:
 
 
 def test_it_is_the_areas_on_real_flanks(flank: str) -> None:
-    """Against plain sums over the points of a ten times finer grid; and the mirror image has the same."""
+    """Against plain sums over the points of a four times finer grid; and the mirror image has the same."""
     design = table1((0.001, -0.001))
-    coarse, fine = (contact_pattern(design, flank, resolution=size) for size in (0.8, 0.1))
-    other = contact_pattern(mirrored(design), {"right": "left", "left": "right"}[flank], resolution=0.8)
+    coarse, fine = (contact_pattern(design, flank, resolution=size) for size in (0.4, 0.1))
+    other = contact_pattern(mirrored(design), {"right": "left", "left": "right"}[flank], resolution=0.4)
     for side, dense, mirror in (
         (coarse.pinion, fine.pinion, other.pinion),
         (coarse.gear, fine.gear, other.gear),
@@ -78,8 +78,8 @@ def test_it_is_the_areas_on_real_flanks(flank: str) -> None:
         r = np.hypot(dense.points[..., 0], dense.points[..., 1])
         height = np.gradient(r, axis=0)[dense.marked]
         plain = ellipse_of(dense.z[dense.marked], r[dense.marked], height)
-        assert found.z == pytest.approx(plain.z, abs=0.2)
-        assert found.r == pytest.approx(plain.r, abs=0.1)
-        assert found.major == pytest.approx(plain.major, rel=0.02)
-        assert found.minor == pytest.approx(plain.minor, rel=0.02)
-        assert found.angle == pytest.approx(plain.angle, abs=0.02)
+        assert found.z == pytest.approx(plain.z, abs=0.1)
+        assert found.r == pytest.approx(plain.r, abs=0.05)
+        assert found.major == pytest.approx(plain.major, rel=0.01)
+        assert found.minor == pytest.approx(plain.minor, rel=0.01)
+        assert found.angle == pytest.approx(plain.angle, abs=0.01)
