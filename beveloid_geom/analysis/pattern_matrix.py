@@ -15,11 +15,11 @@ from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
-from ..operation.marked_ellipse import MarkedEllipse, marked_ellipse
 from ..operation.mesh_cycle import mesh_cycle
 from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..status import FirstStatus
 from ..support.few_lines import few_lines
+from .marked_ellipse import MarkedEllipse, marked_ellipse
 from .tolerance import ERROR_NAMES, USUAL, four_errors, mounted
 
 CELLS = (3, 5)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.marked_ellipse import marked_ellipse
 from ..design.model import Design
 from ..findings.backlash import backlash_report
-from ..operation.marked_ellipse import marked_ellipse
 from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
 from ..status import PatternStatus
 from .result import Rows

@@ -21,6 +21,8 @@ FIGURES = (
     "normal_backlash",
 )
 """Numbers of a mounting, as it runs."""
+WIDTHS = (7, 12, 12, 10, 9, 8, 12, 10)
+"""Characters of the columns of a text."""
 DISTANCES = {"pinion_axial": "pinion_mounting", "gear_axial": "gear_mounting"}
 """Mounting distances by the errors that change them."""
 
@@ -82,9 +84,9 @@ class PlaceReport:
         text = f"Placing the path of {self.name} by {by}, {found.flank} flanks\n\n"
         heads = ["face, %", *(f"{TRADE[name]}, {unit_of(name)}" for name in found.by)]
         heads += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
-        text += "".join(f"{head:>11}" for head in heads) + "  status\n"
+        text += "".join(f"{head:>{w}}" for head, w in zip(heads, WIDTHS, strict=True)) + "  status\n"
         for place in self.places:
-            text += "".join(f"{cell:>11}" for cell in self._cells(place))
+            text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), WIDTHS, strict=True))
             text += f"  {place['status'].replace('_', ' ')}\n"
         text += "\n" + mounted_lines(found.design)
         text += line("errors added", ", ".join(trade_words(name) for name in found.by))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, contact_pattern, mesh_cycle, mounted_backlash
+from beveloid_geom.analysis.marked_ellipse import marked_ellipse
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
-from beveloid_geom.operation.marked_ellipse import marked_ellipse
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored

@@ -121,7 +121,7 @@ def distances_on_a_grid(found: Placement, sizes: FloatArray, around: FloatArray)
         found.distance[0] ** 2 - ((found.z[0] - found.wanted_z[0]) / 50.0) ** 2
     )
     off = (path.pinion_z[:, 1] - found.wanted_z[0]) / 50.0, (path.l1[:, 1] - found.wanted_l) / depth
-    return np.hypot(*off)[np.isfinite(off[0])]
+    return np.asarray(np.hypot(*off)[np.isfinite(off[0])])
 
 
 def test_what_newton_does_not_reach_from_the_design_a_grid_finds() -> None:

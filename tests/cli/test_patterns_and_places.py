@@ -1,4 +1,4 @@
-"""`pattern --over` and `place`: the library's numbers, the trade's letters, what is out of reach, refusals."""
+"""`pattern --over` and `place`: the library's numbers, the trade's letters, out of reach, refusals."""
 
 from __future__ import annotations
 
