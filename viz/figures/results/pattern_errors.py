@@ -15,6 +15,7 @@ from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pa
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.pattern import FINE
 from beveloid_geom.report.pattern_matrix import FIGURES, added_of, flat_data, status_of
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
@@ -22,8 +23,8 @@ from ...parts.solved import FLANKS, MODIFIED
 from ...stage import theme
 
 OVER = ("offset", "shaft_angle")
-FINE = 8
-"""Points of a pattern to a module."""
+THINNED = 2
+"""Of the points of the command's grid along profile and face, about one of so many is drawn."""
 BANDS = (0.25, 0.5, 1.0)
 """Shares of the marking compound at which a pattern is shaded."""
 SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
@@ -59,7 +60,7 @@ def _block(design: Design, flank: str) -> Block:
     try:
         if fault := first_contact_fault(design):
             raise ValueError(fault)
-        resolution = float(design.pinion.tool.normal_module) / FINE
+        resolution = float(design.pinion.tool.normal_module) / FINE  # as the command's
         return Block(flank, design, pattern_matrix(design, OVER, flank, resolution=resolution))
     except ValueError as error:
         return Block(flank, design, None, str(getattr(error, "reason", error)))
@@ -125,10 +126,9 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
 
 def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     """Draw pattern and ellipse over the pinion's flank, z by r."""
-    side, one = cell.pattern.pinion, cell.ellipses[0]
-    z, r = side.z, np.hypot(side.points[..., 0], side.points[..., 1])
+    one, (z, r, least) = cell.ellipses[0], _drawn(cell)
     rim = np.stack([_rim(z), _rim(r)], axis=-1)
-    root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
+    root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
     for share, shade in zip(BANDS[::-1], SHADES[::-1], strict=True):
         axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
     axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
@@ -142,6 +142,14 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     axes.set_aspect("equal")
     margin = 0.03 * np.ptp(z)
     axes.set(xlim=(z.min() - margin, z.max() + margin), ylim=(r.min() - margin, r.max() + margin))
+
+
+def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give z, r and least separation, mm, of the points of the pinion's pattern that are drawn."""
+    side = cell.pattern.pinion
+    every = np.ix_(*(np.linspace(0, n - 1, n // THINNED + 1).round().astype(int) for n in side.least.shape))
+    r = np.hypot(side.points[..., 0], side.points[..., 1])
+    return side.z[every], r[every], side.least[every]
 
 
 def _rim(grid: FloatArray) -> FloatArray:
@@ -185,9 +193,7 @@ def rows(data: tuple[Block, ...]) -> Table:
                 if cell is None:
                     yield *own, *[""] * (len(header) - len(own))
                     continue
-                side = cell.pattern.pinion
-                r = np.hypot(side.points[..., 0], side.points[..., 1])
-                points = (values.ravel() for values in (side.z, r, side.least))
+                points = (values.ravel() for values in _drawn(cell))
                 yield *own, *flat_data(cell, 0).values(), *points, ""
 
     return header, chain(stacked(cases()))
