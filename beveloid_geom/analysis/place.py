@@ -44,9 +44,9 @@ CLOSE = 1e-6
 STEPS, HALVINGS = 40, 8
 LONGEST = 0.1
 """Newton steps at most; how often one is halved; the longest, as a share of the limits."""
-LEAST_SHARE, GRID, STARTS, POLISHED = 1e-5, 20, 24, 3
-"""Least share of the limits at which the search looks; sizes of an error at which it does, as many evenly and
-in proportion each; mountings from which it goes on; those of them from which it looks for the nearest."""
+LEAST_SHARE, GRID, STARTS, POLISHED = 1e-5, 60, 12, 3
+"""Least share of the limits at which the search looks; even sizes of an error at which it does; mountings of
+each kind from which it goes on; those of all from which it looks for the nearest."""
 ALIKE = 9
 """Digits of shares of the limits that tell mountings apart."""
 FLAT = 1e-3
@@ -288,15 +288,18 @@ def _with_backlash(search: _Search, wanted: FloatArray, exact: FloatArray) -> Fl
 
 
 def _lowest(search: _Search, wanted: FloatArray) -> FloatArray:
-    """Look over all shares of the limits, at steps from LEAST_SHARE to those of an even grid, for middles
-    nearer to a place wanted (2) than those beside: shares (n, 2), the nearest first."""
-    sizes = np.union1d(np.geomspace(LEAST_SHARE, 1.0, GRID), np.linspace(0.0, 1.0, GRID + 1)[1:])
-    side = np.concatenate((-sizes[::-1], [0.0], sizes))
-    shares = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1)
-    far = search.apart(search.places(shares.reshape(-1, 2)), wanted).reshape(shares.shape[:2])
-    beside = np.lib.stride_tricks.sliding_window_view(np.pad(far, 1, constant_values=np.inf), (3, 3))
-    found = np.isfinite(far) & (far <= beside.min(axis=(2, 3)))
-    return np.asarray(shares[found][np.argsort(far[found])][:STARTS])
+    """Look over all shares of the limits, on an even grid and on one in proportion down to LEAST_SHARE, for
+    middles near a place wanted (2): shares (n, 2), the nearest of each and those nearer than all beside."""
+    begin = []
+    for sizes in (np.linspace(0.0, 1.0, GRID + 1)[1:], np.geomspace(LEAST_SHARE, 1.0, GRID // 3)):
+        side = np.concatenate((-sizes[::-1], [0.0], sizes))
+        shares = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1)
+        far = search.apart(search.places(shares.reshape(-1, 2)), wanted).reshape(shares.shape[:2])
+        beside = np.lib.stride_tricks.sliding_window_view(np.pad(far, 1, constant_values=np.inf), (3, 3))
+        lowest = np.isfinite(far) & (far <= beside.min(axis=(2, 3)))
+        for among in (lowest, np.isfinite(far)):
+            begin.append(shares[among][np.argsort(far[among])][:STARTS])
+    return np.asarray(np.unique(np.concatenate(begin), axis=0))
 
 
 def _polished(search: _Search, wanted: FloatArray, starts: FloatArray) -> FloatArray:

@@ -67,11 +67,11 @@ def test_a_pair_that_jams_in_every_cell() -> None:
 
 
 def test_what_is_out_of_reach_is_said_in_a_line_with_the_nearest() -> None:
-    result = run("place", "--by", "P,G", "--at", "75")
+    result = run("place", "--by", "P,G", "--at", "25", *MODIFIED)
     words = " ".join(result.stdout.split())
     assert result.exit_code == 0
-    assert "note 75 % is out of reach within 50 mm of pinion axial and 50 mm of gear axial" in words
-    assert "the nearest is 74.6" in words
+    assert "note 25 % is out of reach within 50 mm of pinion axial and 50 mm of gear axial" in words
+    assert "the nearest is 26.4" in words
     assert "dw1 = " in words
     assert max(map(len, result.stdout.splitlines())) <= 100
 

@@ -107,7 +107,7 @@ def _matrix(
     area_error: float,
 ) -> results.Result:
     from ...analysis.pattern_matrix import pattern_matrix
-    from ...report.pattern_matrix import PatternMatrixReport
+    from ...report.pattern import PatternMatrixReport
 
     with results.refused_values(), progress_bar(cells**2, "cell") as bar:
         found = pattern_matrix(

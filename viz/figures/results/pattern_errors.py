@@ -15,8 +15,7 @@ from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pa
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.pattern import FINE
-from beveloid_geom.report.pattern_matrix import FIGURES, added_of, flat_data, status_of
+from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, MODIFIED
