@@ -122,3 +122,16 @@ class EllipseStatus(IntEnum):
     """A relative curvature is negative: the flanks cut each other beside the contact."""
     NO_CONTACT = 3
     """The path has no contact on the flanks here."""
+
+
+class PlaceStatus(IntEnum):
+    """Whether two errors put the middle of a path where it is wanted."""
+
+    REACHED = 0
+    OUT_OF_REACH = 1
+    """None within the limits of the search do; what is given is the nearest."""
+    OFF_CENTRE = 2
+    """Centred in profile the pair cannot be assembled there; what is given is the same place on the face, and
+    in profile the nearest at which it can, NaN if it cannot at any near."""
+    NO_PATH = 3
+    """No mounting within the limits of the search has a path."""

@@ -304,6 +304,14 @@ def mounted(design: Design, errors: FloatArray) -> Design:
     return design.with_errors(unchecked(design.errors, **sums))
 
 
+def four_errors(names: Sequence[str], values: FloatArray) -> FloatArray:
+    """Give errors (..., 4) in the order of ERROR_NAMES of which those of some `names` have values (..., n),
+    mm or rad, and the others are 0."""
+    errors = np.zeros((*values.shape[:-1], len(ERROR_NAMES)))
+    errors[..., [ERROR_NAMES.index(name) for name in names]] = values
+    return errors
+
+
 def _solved_task(task: _Task) -> Mountings:
     """Give the mountings of a task, unit by unit: rounding depends on what is solved in one call."""
     parts = []

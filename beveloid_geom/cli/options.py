@@ -128,6 +128,25 @@ tolerance_options = block(
 """An option for the size of each of the four assembly errors, to either side."""
 
 
+def errors_option(name: str, default: str | None, text: str) -> Option:
+    """Make an option of two different assembly errors, as in offset,shaft-angle: by their names, with or
+    without -error, or by the letters of the trade."""
+
+    def read(value: str) -> tuple[str, str]:
+        """Give their names as `Errors` has them. Raises Refusal."""
+        from ..report.words import TRADE
+
+        letters = {letter.lower(): error for error, letter in TRADE.items()}
+        words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
+        found = [letters.get(word, word) for word in words]
+        if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(TRADE):
+            known = ", ".join(f"{error.replace('_', '-')} ({letter})" for error, letter in TRADE.items())
+            raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
+        return found[0], found[1]
+
+    return option(name, read, default, text, "ERROR,ERROR")
+
+
 def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, float, float, float]:
     """Give the tolerances in mm, rad, mm, mm. Raises Refusal if all are 0 where they are `needed`, such as
     'tolerances'."""

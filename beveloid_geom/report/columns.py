@@ -51,6 +51,7 @@ COLUMNS: dict[str, Column] = {
     **dict.fromkeys(("specific", "specific_total"), Column(digits=3)),
     "contact_ratio": Column(digits=6),
     "area": Column("mm^2"),
+    **dict.fromkeys(("major", "minor", "off_centre"), MM),
     "pair": Column(digits=0),
     "deviation": Column("mm", "um", 3),
     "force": Column("N", digits=2),

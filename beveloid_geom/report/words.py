@@ -20,6 +20,8 @@ from ..status import Status
 
 WIDTH, INDENT = 100, 21
 """Characters of a line, and of the label before its text."""
+TRADE = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
+"""The letters of the trade for the assembly errors."""
 
 
 def name_in_files(code: IntEnum) -> str:
@@ -102,6 +104,11 @@ def error_words(errors: Errors) -> str:
         ("gear axial", float(errors.gear_axial), "mm"),
     )
     return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
+
+
+def trade_words(error: str) -> str:
+    """Name an error by the letter of the trade and by the project's word, as in 'E: offset'."""
+    return f"{TRADE[error]}: {error.replace('_', ' ')}"
 
 
 def mounted_lines(design: Design) -> str:

@@ -22,7 +22,10 @@ BAD = {
     ),
     "operation": ("--film -1", "--film nan", "--film thick", "--harmonics 0", "--points 1"),
     "sliding": ("--points 1",),
-    "pattern": ("--separation 0", "--resolution 0.01"),
+    "pattern": (
+        *("--separation 0", "--resolution 0.01", "--over E", "--over E,E", "--over E,P --cells 4"),
+        "--offset-tolerance 1",
+    ),
     "tolerance": (
         *("", "--offset-tolerance -1", "--offset-tolerance nan", "--offset-tolerance 229"),
         *(f"{SOME} missing.toml", "--shaft-angle-tolerance-deg 6"),
@@ -42,6 +45,7 @@ BAD = {
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
     ),
+    "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),

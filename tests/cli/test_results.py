@@ -33,6 +33,7 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.analysis.maps import FIGURES
+from beveloid_geom.analysis.place import place_path
 from beveloid_geom.analysis.sensitivity import ERRORS
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.cli.main import main
@@ -93,6 +94,19 @@ def operation(design: Design) -> Mapping[str, Any]:
         "peak_to_peak": cycle.peak_to_peak,
         "amplitudes": np.abs(cycle.harmonics),
         "positions/status": ["solved"] * 25,
+    }
+
+
+def place(design: Design) -> Mapping[str, Any]:
+    found = place_path(design, (0.5,), ("offset", "shaft_angle"), "left")
+    return {
+        "by": ["offset", "shaft_angle"],
+        "trade": ["E", "Sigma"],
+        "wanted_l": found.wanted_l,
+        "places/0/status": "reached",
+        "places/0/shaft_angle_error": found.errors[0, 1],
+        "places/0/contact_ratio": found.contact_ratio[0],
+        "places/0/cycle_peak_to_peak": found.cycle_peak_to_peak[0],
     }
 
 
@@ -248,6 +262,12 @@ CASES = {
         pattern,
         {},
         ("10 um thick", "mm^2 marked", "% of the active flank", "least separation"),
+    ),
+    "place": Case(
+        (*LEFT, *MODIFIED, "--at", "50", "--by", "E,sigma"),
+        place,
+        {"z_mm": "places/0/z", "offset_error_mm": "places/0/offset_error"},
+        ("face, % E, mm Sigma, deg", "reached", "E: offset, Sigma: shaft angle", "centred in profile"),
     ),
     "ease-off": Case(
         (*MODIFIED, "--grid", "4", "5"),

@@ -78,6 +78,7 @@ PAPER = [f"fig-{k:02d}" for k in range(1, 16)]
 RESULTS = [
     "separation",
     "pattern",
+    "pattern-errors",
     "transmission-error",
     "ease-off",
     "sliding",

@@ -19,6 +19,7 @@ from beveloid_geom import (
     sliding_of,
     tolerance_study,
 )
+from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.gear.flank import flank_point
@@ -240,3 +241,31 @@ def test_the_spread_is_that_of_the_study() -> None:
     at, share = (np.asarray(part) for part in axes.lines[0].get_data())
     assert np.interp(50.0, share, at) == pytest.approx(float(np.median(ratio)), rel=1e-9)
     assert axes.lines[1].get_xdata() == study.nominal.contact_ratio[0]
+
+
+def test_patterns_under_errors_are_the_librarys() -> None:
+    page, rows = drawn("pattern-errors", MODIFIED)
+    shown = words(page)
+    for flank in ("right",):
+        found = pattern_matrix(MODIFIED, flank=flank, resolution=0.4)
+        own = [row for row in rows if row["flank"] == flank]
+        assert sum(row["status"] == "jammed" for row in own) == 1
+        for k, cell in enumerate(found.cells):
+            added = found.first[k // 3], found.second[k % 3]
+            of_cell = [row for row in own if (row["offset_error_mm"], row["shaft_angle_error_rad"]) == added]
+            if cell is None:
+                assert [row["status"] for row in of_cell] == ["jammed"]
+                continue
+            side, one = cell.pattern.pinion, cell.ellipses[0]
+            least = np.array([row["least_mm"] for row in of_cell])
+            assert np.isin(least[np.isfinite(least)], side.least).all()
+            assert least.size > side.least.size / 5
+            assert {row["z_mm"] for row in of_cell} >= {-25.0, 25.0}
+            assert {row["angle_rad"] for row in of_cell} == {one.angle}
+            assert f"{one.major:.1f} \u00d7 {one.minor:.1f}" in shown
+            assert f"TE {ARCSEC * found.cycle_peak_to_peak.flat[k]:.2f}\u2033" in shown
+    assert shown.count("jammed") == 2
+    assert shown.count("E \u22120.050") == 2
+    page, rows = drawn("pattern-errors", builtin_design().with_parabola(pinion=-0.01))
+    assert words(page).count("undercut") == 18
+    assert {row["status"] for row in rows} == {"undercut"}

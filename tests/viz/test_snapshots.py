@@ -47,7 +47,7 @@ NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
 FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
-FLAT |= {"sliding", "speed-accuracy", "ease-off"}
+FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors"}
 FLAT |= {"map-parabola", "map-mounting"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}

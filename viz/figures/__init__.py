@@ -81,6 +81,7 @@ FIGURES = (
     ),
     Figure("separation", "Separation of the flanks at one position", "results.pattern", of_flank=True),
     Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
+    Figure("pattern-errors", "Contact pattern under two errors", "results.pattern_errors"),
     Figure(
         "transmission-error",
         "Motion graph: transmission error of every tooth pair, and of the one that runs",

@@ -5,10 +5,23 @@ from __future__ import annotations
 import click
 
 from .. import results
-from ..options import NumberRange, flank_option, option, override_options
+from ..options import (
+    TOLERANCES,
+    NumberRange,
+    Refusal,
+    errors_option,
+    flank_option,
+    option,
+    override_options,
+    progress_bar,
+    sizes_of,
+    tolerance_options,
+)
 
 POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
 ERROR = "Greatest error of an area, as a share of it, whatever the distance of the points."
+OVER = "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial), in place of one."
+CELLS = click.Choice(["3", "5"])
 
 
 @results.result_command(
@@ -22,9 +35,12 @@ ERROR = "Greatest error of an area, as a share of it, whatever the distance of t
     ),
     option("--resolution", NumberRange(0.01, 100.0), None, POINTS, "MM"),
     option("--area-error", NumberRange(0.001, 0.5), 0.01, ERROR, "SHARE"),
+    errors_option("--over", None, OVER),
+    option("--cells", CELLS, "3", "Values of each error of --over, from minus to plus its tolerance."),
+    tolerance_options,
     override_options,
     json=" of areas with their error and extent",
-    csv="one point of a flank a row",
+    csv="one point of a flank a row, with --over a flank of a cell",
 )
 def pattern(
     name: str,
@@ -33,20 +49,76 @@ def pattern(
     separation: float,
     resolution: float | None,
     area_error: float,
+    over: tuple[str, str] | None,
+    cells: str,
+    **tolerances: float,
 ) -> results.Result:
     """Find the contact pattern: where the flanks come within marking compound of each other.
 
-    One tooth pair rolls through the mesh, the gear where the first of all teeth touches. Exit status 1
-    if a first contact is not known, or the pair cannot be assembled.
+    One tooth pair rolls through the mesh, the gear where the first of all teeth touches. With --over a matrix
+    of patterns under two errors as large as their tolerances, usual ones unless given: the ellipse of each,
+    transmission error in operation, share on edges. Exit status 1 if a first contact is not known, or the
+    pair cannot be assembled; with --over if no cell has a pattern.
     """
     from ...findings.path import first_contact_fault
     from ...operation.operating_rolls import UnknownOperationError
     from ...report.pattern import pattern_report
 
+    sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
         raise click.ClickException(f"no pattern: {fault}")  # status 1
+    if over is not None:
+        return _matrix(name, design, over, flank, sizes, int(cells), separation, resolution, area_error)
     try:
         with results.refused_values():
             return pattern_report(name, design, flank, separation, resolution, area_error)
     except UnknownOperationError as error:
         raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1
+
+
+def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[float, float] | None:
+    """Give the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of other
+    errors, and of one alone."""
+    given = {
+        argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if tolerances[argument]
+    }
+    if not given:
+        return None
+    if over is None:
+        raise Refusal([f"{next(iter(given.values()))}: it holds for a matrix of patterns: give --over"])
+    if others := [option for name, option in given.items() if name not in over]:
+        raise Refusal([f"{others[0]}: --over is over other errors: name this one there, or leave it out"])
+    if len(given) < len(over):
+        raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
+    names = (argument.removesuffix("_deg") for argument, *_ in TOLERANCES)
+    values = dict(zip(names, sizes_of(tolerances), strict=True))
+    return values[over[0]], values[over[1]]
+
+
+def _matrix(
+    name: str,
+    design: results.Design,
+    over: tuple[str, str],
+    flank: str,
+    sizes: tuple[float, float] | None,
+    cells: int,
+    separation: float,
+    resolution: float | None,
+    area_error: float,
+) -> results.Result:
+    from ...analysis.pattern_matrix import pattern_matrix
+    from ...report.pattern import PatternMatrixReport
+
+    with results.refused_values(), progress_bar(cells**2, "cell") as bar:
+        found = pattern_matrix(
+            design,
+            over,
+            flank,
+            sizes=sizes,
+            cells=cells,
+            separation=separation,
+            resolution=resolution,
+            area_error=area_error,
+            progress=bar.update,
+        )
+    return PatternMatrixReport(name, found)

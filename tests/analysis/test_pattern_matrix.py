@@ -1,0 +1,98 @@
+"""Patterns under two errors: each cell is the pair alone under its errors; the mirror image has the same."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design, Errors, contact_pattern, mesh_cycle, mounted_backlash
+from beveloid_geom.analysis.marked_ellipse import marked_ellipse
+from beveloid_geom.analysis.pattern_matrix import pattern_matrix
+from beveloid_geom.analysis.tolerance import USUAL
+from beveloid_geom.status import FirstStatus
+from tests.oracle.table1 import table1
+from tests.symmetry import mirrored
+
+COARSE = 2.0
+OTHER = {"right": "left", "left": "right"}
+
+
+@pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
+def test_a_cell_is_the_pair_alone_under_its_errors(flank: str, parabola: tuple[float, float]) -> None:
+    design = table1(parabola, Errors(offset=0.02, gear_axial=0.1))
+    found = pattern_matrix(design, ("offset", "shaft_angle"), flank, resolution=COARSE)
+    assert found.first.tolist() == [-USUAL.offset, 0.0, USUAL.offset]
+    for k in (0, 3, 7):
+        i, j = divmod(k, 3)
+        cell = found.cells[k]
+        errors = Errors(0.02 + found.first[i], float(found.second[j]), 0.0, 0.1)
+        alone = design.with_errors(errors)
+        cycle, backlash = mesh_cycle(alone, flank), mounted_backlash(alone)
+        assert found.jammed[i, j] == backlash.jammed
+        assert found.normal_backlash[i, j] == pytest.approx(float(backlash.normal), abs=1e-9)
+        assert (cell is None) == bool(backlash.jammed)
+        if cell is None:
+            assert np.isnan(found.cycle_peak_to_peak[i, j])
+            continue
+        assert found.cycle_peak_to_peak[i, j] == pytest.approx(float(cycle.peak_to_peak), abs=1e-11)
+        assert found.edge_share[i, j] == pytest.approx(float(cycle.edge_share), abs=1e-9)
+        pattern = contact_pattern(alone, flank, resolution=COARSE)
+        assert cell.pattern.pinion.area == pytest.approx(pattern.pinion.area, rel=1e-9)
+        for side, ellipse in zip((pattern.pinion, pattern.gear), cell.ellipses, strict=True):
+            assert vars(ellipse) == pytest.approx(vars(marked_ellipse(side, found.separation)), rel=1e-9)
+
+
+def test_the_known_pair() -> None:
+    """Table 1 with 0.001 / -0.001, right flanks: 1.81 arcsec without errors, and a corner that jams, by what
+    the straight flanks' backlash says, too."""
+    found = pattern_matrix(table1((0.001, -0.001)), resolution=COARSE)
+    assert np.degrees(found.cycle_peak_to_peak[1, 1]) * 3600.0 == pytest.approx(1.81, abs=5e-3)
+    assert found.edge_share[1, 1] == pytest.approx(0.181, abs=1e-3)
+    assert found.jammed.ravel().tolist() == [True] + 8 * [False]
+    assert found.cells[0] is None
+    centres = [cell.ellipses[0].z for cell in found.cells[3:6] if cell]
+    assert centres == sorted(centres, reverse=True)
+    assert centres[0] - centres[2] > 5.0  # line contact: by 0.02 deg over the face
+
+
+def test_the_mirror_image_has_the_same(flank: str) -> None:
+    design = table1((0.0005, -0.001))
+    one, two = (
+        pattern_matrix(each, ("shaft_angle", "pinion_axial"), side, sizes=(1e-4, 0.1), resolution=COARSE)
+        for each, side in ((design, flank), (mirrored(design), OTHER[flank]))
+    )
+    np.testing.assert_allclose(two.cycle_peak_to_peak, one.cycle_peak_to_peak, rtol=1e-6)
+    for first, second in zip(one.cells, two.cells, strict=True):
+        assert first is not None
+        assert second is not None
+        assert vars(second.ellipses[1]) == pytest.approx(vars(first.ellipses[1]), rel=1e-5)
+
+
+def test_an_undercut_pair_has_no_cell() -> None:
+    found = pattern_matrix(table1((-0.01, 0.0)), resolution=COARSE)
+    assert (found.status == FirstStatus.UNDERCUT).all()
+    assert not any(found.cells)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"over": ("offset", "offset")}, "over must be two different ones of offset, shaft_angle"),
+        ({"over": ("offset", "E")}, "over must be two different ones"),
+        ({"cells": 4}, "cells must be 3 or 5, got 4"),
+        ({"sizes": (0.0, 1e-4)}, "the size of the error of offset must be positive"),
+        ({"sizes": (0.1, 0.3)}, "less than the pair's own 0.26"),
+        ({"flank": "top"}, "flank"),
+    ],
+)
+def test_refusals(arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        pattern_matrix(table1(), **arguments)  # type: ignore[arg-type]
+
+
+def test_a_batch_is_refused() -> None:
+    design: Design = replace(table1(), errors=Errors(offset=np.zeros(2)))
+    with pytest.raises(ValueError, match="takes a single design"):
+        pattern_matrix(design)

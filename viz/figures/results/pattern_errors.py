@@ -1,0 +1,213 @@
+"""Marking patterns under two errors: a matrix of the pinion's flanks, right ones above left ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse, Polygon
+
+from beveloid_geom import Design
+from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pattern_matrix
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.findings.path import first_contact_fault
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
+
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.solved import FLANKS, coefficients, modified
+from ...stage import theme
+
+BESIDE, RIGHT = 1.44, 0.1
+"""Inches on the left and right of a matrix."""
+OVER = ("offset", "shaft_angle")
+THINNED = 2
+"""Of the points of the command's grid along profile and face, about one of so many is drawn."""
+BANDS = (0.25, 0.5, 1.0)
+"""Shares of the marking compound at which a pattern is shaded."""
+SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
+NOTE = (
+    "The pinion's flank in the side view, true to scale: {face:g} mm along the axis from toe (left) to heel,"
+    " against the radius, tip above. Shaded: where the flanks come within a quarter, a half and all of"
+    " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Red: ellipse of the same"
+    " centre and second moments as the marked area, thin beyond the flank's edges. E: error of the offset,"
+    " \u03a3: of the shaft angle; the trade's P and G, axial errors, are 0. Below each: transmission error of"
+    " all teeth, share of the cycle that edges carry; centre and half axes of the ellipse, mm, and its angle"
+    " to the axial direction."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """The matrix of one flank, or the reason why there is none."""
+
+    flank: str
+    design: Design
+    found: PatternMatrix | None
+    reason: str = ""
+
+
+def compute(design: Design) -> tuple[Block, ...]:
+    """Find patterns of both flanks with the parabolas of the design, or the usual ones if it has none."""
+    bent = any(float(member.tool.parabola) for member in design.members)
+    design = design if bent else modified(design)
+    return tuple(_block(design, flank) for flank in FLANKS)
+
+
+def _block(design: Design, flank: str) -> Block:
+    try:
+        if fault := first_contact_fault(design):
+            raise ValueError(fault)
+        resolution = float(design.pinion.tool.normal_module) / FINE  # as the command's
+        return Block(flank, design, pattern_matrix(design, OVER, flank, resolution=resolution))
+    except ValueError as error:
+        return Block(flank, design, None, str(getattr(error, "reason", error)))
+
+
+def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
+    """Draw a row for each offset error, a column for each error of the shaft angle, right flanks first."""
+    film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
+    count = max((block.found.first.size for block in data if block.found), default=1)
+    row = 0.3 * _width(layout, count) + _under(layout)
+    page, low, high = theme.new_page(
+        layout,
+        "Contact pattern under two errors",
+        f"Right flanks (top) and left ones (bottom) of the pinion, {coefficients(data[0].design)}",
+        NOTE.format(film=film, face=float(data[0].design.pinion.face_width)),
+        below=0.05,
+        above=0.3,
+        tall=len(data) * (count * row + 0.1),
+    )
+    halves, half = theme.rows(low, high, len(data), theme.inches(page, 0.1))
+    for block, bottom in zip(data, halves, strict=True):
+        page.text(
+            *(0.012, bottom + 0.5 * half),
+            block.flank.capitalize(),
+            rotation=90,
+            va="center",
+            fontsize=theme.HEADING,
+        )
+        if block.found is None:
+            box = theme.place(page, 0.05, bottom, 0.9, half)
+            theme.say(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
+            continue
+        _matrix(page, block.found, bottom, half, high)
+    return Drawing(page, {})
+
+
+def _width(layout: theme.Layout, count: int) -> float:
+    """Give the inches of a column of a matrix."""
+    return (layout.width - BESIDE - RIGHT) / count
+
+
+def _under(layout: theme.Layout) -> float:
+    """Give the inches for words under a flank: two lines, or more where a page is narrow."""
+    return 0.44 if layout.width > theme.NARROW else 1.3
+
+
+def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, high: float) -> None:
+    """Draw the cells of one flank between `bottom` and `half` above it, with what stands over the columns."""
+    count, status = found.first.size, status_of(found)
+    lines, height = theme.rows(bottom, bottom + half, count)
+    under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
+    for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
+        row, column = divmod(k, count)
+        left = BESIDE / page.layout.width + width * column
+        own = 0.96 * width
+        axes = page.add_axes((left, lines[row] + under, own, height - 1.05 * under))
+        axes.set_axis_off()
+        if row == 0 and bottom + half > high - 1e-9:
+            words = f"\u03a3 {theme.signed(np.degrees(added[1]), 4)}\u00b0"
+            axes.set_title(words, fontsize=theme.HEADING, pad=6.0)
+        if column == 0:
+            words = f"E {theme.signed(added[0], 3)}\nmm"
+            at = left - 0.128 / page.layout.width, lines[row] + 0.5 * (height + under)
+            page.text(*at, words, ha="right", va="center", fontsize=theme.LABEL)
+        if cell is None:
+            theme.say(axes, status[k].replace("_", " "))
+            continue
+        _cell(axes, cell, found.separation)
+        at = left + 0.5 * own, lines[row] + 0.95 * under
+        text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
+        theme.fill(text, _words(found, k, cell), own * page.layout.width * page.dpi)
+
+
+def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
+    """Draw pattern and ellipse over the pinion's flank, z by r."""
+    one, (z, r, least) = cell.ellipses[0], _drawn(cell)
+    rim = np.stack([_rim(z), _rim(r)], axis=-1)
+    root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
+    for share, shade in zip(BANDS[::-1], SHADES[::-1], strict=True):
+        axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
+    axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
+    for width, within in ((0.7, False), (2.0, True)):
+        ring = Ellipse(*shape, angle=np.degrees(one.angle), fill=False, edgecolor=theme.RED, linewidth=width)
+        axes.add_patch(ring)
+        if within:
+            ring.set_clip_path(Polygon(rim, transform=axes.transData))
+    axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
+    axes.set_aspect("equal")
+    margin = 0.03 * np.ptp(z)
+    axes.set(xlim=(z.min() - margin, z.max() + margin), ylim=(r.min() - margin, r.max() + margin))
+
+
+def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give z, r and least separation, mm, of the points of the pinion's pattern that are drawn."""
+    side = cell.pattern.pinion
+    every = np.ix_(*(np.linspace(0, n - 1, n // THINNED + 1).round().astype(int) for n in side.least.shape))
+    r = np.hypot(side.points[..., 0], side.points[..., 1])
+    return side.z[every], r[every], side.least[every]
+
+
+def _rim(grid: FloatArray) -> FloatArray:
+    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
+
+
+def _words(found: PatternMatrix, k: int, cell: PatternCell) -> str:
+    """Say transmission error, edges and the ellipse of a cell."""
+    one = cell.ellipses[0]
+    swing, edges = ARCSEC * found.cycle_peak_to_peak.flat[k], 100.0 * found.edge_share.flat[k]
+    return (
+        f"TE {swing:.2f}\u2033, edges {edges:.0f} %\n"
+        f"z {theme.signed(one.z, 1)}, r {one.r:.1f}; {one.major:.1f} \u00d7 {one.minor:.1f},"
+        f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
+    )
+
+
+def rows(data: tuple[Block, ...]) -> Table:
+    """List the points of every pattern with the numbers of its cell; a cell without one has a row."""
+    names = (
+        *("normal_backlash_mm", "cycle_peak_to_peak_rad", "edge_share"),
+        *("area_mm2", "area_share", "area_error"),
+        *("ellipse_z_mm", "ellipse_r_mm", "major_mm", "minor_mm", "angle_rad"),
+    )
+    header = (
+        *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "marking_compound_mm"),
+        *("offset_error_mm", "shaft_angle_error_rad", "status", *names, "z_mm", "r_mm", "least_mm", "reason"),
+    )
+
+    def cases() -> Rows:
+        """Give the columns of every cell."""
+        for block in data:
+            found = block.found
+            case: list[Any] = [block.flank, *(float(one.tool.parabola) for one in block.design.members)]
+            if found is None:
+                yield *case, *[""] * (len(header) - len(case) - 1), block.reason
+                continue
+            for k, (cell, added) in enumerate(zip(found.cells, added_of(found).tolist(), strict=True)):
+                figures = [float(getattr(found, name).flat[k]) for name in FIGURES]
+                own = [*case, found.separation, *added, status_of(found)[k], *figures]
+                if cell is None:
+                    yield *own, *[""] * (len(header) - len(own))
+                    continue
+                points = (values.ravel() for values in _drawn(cell))
+                yield *own, *flat_data(cell, 0).values(), *points, ""
+
+    return header, chain(stacked(cases()))
+
+
+RECIPES = {"pattern-errors": Recipe(compute, draw, rows)}
