@@ -1,4 +1,4 @@
-"""What was looked for: the parabola coefficients for an aim, and errors that put a path where it is wanted."""
+"""What was looked for: parabola coefficients for an aim, and errors that put a path where it is wanted."""
 
 from __future__ import annotations
 
