@@ -245,7 +245,7 @@ def test_the_figure_needs_no_mpmath_but_for_other_designs(monkeypatch: pytest.Mo
         assert true_positions(builtin_design().with_parabola(*parabola), flank).l1.size == COUNT
     with pytest.raises(ImportError, match=r"60 digits need mpmath: pip install mpmath$"):
         true_positions(table1((0.0005, 0.0)), "right")
-    monkeypatch.setattr(fig_speed, "MODIFIED", (0.0005, 0.0))
+    monkeypatch.setattr(fig_speed, "modified", lambda design: design.with_parabola(0.0005, 0.0))
     monkeypatch.setattr(
         fig_speed, "SETTINGS", replace(SMALL, tolerances=(), xtols=(), iterations=(), batches=())
     )

@@ -138,7 +138,7 @@ def rows(data: tuple[Case, ...]) -> Table:
         for case in data:
             name, graph = case.name.replace("$", ""), case.graph
             if graph is None:
-                yield name, case.reason, *[""] * (len(header) + 1)
+                yield name, case.reason, *[""] * len(header)
                 continue
             first, share, radius = graph.report.first, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
             runs = first.transmission_error - graph.mean
