@@ -1,4 +1,4 @@
-"""The last steps of a page in print: type of 7 to 9 points, titles and ticks that fit, words around it."""
+"""The last steps of a page: words off each other; in print type of 7 to 9 points, what fits, words around."""
 
 from __future__ import annotations
 
@@ -30,20 +30,18 @@ CLEAR = 3.0
 
 
 def settle(page: Page) -> Page:
-    """Finish a page laid out for a width in print: set its type, break titles, leave out labels of ticks
-    that have no room, put title, subtitle and legends over the figure and the note under it, and cut off
-    what is empty."""
-    if not page.layout.printed:
-        _part(page)
-        return page
-    for text in page.findobj(Text):
-        _set_type(text)
-    for axes in page.axes:
-        _break_titles(axes)
-        _fit_legend(axes)
-        for axis in (axes.xaxis, axes.yaxis):
-            _thin_out(axis)
-    _surround(page)
+    """Finish a page: move words beside places off others. In print first set its type, break titles, leave
+    out labels of ticks that have no room, put title, subtitle and legends over the figure and the note
+    under it, and cut off what is empty."""
+    if page.layout.printed:
+        for text in page.findobj(Text):
+            _set_type(text)
+        for axes in page.axes:
+            _break_titles(axes)
+            _fit_legend(axes)
+            for axis in (axes.xaxis, axes.yaxis):
+                _thin_out(axis)
+        _surround(page)
     _part(page)
     return page
 
