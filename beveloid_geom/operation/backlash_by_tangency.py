@@ -143,6 +143,9 @@ def _curve(design: Design, flank: str) -> _Curve:
         replace(member, face_width=WIDE * np.asarray(member.face_width)) for member in design.members
     )
     path = path_of_contact(replace(design, pinion=pinion, gear=gear), flank, POINTS)
+    if not path.pinion_roll.size:  # a single design without a path has no positions
+        none = np.full((POINTS, int(np.prod(design.batch_shape))), np.nan)
+        return _Curve(none[0], none[0], none, none)
     teeth = [np.asarray(member.teeth) for member in design.members]
     phase = path.gear_roll + (teeth[0] / teeth[1])[..., None] * path.pinion_roll
     phase = phase - np.broadcast_to(conjugate_phase(design, flank), design.batch_shape)[..., None]

@@ -190,3 +190,15 @@ def test_known_ends_spare_work_and_change_nothing() -> None:
     first, second = tangent_backlash(design), tangent_backlash(design, {"left": ends})
     np.testing.assert_array_equal(first.normal, second.normal)
     np.testing.assert_array_equal(first.status, second.status)
+
+
+@pytest.mark.parametrize("shaft_angle_deg", [1.0, -2.0])
+def test_without_a_path_the_backlash_of_tangency_is_unknown(shaft_angle_deg: float) -> None:
+    """Of a single design as of several."""
+    angles = np.radians([shaft_angle_deg, 0.0])
+    designs = [table1((0.001, -0.001)).with_errors(Errors(shaft_angle=a)) for a in (*angles, angles)]
+    lost, usual, both = (tangent_backlash(design) for design in designs)
+    assert np.isnan(lost.normal)
+    assert lost.status == both.status[0]
+    assert both.normal[1] == pytest.approx(float(usual.normal), abs=1e-12)
+    assert np.isnan(both.normal[0])
