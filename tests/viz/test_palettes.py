@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from beveloid_geom import builtin_design
+from beveloid_geom import Design, builtin_design
 from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.results import pattern as fig_pattern
 from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts import map_panel
+from beveloid_viz.parts import map_panel, panels
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
@@ -76,32 +77,48 @@ def test_a_band_has_its_own_colour_at_any_slope(slope: float) -> None:
         assert np.abs(own - np.round(255.0 * np.array(to_rgb(colour)))).max() <= 2.0
 
 
-@pytest.fixture(scope="module")
-def separation() -> BandFigure:
-    require_opengl()
-    return fig_pattern.compute_separation(builtin_design())
-
-
-def test_pixels_of_a_band_are_the_legends(separation: BandFigure) -> None:
-    """Of every flank, where all points around one lie in one band, away from the path."""
-    with theme.style():
-        pictures = fig_pattern.draw(separation, of_size((1600, 1200))).pictures
-    colours = np.array([np.round(255.0 * np.array(to_rgb(c))) for c in separation.colours])
-    seen = np.zeros(len(colours), dtype=int)
-    for k, column in enumerate(separation.columns):
+def striped(data: BandFigure) -> BandFigure:
+    """A figure whose values grow evenly through all bands from root to tip, one of bare metal after them."""
+    columns = []
+    for column in data.columns:
         assert column.layers
-        for number, (member, layer) in enumerate(zip(("pinion", "gear"), column.layers, strict=True)):
-            picture = pictures[f"{member}-{k}"]
-            view = fig_pattern.panels.flank_views(column.design, column.flank, 2.0, outside=True)[number]
+        layers = []
+        for layer in column.layers:
+            ramp = np.linspace(0.0, len(data.bands), layer.values.shape[0])
+            ends = (*data.bands, 2.0 * data.bands[-1] - data.bands[-2])
+            values = np.interp(ramp, np.arange(len(ends)), ends)
+            layers.append(replace(layer, values=np.repeat(values[:, None], layer.values.shape[1], axis=1)))
+        columns.append(replace(column, layers=(layers[0], layers[1])))
+    return replace(data, columns=tuple(columns))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compute", [fig_pattern.compute_pattern, fig_pattern.compute_separation])
+def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure]) -> None:
+    """On every flank, in the middle half of each band, away from the path."""
+    require_opengl()
+    data = striped(compute(builtin_design()))
+    with theme.style():
+        drawing = fig_pattern.draw(data, of_size((1600, 1200)))
+    legend = next(image for axes in drawing.page.axes for image in axes.images if image.get_cmap().N < 20)
+    hues = [round(255.0 * part) for k in range(len(data.colours)) for part in legend.get_cmap()(k)[:3]]
+    colours = np.reshape(hues, (-1, 3))
+    for k, column in enumerate(data.columns):
+        for number, layer in enumerate(column.layers or ()):
+            picture = drawing.pictures[f"{('pinion', 'gear')[number]}-{k}"]
+            view = panels.flank_views(column.design, column.flank, panels.STRETCH, outside=True)[number]
             assert view is not None
-            band = np.digitize(np.nan_to_num(layer.values, nan=1e9), separation.bands) - 1
-            near = np.lib.stride_tricks.sliding_window_view(band, (5, 5))
-            same = np.pad((near == near[..., 2:3, 2:3]).all(axis=(-1, -2)), 2) & (band < len(colours))
-            x, y = np.floor(picture.project(view.place(layer.points[same]))).astype(int).T
+            counted = np.interp(layer.values, data.bands, np.arange(len(data.bands)))
+            inside = (np.abs(counted % 1.0 - 0.5) < 0.25) & (counted < len(colours))
+            inside[:, :2] = inside[:, -2:] = False
+            x, y = np.floor(picture.project(view.place(layer.points[inside]))).astype(int).T
             track = picture.project(view.place(layer.trace.points))
-            away = np.hypot(*(np.stack((x, y), axis=-1)[:, None] - track).transpose(2, 0, 1)).min(axis=1)
-            free = away > 12.0
-            found, own = picture.image[y[free], x[free]].astype(int), band[same][free]
-            assert np.abs(found - colours[own]).max(initial=0.0) <= 2.0, (member, k)
-            seen += np.bincount(own, minlength=len(colours))
-    assert (seen > 5).all(), seen
+            free = (
+                np.hypot(*(np.stack((x, y), axis=-1)[:, None] - track).transpose(2, 0, 1)).min(axis=1) > 20.0
+            )
+            found, own = (
+                picture.image[y[free], x[free]].astype(int),
+                np.floor(counted[inside]).astype(int)[free],
+            )
+            assert np.abs(found - colours[own]).max() <= 2.0
+            assert (np.bincount(own, minlength=len(colours)) > 20).all()
