@@ -29,7 +29,7 @@ def at_mid_face(number: int, flank: str) -> tuple[FloatArray, FloatArray, FloatA
 @pytest.mark.parametrize("outside", [False, True])
 @pytest.mark.parametrize(("number", "flank"), CASES)
 def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) -> None:
-    """The heel is on top and nothing is mirrored; in the paper's view the tip is on the right, and right flanks
+    """The heel is on top and nothing is mirrored; as in the paper the tip is on the right, and right flanks
     are seen from the metal; else all are seen from outside."""
     middle, tip, normal = at_mid_face(number, flank)
     view = panels.flank_view(builtin_design().members[number], flank, outside=outside)
