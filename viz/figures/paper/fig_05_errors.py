@@ -1,4 +1,4 @@
-"""Fig. 5: the four assembly errors, between the frames that the paper defines, in their positive directions."""
+"""Fig. 5: the four assembly errors, positive, between the frames that the paper defines."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ...stage.scene import Camera, Item, Picture, Tube, fit_camera
 
-MOVED, BROWN = "#e8a04c", "#9a5200"
+BORE = 1e-3  # of a shaft: none is seen
+MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 """Colours of what is displaced: metal, and lines."""
-DRAWN_SHARE, TRIAD = 0.26, 0.17
+DRAWN_SHARE, TRIAD = 0.42, 0.32
 """Displacements drawn, and the length of the axes of frames, as shares of the offset."""
-DRAWN_ANGLE = np.radians(12.0)
+DRAWN_ANGLE = np.radians(18.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
 """Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
 ASIDE = 0.75
@@ -44,6 +45,11 @@ class Panel:
     after: str
 
 
+TITLES = {
+    **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
+    **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
+}
+"""Where the names of frames stand beside their origins: right and up, in points."""
 CELLS = Cells(left=0.16, right=0.16, across=0.0, down=0.0, most=2, least=4.5)
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
@@ -54,9 +60,9 @@ PANELS = (
 NOTE = (
     "All four panels are seen from one place, that of Fig. 4. $S_e$ is $S_g$ moved along the common"
     " perpendicular away from the pinion, $S_\\delta$ is $S_f$ turned about it so that the shaft angle grows,"
-    " $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along their axes towards the heels. As $S_1$ and $S_2$ in"
-    " Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face. Members are drawn as they are before their teeth are"
-    " cut; displacements are much exaggerated."
+    " $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along their axes towards the heels. As $S_1$ and"
+    " $S_2$ in Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face. Members are drawn as they are before their"
+    " teeth are cut; displacements are much exaggerated."
 )
 
 
@@ -116,9 +122,9 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
-        "Grey: frame and member where they belong; orange: displaced by the error in red",
+        "Black and grey: frame and members where they belong; blue: displaced by the error in red",
         NOTE,
-        tall=CELLS.tall(layout, len(PANELS), 4.2),
+        tall=CELLS.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
     places = CELLS.boxes(layout, len(PANELS), page.get_figheight(), low, high)
@@ -144,9 +150,9 @@ def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int
     panel, drawn = PANELS[index], data.drawn[index]
     times = drawn / TYPICAL[panel.key]
     if panel.key == "shaft_angle":
-        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.3g} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
+        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.0f} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
     else:
-        words = f"{drawn:.3g} mm, {times:.3g} times {TYPICAL[panel.key]:g} mm"
+        words = f"{drawn:.3g} mm, {times:.0f} times {TYPICAL[panel.key]:g} mm"
     head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
     page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
     below, way = y - theme.inches(page, 0.27), f"from $S_{{{panel.before}}}$ to $S_{{{panel.after}}}$"
@@ -162,8 +168,8 @@ def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, came
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]
-        items += posed.blank(member, frame, colour, posed.shaft_radius(member), 0.34)
-        rim = theme.GREY if colour == theme.STEEL else MOVED
+        items += posed.blank(member, frame, colour, BORE * posed.shaft_radius(member), 0.3)
+        rim = theme.GREY if colour == theme.STEEL else MOVED_INK
         items += [Tube(to_fixed(frame, ring), rim, radius) for ring in posed.rings(member)]
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, data, index)
@@ -178,18 +184,16 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
     for number in (0, 1):
         _axis(over, data, nominal, number, theme.GREY)
     if panel.before in ("g", "f"):
-        _axis(over, data, moved, panel.member, BROWN)
+        _axis(over, data, moved, panel.member, MOVED_INK)
     before, after = nominal[panel.before], moved[panel.after]
     length = TRIAD * offset
     names = [[f"{letter}_{{{own}}}" for letter in "xyz"] for own in (panel.before, panel.after)]
     tilted = panel.key == "shaft_angle"
     if tilted:  # the axis about which it turns is one
         names[0][0], names[1][0] = f"{names[0][0]}, {names[1][0]}", ""
-    for frame, own, colour, name, aside in (
-        (before, names[0], theme.INK, panel.before, (-16.0, 14.0)),
-        (after, names[1], BROWN, panel.after, (-16.0, -16.0) if tilted else (16.0, 14.0)),
-    ):
-        over.triad(frame[1], frame[0].T, length, own, colour, f"S_{{{name}}}", aside)
+    looks = (before, theme.INK, panel.before), (after, MOVED_INK, panel.after)
+    for (frame, colour, name), own in zip(looks, names, strict=True):
+        over.triad(frame[1], frame[0].T, length, own, colour, f"S_{{{name}}}", TITLES[name])
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:
@@ -216,20 +220,11 @@ def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: in
 def rows(data: ErrorFigure) -> Table:
     """List the errors drawn, and all frames in S_f."""
     vectors = [f"{letter}_{component}" for letter in "xyz" for component in "xyz"]
-    header = (
-        "error",
-        "drawn_mm",
-        "drawn_rad",
-        "frame",
-        "origin_x_mm",
-        "origin_y_mm",
-        "origin_z_mm",
-        *vectors,
-    )
-
-    keys = ["none", *(panel.key for panel in PANELS)]
-    sizes = [("", "")] + [
-        ("", x) if k == "shaft_angle" else (x, "") for k, x in zip(keys[1:], data.drawn, strict=True)
+    places = [f"origin_{component}_mm" for component in "xyz"]
+    header = ("error", "drawn_mm", "drawn_rad", "frame", *places, *vectors)
+    keys, drawn = ("none", *(panel.key for panel in PANELS)), (0.0, *data.drawn)
+    sizes = [
+        ("", size) if key == "shaft_angle" else (size, "") for key, size in zip(keys, drawn, strict=True)
     ]
     cases = zip(keys, sizes, (data.nominal, *data.displaced), strict=True)
     return header, [
