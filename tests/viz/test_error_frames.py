@@ -31,8 +31,8 @@ def matrix(frame: Frame) -> FloatArray:
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_the_pair_is_the_librarys(design: Design) -> None:
-    """Under all four errors the gear stands to the pinion as `pair.frames` has it, though there the gear's axis
-    turns and here the pinion's; and S_f stays."""
+    """Under all four errors the gear stands to the pinion as `pair.frames` has it, though there the gear's
+    axis turns and here the pinion's; and S_f stays."""
     plain, moved = replace(design, errors=Errors()), design.with_errors(ERRORS)
     distance = posed.placed(plain, np.zeros(2)).position
     own = fig.frames_of(moved, distance)

@@ -23,7 +23,7 @@ from ...stage.scene import Camera, Item, Picture, Tube, fit_camera
 BORE = 1e-3  # of a shaft: none is seen
 MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 """Colours of what is displaced: metal, and lines."""
-DRAWN_SHARE, TRIAD = 0.42, 0.32
+DRAWN_SHARE, TRIAD = 0.46, 0.3
 """Displacements drawn, and the length of the axes of frames, as shares of the offset."""
 DRAWN_ANGLE = np.radians(18.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
