@@ -72,7 +72,7 @@ def test_the_sketch_has_an_eye_where_one_looks_from(
     assert [text.get_text() for text in notes if text.get_text()] == [words]
     arrows = [text for text in notes if not text.get_text()]
     for (flank, outside), eye, arrow in zip(looks, eyes, arrows, strict=True):
-        head, tail = (float(x) - 110.0 for x in (arrow.xy[0], arrow.get_position()[0]))
+        head, tail = (float(np.asarray(at)[0]) - 110.0 for at in (arrow.xy, arrow.get_position()))
         side = 1.0 if flank == "right" else -1.0
         assert eye * tail > 0.0
         assert side * head > 0.0

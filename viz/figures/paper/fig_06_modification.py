@@ -86,9 +86,8 @@ class ModificationFigure:
     @property
     def factor(self) -> float:
         """Times that deviations are magnified in the section, 1 where there are none."""
-        greatest = max(
-            (float(np.nanmax(np.abs(one.deviation))) for one in self.sections.values()), default=0.0
-        )
+        sizes = [float(np.nanmax(np.abs(one.deviation))) for one in self.sections.values()]
+        greatest = max(sizes, default=0.0)
         if greatest < 1e-6:
             return 1.0
         return theme.round_length(SEEN * float(np.ptp(self.sections[0.0].radius)) / greatest)
@@ -134,9 +133,10 @@ def _section(member: Member, involute: Member) -> Section:
     normal = np.stack([np.interp(radius, base_radius, base.normal[:, 0, k]) for k in (0, 1)])
     # In the section, a step s along t, the unit vector of n's part there, is s |n_xy| along n.
     way = normal / (normal**2).sum(axis=0)
-    profile, foot = (_upright(radius, own - middle_angle) for own in (angle, there))
+    (across, up), foot = (_upright(radius, own - middle_angle) for own in (angle, there))
     cos, sin = np.cos(middle_angle), np.sin(middle_angle)
-    return Section(l[:, 0], radius, deviation, *profile, foot, np.array([[sin, -cos], [cos, sin]]) @ way)
+    way = np.array([[sin, -cos], [cos, sin]]) @ way
+    return Section(l[:, 0], radius, deviation, across, up, foot, way)
 
 
 def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
@@ -284,9 +284,11 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
         axes.plot(*seen, color=look.line, linewidth=2.4)
         axes.plot(section.across, section.up, color=look.line, linewidth=0.9)
         if a:
-            theme.beside(axes, seen[:, -1], look.name, (0, 4), ha="center", va="bottom", color=look.line)
+            side = -1.0 if a > 0.0 else 1.0
+            style = {"ha": "left" if side > 0.0 else "right", "va": "center", "color": look.line}
+            theme.beside(axes, seen[:, -1], look.name, (6.0 * side, 0.0), **style)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title(f"Section at mid-face, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
+    axes.set_title(f"Section, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
