@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -68,11 +70,11 @@ def test_the_sketch_has_an_eye_where_one_looks_from(
     viewpoint.sketch(axes, looks, 100.0)
     pupils = [patch for patch in axes.patches if isinstance(patch, Ellipse)]
     assert [np.sign(pupil.get_center()[0] - 110.0) for pupil in pupils] == eyes
-    notes = [text for text in axes.texts if isinstance(text, Annotation)]
+    notes: list[Any] = [text for text in axes.texts if isinstance(text, Annotation)]
     assert [text.get_text() for text in notes if text.get_text()] == [words]
     arrows = [text for text in notes if not text.get_text()]
     for (flank, outside), eye, arrow in zip(looks, eyes, arrows, strict=True):
-        head, tail = (float(np.asarray(at)[0]) - 110.0 for at in (arrow.xy, arrow.get_position()))
+        head, tail = arrow.xy[0] - 110.0, arrow.get_position()[0] - 110.0
         side = 1.0 if flank == "right" else -1.0
         assert eye * tail > 0.0
         assert side * head > 0.0

@@ -284,9 +284,8 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
         axes.plot(*seen, color=look.line, linewidth=2.4)
         axes.plot(section.across, section.up, color=look.line, linewidth=0.9)
         if a:
-            side = -1.0 if a > 0.0 else 1.0
-            style = {"ha": "left" if side > 0.0 else "right", "va": "center", "color": look.line}
-            theme.beside(axes, seen[:, -1], look.name, (6.0 * side, 0.0), **style)
+            ha, away = ("right", -6.0) if a > 0.0 else ("left", 6.0)
+            theme.beside(axes, seen[:, -1], look.name, (away, 0.0), ha=ha, va="center", color=look.line)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title(f"Section, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
