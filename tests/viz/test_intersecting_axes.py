@@ -14,7 +14,7 @@ from .pages import drawn, words
 WORDS = {
     "fig-01": "axes at 7°, 0 mm apart where nearest, 2162 mm from here",
     "fig-04": "Offset $E$ = 0 mm, shaft angle $\\delta$ = 7°",
-    "fig-05": "drawn: 38 mm, 75.9 times 0.5 mm",
+    "fig-05": "drawn: 109 mm, 218 times 0.5 mm",
 }
 
 

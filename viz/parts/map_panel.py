@@ -30,6 +30,8 @@ ISLAND = 0.06
 """Share of the cells that a line must part from the others."""
 EDGE, CORNER = 0.46, 0.32
 """Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
+LINE, ZERO_LINE = 0.8, 2.0
+"""Widths of lines, in points, and of that at zero; those of negative levels are dashed."""
 LEVEL = "level"
 """What words are called that name a level."""
 LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
@@ -38,7 +40,8 @@ LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
 
 @dataclass(frozen=True)
 class Look:
-    """How a figure is mapped: heading with the unit, scale, and the way its colours run."""
+    """How a figure is mapped: heading with the unit, scale, the way it runs, and colours, darker for less:
+    on paper without colours they still tell which of two cells has more."""
 
     heading: str
     scale: float
@@ -48,11 +51,11 @@ class Look:
 
 LOOKS = {
     "contact_ratio": Look("contact ratio (Eq. 16)", 1.0, "linear", "viridis"),
-    "angle": Look("angle to the axial direction (deg)", math.degrees(1.0), "angle", "twilight_shifted"),
+    "angle": Look("angle to the axial direction (deg)", math.degrees(1.0), "angle", "viridis"),
     "shift": Look("shift of the path under errors (mm)", 1.0, "log", "cividis"),
     "peak_to_peak": Look("transmission error (arcsec)", ARCSEC, "linear", "magma"),
-    "centre": Look("middle of the path, pinion z (mm)", 1.0, "signed", "PuOr"),
-    "normal_backlash": Look("normal backlash (mm)", 1.0, "signed", "PuOr"),
+    "centre": Look("middle of the path, pinion z (mm)", 1.0, "linear", "viridis"),
+    "normal_backlash": Look("normal backlash (mm)", 1.0, "linear", "viridis"),
     "edge_share": Look("cycle carried by edges (%)", 100.0, "share", "viridis"),
 }
 
@@ -95,13 +98,8 @@ def _colours(look: Look, values: FloatArray) -> tuple[Colormap, Normalize, Float
     low, high = (float(value) for value in np.percentile(values, [1.0, 99.0]))
     if look.way == "share":
         low, high = 0.0, 100.0
-    elif look.way == "signed":
-        high = max(abs(low), abs(high))
-        low = -high
     elif look.way == "angle" and np.abs(values).max() > 0.5 * ANGLES[-1]:
         return colours, BoundaryNorm(ANGLES, colours.N), ANGLES, "neither"
-    elif look.way == "angle":
-        colours = mpl.colormaps["viridis"]
     if high - low < 1e-9:
         low, high = low - 0.5, high + 0.5
     if look.way == "log" and high > 5.0 * low > 0.0:  # two levels at least
@@ -132,8 +130,9 @@ def _contours(
     levels = levels[(share > ISLAND) & (share < 1.0 - ISLAND)]
     if not levels.size:
         return
-    style: dict[str, Any] = {"colors": theme.INK, "linewidths": 0.8, "linestyles": "solid", "zorder": 1.0}
-    lines = axes.contour(x, y, shown.T, levels=levels, **style)
+    widths = [ZERO_LINE if level == 0.0 else LINE for level in levels]
+    style: dict[str, Any] = {"colors": theme.INK, "linewidths": widths, "negative_linestyles": "dashed"}
+    lines = axes.contour(x, y, shown.T, levels=levels, zorder=1.0, **style)
     labels = axes.clabel(lines, fontsize=theme.SMALL, fmt=_plain, inline=False)
     for label in labels:
         label.set_path_effects(HALO)

@@ -1,8 +1,9 @@
 """Panels that show one flank square on, with paths of contact on it.
 
-A flank is laid flat into the plane of the picture: x towards the tip, y towards the heel, and
-the rest towards the viewer. Nothing is mirrored: on a right flank, with the heel on top and
-the tip on the right, one looks at it through the tooth, from its metal side.
+A flank is laid flat into the plane of the picture: y towards the heel, x towards the tip or, on right flanks
+seen from outside, away from it, and the rest towards the viewer. Nothing is mirrored: on a right flank, with
+the heel on top and the tip on the right, as in the paper, one looks at it through the tooth, from its metal
+side. A sketch beside the scales says so (`viewpoint`).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
 from .solved import MEMBERS, SolvedPath
+from .viewpoint import Look, scale_bars
 
 LINE_POINTS = 2.6
 """Half the width of a path, in points of the page."""
@@ -54,8 +56,9 @@ WHAT_TOUCHES = (
 
 @dataclass(frozen=True, eq=False)
 class FlankView:
-    """Axes of the picture (rows: to the tip, to the heel, to the viewer) in a member's own
-    frame, the point in the middle, and how much wider than long the flank is drawn.
+    """Axes of the picture (rows: to the right, to the heel, to the viewer) in a member's own
+    frame, the point in the middle, how much wider than long the flank is drawn, and whether it is the right
+    or left one, seen from outside.
 
     `bounds` (2, 2): least and greatest x and y, mm, stretched; `frame` (3, 3, 3): points at
     root, mid-depth, tip by toe, mid-face, heel there."""
@@ -63,6 +66,7 @@ class FlankView:
     axes: FloatArray
     middle: FloatArray
     stretch: float
+    flank: str
     outside: bool
     bounds: FloatArray
     frame: FloatArray
@@ -95,8 +99,9 @@ class Trace:
     bare: bool = False
 
 
-def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | None:
-    """Look square on to the middle of the active flank; None if that does not reach its tip."""
+def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool = False) -> FlankView | None:
+    """Look square on to the middle of the active flank, from the side from which its tip is on the right or,
+    if so asked, from `outside`; None if the flank does not reach its tip."""
     half = 0.5 * float(member.face_width)
     z = np.array([-half, 0.0, half])
     tip = tip_parameter(member, flank, z)
@@ -109,18 +114,23 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0) -> FlankView | 
     up = np.array([0.0, 0.0, 1.0]) - normal[2] * normal
     up /= np.linalg.norm(up)
     right = np.cross(up, normal)
-    outside = bool(right @ (patch.point[-1, 1] - patch.point[0, 1]) > 0.0)
+    outside = outside or bool(right @ (patch.point[-1, 1] - patch.point[0, 1]) > 0.0)
     side = 1.0 if outside else -1.0
     axes = np.stack((side * right, up, side * normal))
-    view = FlankView(axes, patch.point[4, 1], stretch, outside, np.zeros((2, 2)), patch.point[::4])
+    view = FlankView(axes, patch.point[4, 1], stretch, flank, outside, np.zeros((2, 2)), patch.point[::4])
     seen = view.place(patch.point)
     bounds = np.stack((seen.min(axis=(0, 1)), seen.max(axis=(0, 1))))[:, :2]
     return replace(view, bounds=bounds, frame=seen[::4])
 
 
-def flank_views(design: Design, flank: str, stretch: float) -> list[FlankView | None]:
+def flank_views(design: Design, flank: str, stretch: float, outside: bool = False) -> list[FlankView | None]:
     """Give the views of pinion and gear."""
-    return [flank_view(member, flank, stretch) for member in design.members]
+    return [flank_view(member, flank, stretch, outside) for member in design.members]
+
+
+def looks_of(views: Iterable[FlankView | None]) -> list[Look]:
+    """Give the flanks seen, and whether from outside, each once."""
+    return list(dict.fromkeys((view.flank, view.outside) for view in views if view is not None))
 
 
 def shared_scale(
@@ -130,7 +140,8 @@ def shared_scale(
     width and height, shares of the page, and draw the scale."""
     room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
     px_per_mm = float(min(room.size / greatest_span(chain(*views))))
-    scale_bars(page, px_per_mm, next((view.stretch for view in chain(*views) if view), STRETCH))
+    stretch = next((view.stretch for view in chain(*views) if view), STRETCH)
+    scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
     return px_per_mm
 
 
@@ -257,9 +268,11 @@ def show_items(
     picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show(page, box, picture)
     root, middle, tip = view.frame
+    way = 1.0 if tip[1, 0] > root[1, 0] else -1.0
+    aligned = ("right", "left")[:: int(way)]
     for text, place, offset, ha, va, rotation in (
-        ("root", root[1] + limits * (root[2] - root[1]), (-10, 0), "right", "center", 90),
-        ("tip", tip[1] + limits * (tip[2] - tip[1]), (10, 0), "left", "center", 90),
+        ("root", root[1] + limits * (root[2] - root[1]), (-10 * way, 0), aligned[0], "center", 90),
+        ("tip", tip[1] + limits * (tip[2] - tip[1]), (10 * way, 0), aligned[1], "center", 90),
         ("heel", middle[2], (0, 5), "center", "bottom", 0),
         ("toe", middle[0], (0, -5), "center", "top", 0),
     ):
@@ -307,12 +320,14 @@ def flank_rows(
     high: float,
     text: float,
     draw: Callable[[Cell], Picture | None],
+    outside: bool = False,
 ) -> dict[str, Picture]:
     """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
-    the page), by calling `draw` for each. `columns` are their headings, designs and flanks; `text` inches are
-    left for words under a flank. Where a page is too narrow, further columns follow under the first. The
-    pictures by member and column."""
-    views = list(zip(*(flank_views(design, flank, STRETCH) for _, design, flank in columns), strict=True))
+    the page), by calling `draw` for each, in the paper's view or from `outside`. `columns` are headings,
+    designs and flanks; `text` inches are left for words under a flank. Where a page is too narrow, further
+    columns follow under the first. The pictures by member and column."""
+    seen = (flank_views(design, flank, STRETCH, outside) for _, design, flank in columns)
+    views = list(zip(*seen, strict=True))
     spans = np.stack([greatest_span(row) for row in views])
     beside, text = CELLS.columns(page.layout, len(columns)), _text(page.layout, len(columns), text)
     page_width, page_height = page.canvas.get_width_height()
@@ -322,7 +337,7 @@ def flank_rows(
     room = (block - theme.inches(page, HEADING) - 2.0 * around) * page_height
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
-    scale_bars(page, px_per_mm, STRETCH)
+    scale_bars(page, px_per_mm, STRETCH, looks_of(chain(*views)))
     heights = around + spare + px_per_mm * spans[:, 1] / page_height
     pictures: dict[str, Picture] = {}
     for column, (heading, _, _) in enumerate(columns):
@@ -345,17 +360,21 @@ def flank_rows(
     return pictures
 
 
-def how_drawn(flank: str, stretch: float) -> str:
-    """Say in a caption how flanks are drawn: "right", "left" or "right and left" ones."""
+def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
+    """Say in a caption how flanks are drawn: "right", "left" or "right and left" ones; as the paper does, or
+    all from `outside`."""
     side = {
         "right": "through the tooth, from its metal side",
         "left": "from outside",
         "right and left": "through the tooth, from its metal side (right) or from outside (left)",
     }[flank]
+    way = f"{side}, so that root is left, tip right and heel on top without mirroring,"
+    if outside and flank != "left":
+        tip = {"right": "tip left", "right and left": "the tip of right ones left, of left ones right"}[flank]
+        way = f"from outside, heel on top and {tip},"
     return (
-        f"Flanks are seen square on {side}, so that root is left, tip right and heel on top without"
-        f" mirroring, and drawn {stretch:g} times as large across as along. A path enters at the ball and"
-        " leaves at the arrow head. "
+        f"Flanks are seen square on {way} and drawn {stretch:g} times as large across as along; the sketch"
+        " shows the tooth from its toe. A path enters at the ball and leaves at the arrow head. "
     )
 
 
@@ -363,23 +382,6 @@ def ratios(path: SolvedPath) -> str:
     """Give both contact ratios of a path, that of Eq. 16 and that in operation."""
     running = path.touching.ratio if path.touching else float("nan")
     return f"ratio {path.ratio:.3f}, running " + (f"{running:.3f}" if np.isfinite(running) else "unknown")
-
-
-def scale_bars(page: Page, px_per_mm: float, stretch: float) -> None:
-    """Draw the scale along and across the flanks, at the lower right of the page."""
-    width, height = page.canvas.get_width_height()
-    high, inch = theme.inches(page, 1.0), theme.inches(page, 1.0) * height / width
-    length = theme.round_length(1.3 * inch * width / (px_per_mm * stretch))
-    across, along = length * px_per_mm * stretch, length * px_per_mm
-    box = theme.place(page, 1.0 - 1.75 * inch, theme.inches(page, 0.15), 1.4 * inch, high)
-    axes = theme.overlay(page, box)
-    x, y = 0.0, 0.68 * box.height
-    axes.plot([x, x, x + across], [y - along, y, y], color=theme.INK, linewidth=2.5, clip_on=False)
-    for at, way, offset, ha, va in (
-        ((x, y - 0.5 * along), "along", (-6, 0), "right", "center"),
-        ((x + 0.5 * across, y), "across", (0, -5), "center", "top"),
-    ):
-        theme.beside(axes, at, f"{length:g} mm {way}", offset, ha=ha, va=va, fontsize=theme.SMALL)
 
 
 def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:

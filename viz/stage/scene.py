@@ -32,6 +32,7 @@ EDGE_COLOUR = "#303840"
 LIGHTS = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
 METAL: dict[str, Any] = {"ambient": 0.26, "diffuse": 0.84, "specular": 0.45, "specular_power": 45.0}
 DULL: dict[str, Any] = {"ambient": 0.78, "diffuse": 0.3, "specular": 0.0}
+UNLIT: dict[str, Any] = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
 
 
@@ -39,7 +40,8 @@ PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "spe
 class Paint:
     """Values (n,) at the points of a surface, shown in bands of equal steps: one of `colours`
     each, from the lower to the upper of `limits`, and those beyond as at the limit. Where a
-    value is NaN the surface keeps its own colour."""
+    value is NaN the surface keeps its own colour. Neither is lit: a band is drawn in just the colour that
+    its legend has."""
 
     values: FloatArray
     colours: Sequence[str]
@@ -241,7 +243,8 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
     look = {"color": surface.colour} if surface.paint is None else _bands(surface.paint, surface.colour)
-    look |= {"opacity": surface.opacity, "smooth_shading": smooth} | (DULL if surface.mesh_lines else METAL)
+    lustre = UNLIT if surface.paint is not None else DULL if surface.mesh_lines else METAL
+    look |= {"opacity": surface.opacity, "smooth_shading": smooth, **lustre}
     look |= {"show_edges": surface.mesh_lines, "edge_color": EDGE_COLOUR, "line_width": 1.0}
     actor = plotter.add_mesh(mesh, **look)
     actor.SetVisibility(surface.opacity > 0.0)

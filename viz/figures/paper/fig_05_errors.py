@@ -1,4 +1,4 @@
-"""Fig. 5: the four assembly errors and their positive directions."""
+"""Fig. 5: the four assembly errors, positive, between the frames that the paper defines."""
 
 from __future__ import annotations
 
@@ -8,184 +8,229 @@ from typing import Any
 import numpy as np
 
 from beveloid_geom import Design, Errors
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.placing import Frame
 from beveloid_geom.design.model import unchecked
+from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 
-from ...parts import annotate, posed, solved
+from ...parts import annotate, posed
 from ...parts.annotate import Overlay
-from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.layout import Cells
-from ...stage.scene import MESH_PX, Item, Picture, fit_camera
+from ...stage.scene import Camera, Item, Picture, Tube, fit_camera
 
-STILL = theme.STEEL
-MOVED = "#e8a04c"
-FACES = {STILL: "#d3dce4", MOVED: "#f3c48a"}
-DRAWN_SHARE = 0.16
-"""Displacements drawn, as a share of the distance of the axes."""
-DRAWN_ANGLE = np.radians(9.0)
+BORE = 1e-3  # of a shaft: none is seen
+MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
+"""Colours of what is displaced: metal, and lines."""
+DRAWN_SHARE, TRIAD = 0.46, 0.3
+"""Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
+DRAWN_ANGLE = np.radians(18.0)
 TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
 """Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
+ASIDE = 0.75
+"""Of the length of the axes, how far a dimension stands aside of the origins."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One error: its key among the errors, letter, name, which member moves, and the direction of
-    view in S_f with what is upwards there."""
+    """One error: its key among the errors, letter, name, which member moves, and the frames before and after,
+    between which the paper defines it."""
 
     key: str
     symbol: str
     name: str
     member: int
-    view: tuple[float, float, float]
-    up: tuple[float, float, float]
+    before: str
+    after: str
 
 
+TITLES = {
+    **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
+    **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
+}
+"""Where the names of frames stand beside their origins: right and up, in points."""
 CELLS = Cells(left=0.16, right=0.16, across=0.0, down=0.0, most=2, least=4.5)
-FROM_TOE, FROM_SIDE, FROM_HEEL = (-0.22, 0.3, 0.92), (-0.93, 0.28, 0.25), (-0.52, -0.5, -0.66)
 PANELS = (
-    Panel("offset", "\\Delta e", "offset error", 1, FROM_TOE, (0.0, -1.0, 0.0)),
-    Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 1, FROM_SIDE, (0.0, -1.0, 0.0)),
-    Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, FROM_HEEL, (0.0, 1.0, 0.0)),
-    Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, FROM_HEEL, (0.0, 1.0, 0.0)),
+    Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
+    Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
+    Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, "q1", "d1"),
+    Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
+)
+NOTE = (
+    "All four panels are seen from one place, that of Fig. 4. $S_e$ is $S_g$ moved along the common"
+    " perpendicular away from the pinion, $S_\\delta$ is $S_f$ turned about it so that the shaft angle grows,"
+    " $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along their axes towards the heels. As $S_1$ and"
+    " $S_2$ in Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face. Members are drawn as they are before their"
+    " teeth are cut; displacements are much exaggerated."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorFigure:
-    """The pair without errors, and for each panel the error drawn (mm or rad) and the pair with it."""
+    """The design without errors, how far apart its axes are drawn (mm), the frames of the paper in S_f by
+    their names, and for each panel the error drawn (mm or rad) and the frames with it."""
 
-    nominal: PosedPair
+    design: Design
+    apart: float
+    nominal: dict[str, Frame]
     drawn: tuple[float, ...]
-    displaced: tuple[PosedPair, ...]
+    displaced: tuple[dict[str, Frame], ...]
+
+
+def frames_of(design: Design, distance: FloatArray) -> dict[str, Frame]:
+    """Give the frames of the paper (Eqs. 9-14) under the errors of a design, as they stand in S_f, at roll 0
+    and for mounting distances (2,), mm: S_f, S_delta, S_q1, S_d1 of the pinion, S_g, S_e, S_q2, S_d2 of the
+    gear. S_delta is turned so that the pinion's axis moves off the gear's, which is the pair whose gear
+    turns in `pair.frames`, seen from the other member."""
+    plain, errors = layout_of(design, with_errors=False), design.errors
+    turn = float(layout_of(design).shaft_angle - plain.shaft_angle)
+    cos, sin = np.cos(turn), np.sin(turn)
+    tilted = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]), np.zeros(3)
+    fixed = member_frame(plain, 0, 0.0, 0.0), member_frame(plain, 1, 0.0, 0.0)
+    offset = fixed[1][0], fixed[1][1] + np.array([float(errors.offset), 0.0, 0.0])
+    first, second = (_along(frame, own) for frame, own in zip((tilted, offset), distance, strict=True))
+    return {
+        "f": fixed[0],
+        "\\delta": tilted,
+        "q1": first,
+        "d1": _along(first, float(errors.pinion_axial)),
+        "g": fixed[1],
+        "e": offset,
+        "q2": second,
+        "d2": _along(second, float(errors.gear_axial)),
+    }
+
+
+def _along(frame: Frame, length: float) -> Frame:
+    """Move a frame along its own z axis, mm."""
+    return frame[0], frame[1] + length * frame[0][:, 2]
 
 
 def compute(design: Design) -> ErrorFigure:
-    """Find poses without and with each error; rolls are those of the pair without errors."""
+    """Find the frames without and with each error, as mounted without errors."""
     plain = replace(design, errors=Errors())
-    nominal = posed.pose(plain)
-    length = DRAWN_SHARE * nominal.apart
+    pair = posed.placed(plain, np.zeros(2))
+    distance, length = pair.position, DRAWN_SHARE * pair.apart
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
-    return ErrorFigure(nominal, tuple(drawn), tuple(posed.displaced(nominal, error) for error in errors))
+    frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
+    return ErrorFigure(plain, pair.apart, frames_of(plain, distance), tuple(drawn), frames)
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
-    """Draw a panel for each error: the nominal pose grey and translucent, the displaced one orange."""
+    """Draw a panel for each error, all from one camera."""
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
-        "Grey and translucent: where the member belongs; orange: displaced, much exaggerated",
-        "Errors are taken from the pair as mounted, seen from the pinion: the pinion's axis stays, offset and"
-        " shaft-angle errors move the gear's; axial errors move a member along its own axis towards its heel."
-        " The paper lays the shaft-angle error on the pinion's side, which is the same pair. (c) and (d)"
-        " are seen from the heels.",
-        tall=CELLS.tall(layout, len(PANELS), 4.2),
+        "Black and grey: frame and members where they belong; blue: displaced by the error in red",
+        NOTE,
+        tall=CELLS.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
     places = CELLS.boxes(layout, len(PANELS), page.get_figheight(), low, high)
-    for index, (panel, (left, bottom, width, height)) in enumerate(zip(PANELS, places, strict=True)):
-        title = theme.inches(page, 0.62)
-        box = theme.place(page, left, bottom, width, height - title)
+    title = theme.inches(page, 0.62)
+    boxes = [theme.place(page, left, bottom, width, height - title) for left, bottom, width, height in places]
+    camera = fit_camera(_reach(data), posed.VIEW, posed.UP, boxes[0].size, 0.04)
+    for index, (panel, box, (left, bottom, _, height)) in enumerate(zip(PANELS, boxes, places, strict=True)):
         _heading(page, left + 0.24 / layout.width, bottom + height - theme.inches(page, 0.05), data, index)
-        pictures[panel.key] = _panel(page, box, data, index)
+        pictures[panel.key] = _panel(page, box, data, index, camera)
     return Drawing(page, pictures)
 
 
+def _reach(data: ErrorFigure) -> FloatArray:
+    """Give points (n, 3) in S_f that all panels must show, mm: origins and tip circles."""
+    frames = data.nominal, *data.displaced
+    members = [(member, own[f"d{j + 1}"]) for own in frames for j, member in enumerate(data.design.members)]
+    rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
+    return np.concatenate((*rings, *([origin for _, origin in own.values()] for own in frames)))
+
+
 def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
-    """Write letter, name and size of the error of a panel, below a place x, y of the page."""
+    """Write letter, name, frames and size of the error of a panel, below a place x, y of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
     times = drawn / TYPICAL[panel.key]
     if panel.key == "shaft_angle":
-        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.3g} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
+        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.0f} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
     else:
-        words = f"{drawn:.3g} mm, {times:.3g} times {TYPICAL[panel.key]:g} mm"
+        words = f"{drawn:.3g} mm, {times:.0f} times {TYPICAL[panel.key]:g} mm"
     head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
     page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
-    below = y - theme.inches(page, 0.27)
-    page.text(x, below, f"drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top")
+    below, way = y - theme.inches(page, 0.27), f"from $S_{{{panel.before}}}$ to $S_{{{panel.after}}}$"
+    page.text(x, below, f"{way}; drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top")
 
 
-def _gear(pair: PosedPair, number: int, colour: str, tolerance: float) -> list[Item]:
-    """Make a member on its shaft with its teeth, or as a blank where they cannot be drawn."""
-    member, frame = pair.design.members[number], pair.frames[number]
-    bore = posed.shaft_radius(member)
-    over = 0.5 * float(member.face_width) + 0.3 * bore
-    gear, _ = posed.gear_items(member, frame, tolerance, (colour, FACES[colour]), bore)
-    return [*gear, *posed.shaft(frame, bore, -over, over)]
-
-
-def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int) -> Picture:
-    """Draw the pair with one error, and where the member belongs."""
-    panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
-    feet = panel.key == "shaft_angle" or not nominal.remote
-    camera = fit_camera(posed.reach(nominal, moved, feet=feet), panel.view, panel.up, box.size, 0.05)
-    tolerance = MESH_PX * camera.mm_per_px(box.size)
-    member = nominal.design.members[panel.member]
-    # Shorter by a little, so that its ends do not fall into those of the displaced member.
-    short = replace(member, face_width=0.98 * float(member.face_width))
-    radius, frame = posed.shaft_radius(member), nominal.frames[panel.member]
-    ghost = posed.blank(short, frame, "#8c96a0", radius, opacity=0.3)
-    items: list[Item] = [
-        *_gear(nominal, 1 - panel.member, STILL, tolerance),
-        *_gear(moved, panel.member, MOVED, tolerance),
-        *ghost,
-    ]
+def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:
+    """Draw both members where they belong, and the one that an error displaces."""
+    radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
+    places = [(0, data.nominal["d1"], theme.STEEL), (1, data.nominal["d2"], theme.STEEL)]
+    number = PANELS[index].member
+    places.append((number, data.displaced[index][f"d{number + 1}"], MOVED))
+    items: list[Item] = []
+    for which, frame, colour in places:
+        member = data.design.members[which]
+        items += posed.blank(member, frame, colour, BORE * posed.shaft_radius(member), 0.3)
+        rim = theme.GREY if colour == theme.STEEL else MOVED_INK
+        items += [Tube(to_fixed(frame, ring), rim, radius) for ring in posed.rings(member)]
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, data, index)
     return over.picture
 
 
 def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
-    """Draw axes before and after, and the error between them."""
+    """Draw axes and frames before and after, and the error between them."""
     panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
-    still, number = 1 - panel.member, panel.member
-    near = nominal.remote and panel.key != "shaft_angle"
-    _axis(over, nominal, still, theme.INK, near)
-    _axis(over, nominal, number, theme.GREY, near)
-    if panel.key != f"{solved.MEMBERS[number]}_axial":
-        _axis(over, moved, number, theme.RED, near)
+    over.line(nominal["f"][1], nominal["g"][1], linewidth=0.9)
+    for number in (0, 1):
+        _axis(over, data, nominal, number, theme.GREY)
+    if panel.before in ("g", "f"):
+        _axis(over, data, moved, panel.member, MOVED_INK)
+    before, after = nominal[panel.before], moved[panel.after]
+    length = TRIAD * data.apart
+    names = [[f"{letter}_{{{own}}}" for letter in "xyz"] for own in (panel.before, panel.after)]
+    tilted = panel.key == "shaft_angle"
+    if tilted:  # the axis about which it turns is one
+        names[0][0], names[1][0] = f"{names[0][0]}, {names[1][0]}", ""
+    looks = (before, theme.INK, panel.before), (after, MOVED_INK, panel.after)
+    for (frame, colour, name), own in zip(looks, names, strict=True):
+        over.triad(frame[1], frame[0].T, length, own, colour, f"S_{{{name}}}", TITLES[name])
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
-    if panel.key == "shaft_angle":
-        reach = 0.42 * float(nominal.position[1])
-        arc = annotate.arc(nominal.foot[1], nominal.axis[1], moved.axis[1], reach)
+    if tilted:
+        reach = 1.9 * length
+        arc = annotate.arc(before[1], before[0][:, 2], after[0][:, 2], reach)
         over.arrow_along(arc, theme.RED, 2.2)
-        over.label(arc[16], words, (-22.0, 0.0), **style)
+        over.label(arc[16], words, (-24.0, 0.0), **style)
         return
-    start, end = (pair.foot[number] for pair in (nominal, moved))
-    if panel.key != "offset" or nominal.remote:
-        tip = np.hypot(*posed.rings(nominal.design.members[number]).T[:2]).max()
-        out = np.array([1.15 if number else -1.15, 0.0, 0.0]) * tip
-        if panel.key == "offset":
-            out = 0.8 * tip * np.cross(nominal.axis[number], (1.0, 0.0, 0.0))
-        centres = [pair.foot[number] + pair.position[number] * pair.axis[number] for pair in (nominal, moved)]
-        start, end = (centre + out for centre in centres)
-        for centre in centres:
-            over.line(centre, centre + 1.05 * out, linewidth=0.9)
+    aside = -ASIDE * length * before[0][:, 1]
+    start, end = before[1] + aside, after[1] + aside
+    for origin, foot in ((before[1], start), (after[1], end)):
+        over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)
     over.arrow(start, end, theme.RED, 2.4)
-    over.label(0.5 * (start + end), words, (0.0, -16.0), **style)
+    over.label(0.5 * (start + end), words, (0.0, -16.0 if panel.member else 16.0), **style)
 
 
-def _axis(over: Overlay, pair: PosedPair, number: int, colour: str, near: bool) -> None:
-    """Draw the axis of a member from the common perpendicular, or from before its toe, to beyond its heel."""
-    foot, way = pair.foot[number], pair.axis[number]
-    over_end = 1.1 * float(pair.design.members[number].face_width)
-    far = float(pair.position[number]) + over_end
-    over.axis(foot + (far - 3.0 * over_end if near else 0.0) * way, foot + far * way, colour)
+def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: int, colour: str) -> None:
+    """Draw the axis of a member from the common perpendicular to beyond its heel."""
+    (rotation, origin), (_, middle) = frames[("\\delta", "e")[number]], frames[f"d{number + 1}"]
+    beyond = 0.75 * float(data.design.members[number].face_width)
+    over.axis(origin, middle + beyond * rotation[:, 2], colour)
 
 
 def rows(data: ErrorFigure) -> Table:
-    """List the errors drawn, and the frames of the displaced members in S_f."""
+    """List the errors drawn, and all frames in S_f."""
     vectors = [f"{letter}_{component}" for letter in "xyz" for component in "xyz"]
-    header = ("error", "drawn_mm_or_rad", "member", "origin_x_mm", "origin_y_mm", "origin_z_mm", *vectors)
-
-    keys = ["none", *(panel.key for panel in PANELS)]
-    poses = zip(keys, (0.0, *data.drawn), (data.nominal, *data.displaced), strict=True)
+    places = [f"origin_{component}_mm" for component in "xyz"]
+    header = ("error", "drawn_mm", "drawn_rad", "frame", *places, *vectors)
+    keys, drawn = ("none", *(panel.key for panel in PANELS)), (0.0, *data.drawn)
+    sizes = [
+        ("", size) if key == "shaft_angle" else (size, "") for key, size in zip(keys, drawn, strict=True)
+    ]
+    cases = zip(keys, sizes, (data.nominal, *data.displaced), strict=True)
     return header, [
-        (key, size, name, *origin.tolist(), *rotation.T.ravel().tolist())
-        for key, size, pair in poses
-        for name, (rotation, origin) in zip(solved.MEMBERS, pair.frames, strict=True)
+        (key, *size, f"S_{name.strip(chr(92))}", *origin.tolist(), *rotation.T.ravel().tolist())
+        for key, size, frames in cases
+        for name, (rotation, origin) in frames.items()
     ]
 
 

@@ -41,13 +41,16 @@ LOOKS = {
 CHARTS, CHARTS_TALL = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
 """Charts under the flanks, on a narrow page, and inches that they take."""
 POINTS = 241
+SEEN = 0.25
+"""Of the height of the section, the deviation drawn at most: that of the flanks times a round factor."""
 VIEW = (0.3, 0.12, 1.0)
 """Where the viewer stands, from the flank: along its normal, to the tip, along the tooth to the heel."""
 NOTE = (
     "The flanks are overlaid in true proportions, seen from outside and from the heel; convex and"
     " involute flank run on under those that cover them. The steps, and the profiles at the heel, show"
-    " what lies between them. The section is that at mid-face, square to the axis, seen from the heel."
-    " Deviations are taken at equal radius, along the normal of the involute flank."
+    " what lies between them. The section is that at mid-face, square to the axis, seen from the heel: thin"
+    " lines are the profiles in true proportions, thick ones have {factor:g} times their deviation from the"
+    " involute. Deviations are taken at equal radius, along the normal of the involute flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
 
@@ -55,13 +58,20 @@ UNDERCUT = " The {name} flank starts where the tool undercuts it."
 @dataclass(frozen=True, eq=False)
 class Section:
     """A flank at mid-face: flank parameter `l`, radius, distance from the involute flank (n,), mm;
-    `across` and `up` (n,), mm, with the involute's middle on the vertical through the axis."""
+    `across` and `up` (n,), mm, with the involute's middle on the vertical through the axis. There, too, the
+    involute at equal radius, `base` (2, n), and the `way` (2, n) that is 1 mm along its normal in space."""
 
     l: FloatArray
     radius: FloatArray
     deviation: FloatArray
     across: FloatArray
     up: FloatArray
+    base: FloatArray
+    way: FloatArray
+
+    def magnified(self, factor: float) -> FloatArray:
+        """Give `across` and `up` (2, n), mm, of the profile with its deviation times a factor."""
+        return np.asarray(self.base + factor * self.deviation * self.way)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +82,15 @@ class ModificationFigure:
     members: dict[float, Member]
     sections: dict[float, Section]
     undercut: dict[float, bool]
+
+    @property
+    def factor(self) -> float:
+        """Times that deviations are magnified in the section, 1 where there are none."""
+        sizes = [float(np.nanmax(np.abs(one.deviation))) for one in self.sections.values()]
+        greatest = max(sizes, default=0.0)
+        if greatest < 1e-6:
+            return 1.0
+        return theme.round_length(SEEN * float(np.ptp(self.sections[0.0].radius)) / greatest)
 
 
 def compute(design: Design) -> ModificationFigure:
@@ -110,8 +129,19 @@ def _section(member: Member, involute: Member) -> Section:
     # r (theta . n) is the moment of the normal about the axis: constant along an involute.
     moment = base_x * base.normal[:, 0, 1] - base_y * base.normal[:, 0, 0]
     deviation = (angle - there) * np.interp(radius, base_radius, moment)
-    turned = angle - base_angle[POINTS // 2]
-    return Section(l[:, 0], radius, deviation, -radius * np.sin(turned), radius * np.cos(turned))
+    middle_angle = base_angle[POINTS // 2]
+    normal = np.stack([np.interp(radius, base_radius, base.normal[:, 0, k]) for k in (0, 1)])
+    # In the section, a step s along t, the unit vector of n's part there, is s |n_xy| along n.
+    way = normal / (normal**2).sum(axis=0)
+    (across, up), foot = (_upright(radius, own - middle_angle) for own in (angle, there))
+    cos, sin = np.cos(middle_angle), np.sin(middle_angle)
+    way = np.array([[sin, -cos], [cos, sin]]) @ way
+    return Section(l[:, 0], radius, deviation, across, up, foot, way)
+
+
+def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
+    """Give places (2, n), across and up, of a radius and an angle from the vertical, seen from the heel."""
+    return np.stack((-radius * np.sin(angle), radius * np.cos(angle)))
 
 
 def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
@@ -121,7 +151,7 @@ def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
         layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
-        NOTE + "".join(UNDERCUT.format(name=name) for name in cut_short),
+        NOTE.format(factor=data.factor) + "".join(UNDERCUT.format(name=name) for name in cut_short),
         above=0.3,
         tall=6.4 if layout.width > theme.NARROW else 4.6 + CHARTS_TALL,
     )
@@ -247,11 +277,17 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
 
 
 def _draw_section(axes: Axes, data: ModificationFigure) -> None:
-    """Draw the profiles in true proportions."""
+    """Draw the profiles in true proportions and, thicker, with their deviations magnified."""
     for a, section in reversed(data.sections.items()):
-        axes.plot(section.across, section.up, color=LOOKS[a].line, linewidth=2.2)
+        look, seen = LOOKS[a], section.magnified(data.factor)
+        axes.fill(*np.concatenate((section.base, seen[:, ::-1]), axis=1), color=look.line, alpha=0.12, lw=0.0)
+        axes.plot(*seen, color=look.line, linewidth=2.4)
+        axes.plot(section.across, section.up, color=look.line, linewidth=0.9)
+        if a:
+            ha, away = ("right", -6.0) if a > 0.0 else ("left", 6.0)
+            theme.beside(axes, seen[:, -1], look.name, (away, 0.0), ha=ha, va="center", color=look.line)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title("Section at mid-face, true proportions", loc="left")
+    axes.set_title(f"Section, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
@@ -279,8 +315,11 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
 def rows(data: ModificationFigure) -> Table:
     """List the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
-    cases = data.sections.items()
-    return header, stacked((a, s.l, s.radius, s.deviation, s.across, s.up) for a, s in cases)
+    magnified = ("factor", "magnified_across_mm", "magnified_up_mm")
+    return header + magnified, stacked(
+        (a, s.l, s.radius, s.deviation, s.across, s.up, data.factor, *s.magnified(data.factor))
+        for a, s in data.sections.items()
+    )
 
 
 RECIPES = {"fig-06": Recipe(compute, draw, rows)}

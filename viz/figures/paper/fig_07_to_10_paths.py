@@ -7,7 +7,7 @@ from functools import partial
 
 from beveloid_geom import Design
 
-from ...parts import panels, solved
+from ...parts import panels, solved, viewpoint
 from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
@@ -88,6 +88,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
         f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}",
+        columns=viewpoint.COLUMNS,
         tall=panels.flanks_tall(layout, COLUMNS, TEXT),
     )
 

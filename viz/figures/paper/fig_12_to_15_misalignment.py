@@ -14,7 +14,7 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
-from ...parts import panels, solved
+from ...parts import panels, solved, viewpoint
 from ...parts.panels import Panel, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
@@ -123,6 +123,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         f"{flank.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
         panels.how_drawn(flank, STRETCH) + NOTE + case.note,
         above=0.3,
+        columns=viewpoint.COLUMNS,
         tall=CELLS.tall(layout, 4, 3.9),
     )
     over = theme.inches(page, CELLS.down)

@@ -39,7 +39,7 @@ DEFINED = (
     "Angle: of the chord in the pinion's side view (z, r), positive if z rises with r. Shift: at mid-roll on"
     " the pinion's flank, square to the path, under {errors}, each alone and both ways (root of the sum of"
     " squares). Transmission error: peak to peak, of one tooth pair over its path. Colours cover what is not"
-    " hatched. "
+    " hatched; lines at negative levels are dashed, those at zero thick. "
 )
 
 

@@ -18,7 +18,7 @@ from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.report.pattern import pattern_report
 
-from ...parts import panels, solved
+from ...parts import panels, solved, viewpoint
 from ...parts.panels import Cell, FlankView, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import SolvedPath
@@ -31,7 +31,9 @@ GRID = (81, 161)
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
-HUES = ("#08306b", "#2171b5", "#57a0ce", "#9ecae1", "#cfe1f2", "#fdd0a2", "#f6a15c")
+HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
+BARE = ("#eceff3", "#f3eee4")
+"""Metal of pinion and gear beyond the last band: lighter than all bands, and as little lit as they."""
 ELLIPSES = (0.2, 0.5, 0.8)
 """Where along the path, in roll, a contact ellipse is drawn."""
 PLACE = 0.3
@@ -190,9 +192,10 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    note = panels.how_drawn(flanks, panels.STRETCH) + data.note
+    note = panels.how_drawn(flanks, panels.STRETCH, outside=True) + data.note
     tall = panels.flanks_tall(layout, len(data.columns), TEXT) + BAR
-    page, low, high = theme.new_page(layout, data.title, data.subtitle, note, tall=tall)
+    title = data.title, data.subtitle, note
+    page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -202,7 +205,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
             theme.say(theme.overlay(page, cell.box), column.reason or "no flank", 30)
             return None
         layer = column.layers[cell.row]
-        items = _painted(data, layer, cell.view, theme.METALS[cell.row])
+        items = _painted(data, layer, cell.view, BARE[cell.row])
         items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm)
         rim = drawn.place(_rim(layer.points))
@@ -216,7 +219,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
 
     columns = [(column.heading, column.design, column.flank) for column in data.columns]
     bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel))
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, outside=True))
 
 
 def _rim(grid: FloatArray) -> FloatArray:
@@ -232,7 +235,8 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
     flank = panels.surface(layer.points, layer.normals, view, metal)
     known = np.isfinite(values)[flank.faces].all(axis=1)
     paint = Paint(values, (*data.colours, metal), (0.0, bands.size - 1.0))
-    parts = (~known, None), (known, paint)
+    bare = replace(paint, values=np.full(values.shape, paint.limits[1]))
+    parts = (~known, bare), (known, paint)
     return [replace(flank, faces=flank.faces[of], edges=False, paint=own) for of, own in parts if of.any()]
 
 

@@ -25,7 +25,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.words import status_name
 
-from ...parts import charts, panels, solved
+from ...parts import charts, panels, solved, viewpoint
 from ...parts.panels import Panel
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, SolvedPath, coefficients, modified
@@ -226,11 +226,12 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         _note(),
         below=0.3,
         above=0.3,
-        columns=146,
+        columns=viewpoint.COLUMNS,
         tall=len(data) * (block + 0.5) - 0.5,
     )
     sections = (_sections_in_print if layout.printed else _sections)(page, low, high, len(data))
-    views = [panels.flank_views(side.nominal.design, side.flank, panels.STRETCH) for side in data]
+    looks = [(side.nominal.design, side.flank, panels.STRETCH) for side in data]
+    views = [panels.flank_views(*look, outside=True) for look in looks]
     _, _, width, height = sections[0].clouds[0]
     px_per_mm = panels.shared_scale(page, views, width, height - theme.inches(page, 0.1))
     pictures: dict[str, Picture] = {}
@@ -262,7 +263,7 @@ def _note() -> str:
     )
     spread = f"{USUAL.distribution}, the tolerances at {USUAL.sigmas:g} standard deviations"
     note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
-    how = panels.how_drawn("right and left", panels.STRETCH)
+    how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
     return how.partition(" A path enters")[0] + " " + note
 
 

@@ -1,0 +1,53 @@
+"""Fig. 6: what is magnified, and by how much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from beveloid_geom import builtin_design
+from beveloid_geom.arrays import FloatArray
+from beveloid_viz.figures.paper import fig_06_modification as fig
+from beveloid_viz.stage.opengl import require_opengl
+
+from .pages import page_of, words
+
+
+def polar(points: FloatArray) -> FloatArray:
+    """Radius and angle from the vertical (2, n) of places (2, n)."""
+    return np.stack((np.hypot(*points), np.arctan2(-points[0], points[1])))
+
+
+def test_the_section_is_magnified_by_the_factor_stated() -> None:
+    """With its deviation once, a point of the involute comes to the involute turned so far that it goes
+    through the profile at the same radius; what is drawn stands off by factor times as much, square to it."""
+    data = fig.compute(builtin_design())
+    assert data.factor == 5.0
+    for a, section in data.sections.items():
+        np.testing.assert_array_equal(section.magnified(0.0), section.base)
+        # Turned about the axis, an involute moves by one distance along all of its normals.
+        (radius, angle), (own, place) = (polar(points) for points in (section.base, section.magnified(1.0)))
+        turn = polar(np.stack((section.across, section.up)))[1] - angle
+        inner = (own > radius[0]) & (own < radius[-1])
+        assert inner.mean() > 0.9
+        off = own * (place - turn - np.interp(own, radius, angle))
+        assert np.abs(off[inner]).max() < 2e-4, a
+        step, tangent = section.magnified(data.factor) - section.base, np.gradient(section.base, axis=1)
+        along = (step * tangent).sum(axis=0) / np.hypot(*tangent)
+        assert np.abs(along).max() < 0.02 * max(np.hypot(*step).max(), 1e-9), a
+        # The normal leans out of the section by the base helix angle: 1 mm along it is a little more there.
+        way = np.hypot(*section.way)
+        np.testing.assert_allclose(np.hypot(*step), 5.0 * np.abs(section.deviation) * way, atol=1e-12)
+        assert 1.0 <= way.min() <= way.max() < 1.1
+
+
+@pytest.mark.parametrize(("times", "factor"), [(1.0, 5.0), (0.1, 50.0), (0.0, 1.0)])
+def test_the_factor_is_round_and_said(times: float, factor: float) -> None:
+    require_opengl()
+    data = fig.compute(builtin_design())
+    sections = {a: replace(one, deviation=times * one.deviation) for a, one in data.sections.items()}
+    page = page_of(fig.draw, replace(data, sections=sections))
+    assert f"deviation \u00d7 {factor:g}" in " ".join(axes.get_title(loc="left") for axes in page.axes)
+    assert f"have {factor:g} times their deviation" in words(page)

@@ -1,0 +1,124 @@
+"""Colours that carry numbers: monotonic in grey, and drawn as in their legend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from beveloid_geom import Design, builtin_design
+from beveloid_geom.arrays import FloatArray
+from beveloid_viz.figures.results import pattern as fig_pattern
+from beveloid_viz.figures.results.pattern import BandFigure
+from beveloid_viz.parts import map_panel, panels
+from beveloid_viz.stage import theme
+from beveloid_viz.stage.layout import of_size
+from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.stage.scene import Camera, Paint, Scene, grid_surface, render
+
+BANDS = {
+    **{
+        f"{name}, {member}": (*colours, bare)
+        for name, colours in (("BLUES", fig_pattern.BLUES), ("HUES", fig_pattern.HUES))
+        for member, bare in zip(("pinion", "gear"), fig_pattern.BARE, strict=True)
+    },
+}
+MAPS = sorted({look.colours for look in map_panel.LOOKS.values()})
+
+
+def lightness(colours: Sequence[str] | FloatArray) -> FloatArray:
+    """CIE L* (n,), 0 to 100, of colours: of the luminance, the linear sRGB weighted as in IEC 61966-2-1."""
+    rgb = np.array([to_rgb(colour) for colour in colours])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    luminance = linear @ (0.2126, 0.7152, 0.0722)
+    return np.where(luminance > (6 / 29) ** 3, 116.0 * np.cbrt(luminance) - 16.0, luminance * (29 / 3) ** 3)
+
+
+def test_lightness_is_cies() -> None:
+    found = lightness(["black", "white", "#777777", "red"])
+    np.testing.assert_allclose(found, (0.0, 100.0, 50.034, 53.24), atol=0.01)
+
+
+@pytest.mark.parametrize("name", BANDS)
+def test_bands_grow_lighter_up_to_bare_metal(name: str) -> None:
+    assert np.diff(lightness(BANDS[name])).min() > 4.0
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_colours_of_maps_are_monotonic_in_grey(name: str) -> None:
+    steps = np.diff(lightness(mpl.colormaps[name](np.linspace(0.0, 1.0, 65))[:, :3]))
+    assert steps.min() > 0.0
+
+
+def test_diverging_and_cyclic_colours_are_not() -> None:
+    for name in ("PuOr", "twilight_shifted"):
+        steps = np.diff(lightness(mpl.colormaps[name](np.linspace(0.0, 1.0, 65))[:, :3]))
+        assert steps.min() < 0.0 < steps.max()
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.4, 1.2])
+def test_a_band_has_its_own_colour_at_any_slope(slope: float) -> None:
+    """However a painted surface stands to the light."""
+    require_opengl()
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
+    points = np.stack((x, y, slope * x), axis=-1)
+    normals = np.broadcast_to(np.array((-slope, 0.0, 1.0)) / np.hypot(slope, 1.0), points.shape)
+    surface = grid_surface(points, normals, "#b9c4cf")
+    paint = Paint(2.0 * (1.0 + x.ravel()), fig_pattern.BLUES[:4], (0.0, 4.0))
+    painted = type(surface)(surface.points, surface.faces, surface.normals, paint=paint)
+    camera = Camera(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.zeros(3), 1.0)
+    image = render(Scene([painted], camera), (80, 80)).image.astype(int)
+    for band, colour in enumerate(fig_pattern.BLUES[:4]):
+        own = image[5:-5, 20 * band + 3 : 20 * band + 17]
+        assert np.abs(own - np.round(255.0 * np.array(to_rgb(colour)))).max() <= 2.0
+
+
+def striped(data: BandFigure) -> BandFigure:
+    """A figure whose values grow evenly through all bands from root to tip, one of bare metal after them."""
+    columns = []
+    for column in data.columns:
+        assert column.layers
+        layers = []
+        for layer in column.layers:
+            ramp = np.linspace(0.0, len(data.bands), layer.values.shape[0])
+            ends = (*data.bands, 2.0 * data.bands[-1] - data.bands[-2])
+            values = np.interp(ramp, np.arange(len(ends)), ends)
+            layers.append(replace(layer, values=np.repeat(values[:, None], layer.values.shape[1], axis=1)))
+        columns.append(replace(column, layers=(layers[0], layers[1])))
+    return replace(data, columns=tuple(columns))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compute", [fig_pattern.compute_pattern, fig_pattern.compute_separation])
+def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure]) -> None:
+    """On every flank, in the middle half of each band, away from the path."""
+    require_opengl()
+    data = striped(compute(builtin_design()))
+    with theme.style():
+        drawing = fig_pattern.draw(data, of_size((1600, 1200)))
+    legend = next(image for axes in drawing.page.axes for image in axes.images if image.get_cmap().N < 20)
+    hues = [round(255.0 * part) for k in range(len(data.colours)) for part in legend.get_cmap()(k)[:3]]
+    colours = np.reshape(hues, (-1, 3))
+    for k, column in enumerate(data.columns):
+        for number, layer in enumerate(column.layers or ()):
+            picture = drawing.pictures[f"{('pinion', 'gear')[number]}-{k}"]
+            view = panels.flank_views(column.design, column.flank, panels.STRETCH, outside=True)[number]
+            assert view is not None
+            counted = np.interp(layer.values, data.bands, np.arange(len(data.bands)))
+            inside = (np.abs(counted % 1.0 - 0.5) < 0.25) & (counted < len(colours))
+            inside[:, :2] = inside[:, -2:] = False
+            x, y = np.floor(picture.project(view.place(layer.points[inside]))).astype(int).T
+            track = picture.project(view.place(layer.trace.points))
+            free = (
+                np.hypot(*(np.stack((x, y), axis=-1)[:, None] - track).transpose(2, 0, 1)).min(axis=1) > 20.0
+            )
+            found, own = (
+                picture.image[y[free], x[free]].astype(int),
+                np.floor(counted[inside]).astype(int)[free],
+            )
+            assert np.abs(found - colours[own]).max() <= 2.0
+            assert (np.bincount(own, minlength=len(colours)) > 20).all()

@@ -1,0 +1,82 @@
+"""From where flanks are seen, and the sketch that says so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+from matplotlib.text import Annotation
+
+from beveloid_geom import builtin_design
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
+from beveloid_viz.parts import panels, viewpoint
+
+CASES = [(number, flank) for number in (0, 1) for flank in ("right", "left")]
+
+
+def at_mid_face(number: int, flank: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points at mid-depth and tip, and the outward normal at mid-depth, (3,) each."""
+    member, z = builtin_design().members[number], np.zeros(1)
+    tip = float(tip_parameter(member, flank, z)[0])
+    l = np.array([[0.0], [tip]])
+    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    return patch.point[0, 0], patch.point[1, 0], patch.normal[0, 0]
+
+
+@pytest.mark.parametrize("outside", [False, True])
+@pytest.mark.parametrize(("number", "flank"), CASES)
+def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) -> None:
+    """The heel is on top and nothing is mirrored; as in the paper the tip is on the right, and right flanks
+    are seen from the metal; else all are seen from outside."""
+    middle, tip, normal = at_mid_face(number, flank)
+    view = panels.flank_view(builtin_design().members[number], flank, outside=outside)
+    assert view is not None
+    assert np.linalg.det(view.axes) == pytest.approx(1.0)
+    assert view.axes[1, 2] > 0.5
+    assert view.outside == (outside or flank == "left")
+    assert (view.axes[2] @ normal > 0.9) == view.outside
+    assert ((tip - middle) @ view.axes[0] > 0.0) == (flank == "left" or not outside)
+    assert view.frame[2, 1, 0] * view.frame[0, 1, 0] < 0.0
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_right_flanks_are_on_the_right_from_the_toe(number: int) -> None:
+    """As the sketch has it: who looks along z, the tooth upright, sees the right flank on the right."""
+    right, left = (at_mid_face(number, flank)[0] for flank in ("right", "left"))
+    up = right + left
+    assert np.cross((0.0, 0.0, 1.0), up) @ (right - left) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("looks", "words", "eyes"),
+    [
+        ([("right", False)], "right flanks from inside", [-1]),
+        ([("left", True)], "left flanks from outside", [-1]),
+        ([("right", True)], "right flanks from outside", [1]),
+        ([("right", True), ("left", True)], "flanks from outside", [1, -1]),
+        ([("right", False), ("left", True)], "right from inside, left from outside", [-1, -1]),
+    ],
+)
+def test_the_sketch_has_an_eye_where_one_looks_from(
+    looks: list[viewpoint.Look], words: str, eyes: list[int]
+) -> None:
+    axes = Axes(Figure(), (0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, 220.0), ylim=(100.0, 0.0))
+    viewpoint.sketch(axes, looks, 100.0)
+    pupils = [patch for patch in axes.patches if isinstance(patch, Ellipse)]
+    assert [np.sign(np.asarray(pupil.get_center())[0] - 110.0) for pupil in pupils] == eyes
+    notes: list[Any] = [text for text in axes.texts if isinstance(text, Annotation)]
+    assert [text.get_text() for text in notes if text.get_text()] == [words]
+    arrows = [text for text in notes if not text.get_text()]
+    for (flank, outside), eye, arrow in zip(looks, eyes, arrows, strict=True):
+        head, tail = arrow.xy[0] - 110.0, arrow.get_position()[0] - 110.0
+        side = 1.0 if flank == "right" else -1.0
+        assert eye * tail > 0.0
+        assert side * head > 0.0
+        metal = 100.0 * viewpoint.MIDDLE
+        assert (side * head > metal) == outside
