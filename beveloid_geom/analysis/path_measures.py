@@ -47,6 +47,8 @@ SHIFTS = (
     "square, on the tooth",
     "at mid-roll",
 )
+NEAR_ENDS = (DENSE // 20, DENSE - DENSE // 20)
+"""Of the DENSE points of a profile, those near root and tip."""
 BEYOND = 0.1
 """Share of the flank's depth by which a path is extended past root and tip."""
 
@@ -185,14 +187,19 @@ def concavity(design: Design, flank: str, size: float) -> dict[str, FloatArray]:
     metal, curvature = np.empty((2, 2)), np.empty((2, 2))
     for j, member in enumerate(design.members):
         plain = replace(member, tool=replace(member.tool, parabola=0.0))
-        r, thick = _profile(plain, flank)
-        near = [DENSE // 20, DENSE - DENSE // 20]
         for k, (sign, pick) in enumerate(((1.0, np.min), (-1.0, np.max))):
             bent = replace(member, tool=replace(member.tool, parabola=sign * size))
-            added = np.interp(r, *_profile(bent, flank)) - thick
-            metal[j, k] = pick(added[near])
+            metal[j, k] = pick(added_metal(member, flank, sign * size)[1][list(NEAR_ENDS)])
             curvature[j, k] = _profile_curvature(plain, flank) - _profile_curvature(bent, flank)
     return {"metal near root and tip": metal, "curvature of the profile": curvature}
+
+
+def added_metal(member: Member, flank: str, parabola: float) -> tuple[FloatArray, FloatArray]:
+    """Find the radii (DENSE,) of the involute profile at mid-face, root to tip, mm, and how much metal a
+    parabola coefficient, 1/mm, leaves there, mm along the circle; NEAR_ENDS are those near root and tip."""
+    plain, bent = (replace(member, tool=replace(member.tool, parabola=a)) for a in (0.0, parabola))
+    r, thick = _profile(plain, flank)
+    return r, np.interp(r, *_profile(bent, flank)) - thick
 
 
 def _profile(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:

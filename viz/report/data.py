@@ -7,16 +7,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from beveloid_geom import (
     ContactPath,
     Design,
-    Errors,
     Tolerances,
-    builtin_design,
     path_of_contact,
     tolerance_study,
 )
@@ -33,7 +31,7 @@ from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_repo
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
-from beveloid_geom.studies.statements import paper_statements
+from beveloid_geom.studies.statements import is_papers, paper_statements
 
 from ..parts.solved import FLANKS
 
@@ -98,13 +96,6 @@ class PageData:
     def found(self) -> bool:
         """Whether there is a path of contact on either flank."""
         return any(results.contact.reason is None for results in self.flanks.values())
-
-
-def is_papers(design: Design) -> bool:
-    """Say whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
-    them aside."""
-    one, other = (replace(d.with_parabola(0.0, 0.0), errors=Errors()) for d in (design, builtin_design()))
-    return one == other
 
 
 def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:
