@@ -58,6 +58,7 @@ FIGURES = (
         "Motion graph: transmission error of every tooth pair, and of the one that runs",
         "results.transmission_error",
     ),
+    Figure("statements", "The paper's sixteen statements, judged", "results.statements"),
     Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off"),
     Figure("sliding", "Sliding speed and specific sliding along the path of contact", "results.sliding"),
     Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "results.sensitivity"),

@@ -1,0 +1,170 @@
+"""The paper's sixteen statements on one page: a few words, a small picture and a verdict each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import chain
+
+from beveloid_geom import Design
+from beveloid_geom.studies.claims import LITTLE, NOTICEABLE, Case
+from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict
+from beveloid_geom.studies.statements import is_papers, paper_statements, without_its_own
+
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.statement_pictures import PICTURES, Lines, few_ticks
+from ...stage import theme
+from ...stage.layout import Cells
+from ...stage.theme import Page
+
+FLANK = "right"
+MARKS = {
+    Verdict.HOLDS: ("\u2713", theme.GREEN),
+    Verdict.DEPENDS: ("\u25d0", theme.BLUE),
+    Verdict.DOES_NOT_HOLD: ("\u2717", theme.RED),
+    Verdict.NOT_KNOWN: ("?", theme.GREY),
+}
+"""Mark and colour of a verdict."""
+WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "F6": ("profile and involute", ("concave for a > 0, convex for a < 0",)),
+    "C1": ("both a from 0 to 0.0002", ("angle grows, turns over", "longer")),
+    "C2": ("both a from 0 to \u22120.0002", ("longer", "angle falls", "to the heel")),
+    "C3": ("a1 > 0 > a2, to 0.002", ("longer", "angle falls", "slightly", "to the toe")),
+    "C4": ("a1 < 0 < a2, to 0.002", ("shorter, then longer", "angle grows, turns over")),
+    "R1": ("ratio, both a > 0", ("a small one raises it", "it falls clearly")),
+    "R2": ("ratio, both a < 0", ("little effect to \u22120.0001", "then it rises clearly")),
+    "R3": ("ratio, a1 > 0 > a2", ("it rises clearly",)),
+    "R4": ("ratio, a1 < 0 < a2", ("it falls clearly",)),
+    "D1": ("turn", ("C1, C4 the most", "C2 too fine", "C3 raises the ratio", "C3 from root to tip")),
+    "M1": ("offset error", ("\u2212 to the toe, + to the heel",)),
+    "M2": ("shaft-angle error", ("+ to the toe, \u2212 to the heel",)),
+    "M3": ("a1 = 0.001, a2 = \u22120.001", ("path longer than unmodified",)),
+    "M4": ("so modified, offset error", ("path shifts less",)),
+    "M5": ("so modified, shaft-angle error", ("path shifts less",)),
+    "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
+}
+"""A few words for what a statement speaks of, and for each of its claims."""
+CELLS = Cells(left=0.85, right=0.2, across=0.85, down=1.4, most=4, least=1.85)
+OVER = 0.86
+"""Inches over a picture, for its words."""
+NOTE = (
+    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. Paths are"
+    " the pinion's in the side view, the dot is in the middle of their roll; a1, a2 are the parabola coefficients of"
+    " pinion and gear. C1 to C4: dashed without coefficient, thick the greatest; M3: dashed unmodified. Ratios by Eq."
+    " 16: dashed without toe and heel, dotted where they start. D1: turn of the path over the range of each, and by"
+    " coefficient. M4, M5: mean shift modified over that unmodified in 14 ways; circles along the face, squares"
+    f" square to the path, triangles at mid-roll. M6: bars stand at {100 * NOTICEABLE:g} % of the face and"
+    f" {100 * LITTLE:g} % of the ratio."
+)
+OTHER = " Coefficients and errors are the paper's, whatever the pair."
+LOST = " A claim is not known (?) where some of its paths are not on the flanks or have no such measure."
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A statement as judged, and the lines of its picture."""
+
+    statement: Statement
+    lines: Lines
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """All statements, and whether the pair is the one of which the paper speaks."""
+
+    cells: tuple[Cell, ...]
+    papers: bool
+
+
+def compute(design: Design) -> Board:
+    """Judge the statements and find what their pictures show."""
+    case = Case(without_its_own(design), FLANK)
+    judged = paper_statements(design, FLANK)
+    return Board(tuple(Cell(one, PICTURES[one.id].find(case, one)) for one in judged), is_papers(design))
+
+
+def draw(data: Board, layout: theme.Layout) -> Drawing:
+    """Draw a cell for each statement."""
+    count = len(data.cells)
+    cells = replace(CELLS, down=1.95) if layout.printed else CELLS
+    verdicts = Counter(cell.statement.verdict for cell in data.cells)
+    note = NOTE + ("" if data.papers else OTHER) + (LOST if Verdict.NOT_KNOWN in verdicts else "")
+    page, low, high = theme.new_page(
+        layout,
+        "The paper's sixteen statements, judged",
+        _summary(data, verdicts),
+        note,
+        below=0.45,
+        above=OVER + (0.5 if layout.printed else 0.0),
+        tall=cells.tall(layout, count, 1.15),
+    )
+    panels = theme.panels(page, cells, count, low, high)
+    over = theme.inches(page, OVER + (0.5 if layout.printed else 0.0))
+    for cell, axes in zip(data.cells, panels, strict=True):
+        PICTURES[cell.statement.id].draw(axes, cell.lines)
+        few_ticks(axes)
+        box = axes.get_position()
+        left = box.x0 - (cells.left - 0.25) / layout.width
+        _words(page, cell.statement, (left, box.y1 + over), box.x1 - left)
+    return Drawing(page, {})
+
+
+def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
+    """Say of what pair, and how many statements have which verdict."""
+    whose = (
+        "Right flanks of the paper's pair" if data.papers else "Right flanks of this pair, not the paper's"
+    )
+    plural = {
+        Verdict.HOLDS: "hold",
+        Verdict.DEPENDS: "depend on the measure",
+        Verdict.DOES_NOT_HOLD: "do not hold",
+        Verdict.NOT_KNOWN: "are not known",
+    }
+    counts = ", ".join(
+        f"{verdicts[verdict]} {words}" for verdict, words in plural.items() if verdicts[verdict]
+    )
+    return f"{whose}: {counts}"
+
+
+def _words(page: Page, one: Statement, corner: tuple[float, float], width: float) -> None:
+    """Write number, verdict and claims under the upper left corner of a cell, shares of the page."""
+    x, y = corner
+    mark, colour = MARKS[one.verdict]
+    pixels, line = page.get_figwidth() * page.dpi, theme.inches(page, 0.23)
+    page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
+    at = x + 0.4 / page.get_figwidth()
+    verdict = {"fontsize": theme.SMALL, "fontweight": "bold", "color": colour}
+    page.text(at, y, f"{mark} {one.verdict.value}", va="top", **verdict)
+    said = page.text(x, y - line, "", fontsize=theme.SMALL, va="top", linespacing=1.2)
+    about, claims = WORDS[one.id]
+    told = "  ".join(_claim(words, claim) for words, claim in zip(claims, one.claims, strict=True))
+    theme.fill(said, f"{about}: {told}", width * pixels)
+
+
+def _claim(words: str, claim: Claim) -> str:
+    """Say a claim with its mark, and in how many ways it holds where they differ."""
+    counted = " {} of {}".format(*claim.count) if claim.verdict is Verdict.DEPENDS else ""
+    mark, _ = MARKS[claim.verdict]
+    return f"{mark}\u00a0{words}{counted}".replace(" of ", "\u00a0of\u00a0")
+
+
+def rows(data: Board) -> Table:
+    """List the claims of each statement with its verdict, and the lines of its picture."""
+    claimed = ("claim", "claim_verdict", "ways_in_which_it_holds", "ways_known")
+    drawn = dict.fromkeys(chain.from_iterable(line.columns for cell in data.cells for line in cell.lines))
+    header = ("statement", "flank", "verdict", *claimed, "kind", *drawn)
+
+    def cases() -> Rows:
+        """Give the columns of every claim and line."""
+        for cell in data.cells:
+            one = cell.statement
+            who = one.id, one.flank, one.verdict.value
+            for claim in one.claims:
+                yield *who, claim.text, claim.verdict.value, *claim.count, "claim", *[""] * len(drawn)
+            for line in cell.lines:
+                yield *who, *[""] * len(claimed), line.kind, *(line.columns.get(name, "") for name in drawn)
+
+    return header, stacked(cases())
+
+
+RECIPES = {"statements": Recipe(compute, draw, rows)}
