@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from beveloid_geom import Design, Errors, path_of_contact
-from beveloid_geom.analysis.path_measures import NEAR_ENDS, POINTS, STEPS, added_metal
+from beveloid_geom.analysis.path_measures import POINTS, STEPS, added_metal, near_ends
 from beveloid_geom.gear.flank import flank_point, root_parameter, tip_radius, trace_parameter
 from beveloid_geom.studies.claims import (
     ANGLE_ERROR,
@@ -39,20 +39,22 @@ BORDER = 31
 TURNED = ("C1", "C4", "C2", "C3")
 TURNS = {"whole range": "turn over the range", "per 1/mm": "turn by coefficient"}
 """Sweeps in the order of the numbers of D1; words for the ways in which they are measured."""
-MARKERS = {"along": "o", "square": "s", "at": "^"}
-"""By the first word of the way to measure a shift."""
+MARKERS = {"along the face": "o", "square": "s", "at mid-roll": "^"}
+"""By how the name of a way to measure a shift begins."""
 PATH, RATIO = "path", "ratio"
 LIMITS = {PATH: NOTICEABLE, RATIO: LITTLE}
 """Shares under which M6 holds."""
 RAMP = ("0.75", "0.6", "0.45")
 """Greys of the coefficients between none and the greatest."""
+SIDE = 0.6
+"""Share of half the face from which a label stands on the inner side of its place."""
 NOTHING = "no path of contact on the flanks"
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line, or a mark, of a picture by its `kind`: what is drawn by the columns of the table, each a number,
-    a word, or an array (n,); a `label` stands at its end."""
+    """A line, or a mark, of a picture by its `kind`: what is drawn by the columns of the table, each a
+    number, a word, or an array (n,); a `label` stands at its end."""
 
     kind: str
     columns: Mapping[str, Any]
@@ -105,7 +107,7 @@ def _swept(case: Case, statement: Statement) -> Lines:
     pinion, gear, greatest = SWEEPS[statement.id]
     size = np.linspace(0.0, greatest, STEPS)[SHOWN]
     told = [
-        (number(a) if a in (0.0, greatest) else "", _coefficients(pinion * a, gear * a))
+        (number(pinion * a + 0.0) if a in (0.0, greatest) else "", _coefficients(pinion * a, gear * a))
         for a in size.tolist()
     ]
     return _side_view(case, case.design.with_parabola(pinion * size, gear * size), told)
@@ -127,7 +129,7 @@ def _both_paths(case: Case, statement: Statement) -> Lines:
     lengths = statement.claims[0].numbers["pinion, side view"].tolist()
     both = np.array([(0.0, 0.0), MODIFIED])
     told = [
-        (f"{length:.1f} mm" if np.isfinite(length) else "", {**_coefficients(*own), "length_mm": length})
+        (f"{length:.4g} mm" if np.isfinite(length) else "", {**_coefficients(*own), "length_mm": length})
         for length, own in zip(lengths, both.tolist(), strict=True)
     ]
     return _side_view(case, case.design.with_parabola(*both.T), told)
@@ -139,8 +141,8 @@ def _metal(case: Case, _: Statement) -> Lines:
     for a in (DRAWN, -DRAWN):
         r, added = added_metal(case.design.pinion, case.flank, case.sign * a)
         label, own = f"a = {'+' if a > 0.0 else ''}{number(a)}", {"parabola_pinion_per_mm": a}
-        few = np.unique([*range(0, r.size, 20), *NEAR_ENDS])
-        near = list(NEAR_ENDS)
+        near = near_ends(r.size)
+        few = np.unique([*range(0, r.size, 20), r.size - 1])
         lines += [
             Line("profile", {**own, "r_mm": r[few], "added_metal_mm": added[few]}, label),
             Line("near root and tip", {**own, "r_mm": r[near], "added_metal_mm": added[near]}),
@@ -195,16 +197,18 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
         axes.plot(
             *([line[name][end] for line in borders] for name in ("z_mm", "r_mm")), color=theme.GREY, lw=1.2
         )
+    reach = borders[0]["z_mm"][-1]
     for line, look in zip(paths, looks, strict=True):
         z, r = line["z_mm"], line["r_mm"]
         axes.plot(z, r, **look)
         middle = line["roll_share"] == 0.5
         axes.plot(z[middle], r[middle], "o", color=look["color"], ms=4.0)
         if line.label and np.isfinite(z[-1]):
-            theme.beside(axes, (z[-1], r[-1]), line.label, (0.0, 3.0), ha="center", **_small(look["color"]))
+            side = "left" if z[-1] < -SIDE * reach else "right" if z[-1] > SIDE * reach else "center"
+            theme.beside(axes, (z[-1], r[-1]), line.label, (0.0, 3.0), ha=side, **_small(look["color"]))
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.03)
-    axes.set_xlabel("toe   z (mm)   heel", fontsize=theme.SMALL)
+    axes.set_xlabel("toe    z (mm)    heel", fontsize=theme.SMALL)
     axes.set_ylabel("r (mm)", fontsize=theme.SMALL)
     if not any(np.isfinite(line["z_mm"]).any() for line in paths):
         theme.say(axes, NOTHING, 24, fontsize=theme.SMALL)
@@ -272,7 +276,7 @@ def _draw_turns(axes: Axes, lines: Lines) -> None:
     axes.set_xticks(places, names)
     axes.tick_params(axis="x", length=0.0)
     axes.set(xlim=(-0.8, 8.8), ylim=(0.0, 1.45), yticks=[0.0, 0.5, 1.0])
-    axes.set_ylabel("of most", fontsize=theme.SMALL)
+    axes.set_ylabel("of the most", fontsize=theme.SMALL)
 
 
 def _strip(axes: Axes, rows: Sequence[str], name: str, scale: float, lines: Lines) -> None:
@@ -282,8 +286,7 @@ def _strip(axes: Axes, rows: Sequence[str], name: str, scale: float, lines: Line
     for line in lines:
         y = rows.index(line.kind) + 0.7 * ((height[line.kind] + 0.5) / count[line.kind] - 0.5)
         height[line.kind] += 1.0
-        way = line["way"].removeprefix(f"{line.kind}, ").removeprefix("pinion, ").removeprefix("gear, ")
-        marker = MARKERS.get(way.partition(" ")[0], "D")
+        marker = next((mark for words, mark in MARKERS.items() if f" {words}" in line["way"]), "D")
         axes.plot(scale * line[name], y, marker, color=theme.BLUE, ms=5.0, mfc="none", mew=1.3)
     axes.set(ylim=(len(rows) - 0.5, -0.5))
     axes.set_yticks(range(len(rows)), rows)
@@ -300,7 +303,7 @@ def _draw_smaller(axes: Axes, lines: Lines) -> None:
     values = np.array([line["modified_over_unmodified"] for line in lines])
     reach = 1.15 * float(np.abs(values[np.isfinite(values)] - 1.0).max(initial=0.2))
     axes.set_xlim(1.0 - reach, 1.0 + reach)
-    axes.set_xlabel("less   modified : not   more", fontsize=theme.SMALL)
+    axes.set_xlabel("modified / unmodified", fontsize=theme.SMALL)
 
 
 def _draw_axial(axes: Axes, lines: Lines) -> None:
@@ -310,7 +313,7 @@ def _draw_axial(axes: Axes, lines: Lines) -> None:
     for row, limit in enumerate(limits.values()):
         axes.plot([limit, limit], [row - 0.45, row + 0.45], color=theme.INK, lw=2.0)
     values = [100.0 * line["change_share"] for line in lines]
-    axes.set_xlim(0.0, 1.15 * max(*limits.values(), *(v for v in values if np.isfinite(v))))
+    axes.set_xlim(-0.08, 1.15 * max(*limits.values(), *(v for v in values if np.isfinite(v))))
     axes.set_xlabel("change (%)", fontsize=theme.SMALL)
 
 

@@ -29,7 +29,7 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "F6": ("profile and involute", ("concave for a > 0, convex for a < 0",)),
     "C1": ("both a from 0 to 0.0002", ("angle grows, turns over", "longer")),
     "C2": ("both a from 0 to \u22120.0002", ("longer", "angle falls", "to the heel")),
-    "C3": ("a1 > 0 > a2, to 0.002", ("longer", "angle falls", "slightly", "to the toe")),
+    "C3": ("a1 > 0 > a2, to 0.002", ("longer", "angle falls", "but slightly", "to the toe")),
     "C4": ("a1 < 0 < a2, to 0.002", ("shorter, then longer", "angle grows, turns over")),
     "R1": ("ratio, both a > 0", ("a small one raises it", "it falls clearly")),
     "R2": ("ratio, both a < 0", ("little effect to \u22120.0001", "then it rises clearly")),
@@ -44,15 +44,17 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
 }
 """A few words for what a statement speaks of, and for each of its claims."""
-CELLS = Cells(left=0.85, right=0.2, across=0.85, down=1.4, most=4, least=1.85)
+CELLS = Cells(left=0.85, right=0.35, across=0.9, down=1.4, most=4, least=1.85)
 OVER = 0.86
 """Inches over a picture, for its words."""
+WHOLE = 26
+"""Letters of a claim up to which it stands in one line."""
 NOTE = (
-    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. Paths are"
-    " the pinion's in the side view, the dot is in the middle of their roll; a1, a2 are the parabola coefficients of"
-    " pinion and gear. C1 to C4: dashed without coefficient, thick the greatest; M3: dashed unmodified. Ratios by Eq."
-    " 16: dashed without toe and heel, dotted where they start. D1: turn of the path over the range of each, and by"
-    " coefficient. M4, M5: mean shift modified over that unmodified in 14 ways; circles along the face, squares"
+    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1 and a2"
+    " are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the side view, the dot is in"
+    " the middle of their roll: in C1 to C4 dashed without coefficient, thick the greatest; in M3 dashed unmodified."
+    " F6: metal against the involute. R: Eq. 16, dashed without toe and heel, dotted where it starts. D1: turn of the"
+    " path over the range of each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares"
     f" square to the path, triangles at mid-roll. M6: bars stand at {100 * NOTICEABLE:g} % of the face and"
     f" {100 * LITTLE:g} % of the ratio."
 )
@@ -138,14 +140,15 @@ def _words(page: Page, one: Statement, corner: tuple[float, float], width: float
     said = page.text(x, y - line, "", fontsize=theme.SMALL, va="top", linespacing=1.2)
     about, claims = WORDS[one.id]
     told = "  ".join(_claim(words, claim) for words, claim in zip(claims, one.claims, strict=True))
-    theme.fill(said, f"{about}: {told}", width * pixels)
+    theme.fill(said, f"{one.source[0].upper()}{one.source[1:]}, {about}: {told}", width * pixels)
 
 
 def _claim(words: str, claim: Claim) -> str:
     """Say a claim with its mark, and in how many ways it holds where they differ."""
     counted = " {} of {}".format(*claim.count) if claim.verdict is Verdict.DEPENDS else ""
     mark, _ = MARKS[claim.verdict]
-    return f"{mark}\u00a0{words}{counted}".replace(" of ", "\u00a0of\u00a0")
+    told = f"{mark} {words}{counted}"
+    return told.replace(" ", "\u00a0") if len(told) < WHOLE else told.replace(" ", "\u00a0", 1)
 
 
 def rows(data: Board) -> Table:
