@@ -37,7 +37,7 @@ SHOWN = np.linspace(0, STEPS - 1, 5).astype(int)
 BORDER = 31
 """Points of the lines of root and tip."""
 TURNED = ("C1", "C4", "C2", "C3")
-TURNS = {"whole range": "turn over the range", "per 1/mm": "turn by coefficient"}
+TURNS = {"in all": "turn over the range", "per 1/mm": "turn by coefficient"}
 """Sweeps in the order of the numbers of D1; words for the ways in which they are measured."""
 MARKERS = {"along the face": "o", "square": "s", "at mid-roll": "^"}
 """By how the name of a way to measure a shift begins."""
@@ -189,7 +189,7 @@ def _axial(case: Case, statement: Statement) -> Lines:
 
 def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> None:
     """Draw flank and paths, a dot in the middle of each path's roll, as long across as along."""
-    paths = [line for line in lines if line.kind == "path"]
+    paths = tuple(line for line in lines if line.kind == "path")
     borders = [line for line in lines if line.kind != "path"]
     for line in borders:
         axes.plot(line["z_mm"], line["r_mm"], color=theme.GREY, linewidth=1.2)
@@ -197,21 +197,32 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
         axes.plot(
             *([line[name][end] for line in borders] for name in ("z_mm", "r_mm")), color=theme.GREY, lw=1.2
         )
-    reach = borders[0]["z_mm"][-1]
     for line, look in zip(paths, looks, strict=True):
         z, r = line["z_mm"], line["r_mm"]
         axes.plot(z, r, **look)
         middle = line["roll_share"] == 0.5
         axes.plot(z[middle], r[middle], "o", color=look["color"], ms=4.0)
-        if line.label and np.isfinite(z[-1]):
-            side = "left" if z[-1] < -SIDE * reach else "right" if z[-1] > SIDE * reach else "center"
-            theme.beside(axes, (z[-1], r[-1]), line.label, (0.0, 3.0), ha=side, **_small(look["color"]))
+    _label_paths(axes, paths, looks, SIDE * borders[0]["z_mm"][-1])
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.03)
     axes.set_xlabel("toe    z (mm)    heel", fontsize=theme.SMALL)
     axes.set_ylabel("r (mm)", fontsize=theme.SMALL)
     if not any(np.isfinite(line["z_mm"]).any() for line in paths):
         theme.say(axes, NOTHING, 24, fontsize=theme.SMALL)
+
+
+def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], inner: float) -> None:
+    """Write labels over the ends of paths, to the outer side of the outer ones, to the inner side of those more
+    than `inner`, mm, off the middle."""
+    ends = sorted(
+        (float(line["z_mm"][-1]), float(line["r_mm"][-1]), line.label, look["color"])
+        for line, look in zip(paths, looks, strict=True)
+        if line.label and np.isfinite(line["z_mm"][-1])
+    )
+    for k, (z, r, label, colour) in enumerate(ends):
+        side = "right" if k == 0 else "left" if k == len(ends) - 1 else "center"
+        side = "left" if z < -inner else "right" if z > inner else side
+        theme.beside(axes, (z, r), label, (0.0, 3.0), ha=side, **_small(colour))
 
 
 def _small(colour: str) -> dict[str, Any]:
@@ -227,7 +238,7 @@ def _draw_metal(axes: Axes, lines: Lines) -> None:
         if line.kind == "profile":
             axes.plot(r, added, lw=2.0, ls="-" if positive else "--", **look)
             at = r.size // 2
-            away = (0.0, 4.0 if positive else -4.0)
+            away = (0.0, 10.0 if positive else -10.0)
             style = {**_small(look["color"]), "va": "bottom" if positive else "top", "ha": "center"}
             theme.beside(axes, (r[at], added[at]), line.label, away, **style)
         else:
@@ -270,12 +281,13 @@ def _draw_turns(axes: Axes, lines: Lines) -> None:
         axes.bar(at, line["share_of_most"], 0.75, color=colours, edgecolor=theme.BLUE, linewidth=1.0)
         axes.text(at.mean(), 1.06, line.kind, ha="center", va="bottom", fontsize=theme.SMALL)
         places += at.tolist()
-        names += line["sweep"]
+        names += [name[1:] for name in line["sweep"]]
         if not np.isfinite(line["share_of_most"]).any():
             axes.text(at.mean(), 0.5, "not known", ha="center", va="center", fontsize=theme.SMALL)
     axes.set_xticks(places, names)
     axes.tick_params(axis="x", length=0.0)
     axes.set(xlim=(-0.8, 8.8), ylim=(0.0, 1.45), yticks=[0.0, 0.5, 1.0])
+    axes.set_xlabel("of C1, C4, C2, C3", fontsize=theme.SMALL)
     axes.set_ylabel("of the most", fontsize=theme.SMALL)
 
 

@@ -35,7 +35,7 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "R2": ("ratio, both a < 0", ("little effect to \u22120.0001", "then it rises clearly")),
     "R3": ("ratio, a1 > 0 > a2", ("it rises clearly",)),
     "R4": ("ratio, a1 < 0 < a2", ("it falls clearly",)),
-    "D1": ("turn", ("C1, C4 the most", "C2 too fine", "C3 raises the ratio", "C3 from root to tip")),
+    "D1": ("turn", ("C1, C4 the most", "C2 too fine", "C3 raises ratio", "C3 root to tip")),
     "M1": ("offset error", ("\u2212 to the toe, + to the heel",)),
     "M2": ("shaft-angle error", ("+ to the toe, \u2212 to the heel",)),
     "M3": ("a1 = 0.001, a2 = \u22120.001", ("path longer than unmodified",)),
@@ -44,19 +44,24 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
 }
 """A few words for what a statement speaks of, and for each of its claims."""
-CELLS = Cells(left=0.85, right=0.35, across=0.9, down=1.4, most=4, least=1.85)
-OVER = 0.86
-"""Inches over a picture, for its words."""
+AXIS = 0.53
+"""Inches that an axis takes."""
+CELLS = Cells(left=0.85, right=0.35, across=0.9, down=AXIS, most=4, least=1.8)
+INDENT = 0.4
+"""Inches from the number of a statement to its verdict."""
+OVER = {"screen": 0.86, "wide": 1.12, "narrow": 1.5}
+"""Inches over a picture for its words, by the page."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
 NOTE = (
-    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1 and a2"
-    " are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the side view, the dot is in"
-    " the middle of their roll: in C1 to C4 dashed without coefficient, thick the greatest; in M3 dashed unmodified."
-    " F6: metal against the involute. R: Eq. 16, dashed without toe and heel, dotted where it starts. D1: turn of the"
-    " path over the range of each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares"
-    f" square to the path, triangles at mid-roll. M6: bars stand at {100 * NOTICEABLE:g} % of the face and"
-    f" {100 * LITTLE:g} % of the ratio."
+    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
+    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the"
+    " side view, the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick"
+    " the greatest; in M3 dashed unmodified. F6: metal against the involute, where both reach. R: Eq."
+    " 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the range of"
+    " each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares square"
+    " to the path, triangles at mid-roll."
+    f" M6: bars stand at {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
 )
 OTHER = " Coefficients and errors are the paper's, whatever the pair."
 LOST = " A claim is not known (?) where some of its paths are not on the flanks or have no such measure."
@@ -88,7 +93,8 @@ def compute(design: Design) -> Board:
 def draw(data: Board, layout: theme.Layout) -> Drawing:
     """Draw a cell for each statement."""
     count = len(data.cells)
-    cells = replace(CELLS, down=1.95) if layout.printed else CELLS
+    over = OVER["screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"]
+    cells = replace(CELLS, down=over + AXIS)
     verdicts = Counter(cell.statement.verdict for cell in data.cells)
     note = NOTE + ("" if data.papers else OTHER) + (LOST if Verdict.NOT_KNOWN in verdicts else "")
     page, low, high = theme.new_page(
@@ -97,17 +103,16 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         _summary(data, verdicts),
         note,
         below=0.45,
-        above=OVER + (0.5 if layout.printed else 0.0),
+        above=over,
         tall=cells.tall(layout, count, 1.15),
     )
     panels = theme.panels(page, cells, count, low, high)
-    over = theme.inches(page, OVER + (0.5 if layout.printed else 0.0))
     for cell, axes in zip(data.cells, panels, strict=True):
         PICTURES[cell.statement.id].draw(axes, cell.lines)
         few_ticks(axes)
         box = axes.get_position()
         left = box.x0 - (cells.left - 0.25) / layout.width
-        _words(page, cell.statement, (left, box.y1 + over), box.x1 - left)
+        _words(page, cell.statement, (left, box.y1 + theme.inches(page, over)), box.x1 - left)
     return Drawing(page, {})
 
 
@@ -130,25 +135,33 @@ def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
 
 def _words(page: Page, one: Statement, corner: tuple[float, float], width: float) -> None:
     """Write number, verdict and claims under the upper left corner of a cell, shares of the page."""
-    x, y = corner
+    (x, y), pixels = corner, page.get_figwidth() * page.dpi
     mark, colour = MARKS[one.verdict]
-    pixels, line = page.get_figwidth() * page.dpi, theme.inches(page, 0.23)
     page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
-    at = x + 0.4 / page.get_figwidth()
-    verdict = {"fontsize": theme.SMALL, "fontweight": "bold", "color": colour}
-    page.text(at, y, f"{mark} {one.verdict.value}", va="top", **verdict)
-    said = page.text(x, y - line, "", fontsize=theme.SMALL, va="top", linespacing=1.2)
+    indent = INDENT / page.get_figwidth()
+    style = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
+    verdict = page.text(x + indent, y, "", fontweight="bold", color=colour, **style)
+    theme.fill(verdict, f"{mark}\u00a0{one.verdict.value}", (width - indent) * pixels)
+    lines = 1 + verdict.get_text().count("\n")
+    said = page.text(x, y - theme.inches(page, 0.04 + 0.19 * lines), "", **style)
     about, claims = WORDS[one.id]
     told = "  ".join(_claim(words, claim) for words, claim in zip(claims, one.claims, strict=True))
-    theme.fill(said, f"{one.source[0].upper()}{one.source[1:]}, {about}: {told}", width * pixels)
+    theme.fill(said, f"{one.source[0].upper()}{one.source[1:]}, {_kept(about)}: {told}", width * pixels)
+
+
+def _kept(words: str) -> str:
+    """Keep signs with what they belong to, in one line."""
+    for sign in "<=>":
+        words = words.replace(f" {sign} ", f"\u00a0{sign}\u00a0")
+    return words.replace("\u2212 ", "\u2212\u00a0").replace("+ ", "+\u00a0")
 
 
 def _claim(words: str, claim: Claim) -> str:
     """Say a claim with its mark, and in how many ways it holds where they differ."""
     counted = " {} of {}".format(*claim.count) if claim.verdict is Verdict.DEPENDS else ""
     mark, _ = MARKS[claim.verdict]
-    told = f"{mark} {words}{counted}"
-    return told.replace(" ", "\u00a0") if len(told) < WHOLE else told.replace(" ", "\u00a0", 1)
+    told = _kept(f"{mark}\u00a0{words}{counted}")
+    return told.replace(" ", "\u00a0") if len(told) < WHOLE else told
 
 
 def rows(data: Board) -> Table:
