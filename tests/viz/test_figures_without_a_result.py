@@ -49,6 +49,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         replace(TABLE, pair=replace(TABLE.pair, offset=0.04)),
         {
             "sensitivity": "no path of contact",
+            "statements": "no path of contact on the flanks",
             "tolerance-cloud": "tolerance of offset must be less than the pair's own 0.04 mm",
         },
     ),

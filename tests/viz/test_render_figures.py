@@ -76,6 +76,7 @@ RESULTS = [
     "separation",
     "pattern",
     "transmission-error",
+    "statements",
     "ease-off",
     "sliding",
     "sensitivity",

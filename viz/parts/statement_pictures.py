@@ -129,7 +129,7 @@ def _both_paths(case: Case, statement: Statement) -> Lines:
     lengths = statement.claims[0].numbers["pinion, side view"].tolist()
     both = np.array([(0.0, 0.0), MODIFIED])
     told = [
-        (f"{length:.4g} mm" if np.isfinite(length) else "", {**_coefficients(*own), "length_mm": length})
+        (f"{length:.4g}" if np.isfinite(length) else "", {**_coefficients(*own), "length_mm": length})
         for length, own in zip(lengths, both.tolist(), strict=True)
     ]
     return _side_view(case, case.design.with_parabola(*both.T), told)
@@ -163,7 +163,10 @@ def _turns(case: Case, statement: Statement) -> Lines:
     """Take by how much the pinion's path turns in each sweep, as shares of the most."""
     columns = dict(zip(TURNS, ("turn_deg", "turn_by_coefficient_deg_mm"), strict=True))
     return tuple(
-        Line(words, {"sweep": list(TURNED), columns[words]: turns, "share_of_most": turns / np.max(turns)})
+        Line(
+            words,
+            {"sweep": list(TURNED), columns[words]: turns, "share_of_most": turns / np.fmax.reduce(turns)},
+        )
         for words, way in TURNS.items()
         for turns in [statement.claims[0].numbers[f"pinion, {way}"]]
     )
@@ -212,7 +215,7 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
 
 
 def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], inner: float) -> None:
-    """Write labels over the ends of paths, to the outer side of the outer ones, to the inner side of those more
+    """Write labels over the ends of paths, outwards at the outer ones, inwards at those more
     than `inner`, mm, off the middle."""
     ends = sorted(
         (float(line["z_mm"][-1]), float(line["r_mm"][-1]), line.label, look["color"])
@@ -305,7 +308,7 @@ def _strip(axes: Axes, rows: Sequence[str], name: str, scale: float, lines: Line
     axes.tick_params(axis="y", length=0.0)
     axes.axhline(0.5, color=theme.PALE, lw=0.8)
     if not any(np.isfinite(line[name]) for line in lines):
-        theme.say(axes, NOTHING, 24, fontsize=theme.SMALL)
+        theme.say(axes, NOTHING, 24, fontsize=theme.SMALL, backgroundcolor="white")
 
 
 def _draw_smaller(axes: Axes, lines: Lines) -> None:

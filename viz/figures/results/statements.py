@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 from beveloid_geom import Design
 from beveloid_geom.studies.claims import LITTLE, NOTICEABLE, Case
@@ -47,9 +48,9 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
 AXIS = 0.53
 """Inches that an axis takes."""
 CELLS = Cells(left=0.85, right=0.35, across=0.9, down=AXIS, most=4, least=1.8)
-INDENT = 0.4
+INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
-OVER = {"screen": 0.86, "wide": 1.12, "narrow": 1.5}
+OVER = {"screen": 0.86, "wide": 1.1, "narrow": 1.38}
 """Inches over a picture for its words, by the page."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
@@ -57,7 +58,7 @@ NOTE = (
     "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
     " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the"
     " side view, the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick"
-    " the greatest; in M3 dashed unmodified. F6: metal against the involute, where both reach. R: Eq."
+    " the greatest; in M3 dashed unmodified, with lengths in mm. F6: metal against the involute. R: Eq."
     " 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the range of"
     " each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares square"
     " to the path, triangles at mid-roll."
@@ -111,7 +112,7 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         PICTURES[cell.statement.id].draw(axes, cell.lines)
         few_ticks(axes)
         box = axes.get_position()
-        left = box.x0 - (cells.left - 0.25) / layout.width
+        left = box.x0 - (cells.left - 0.13) / layout.width
         _words(page, cell.statement, (left, box.y1 + theme.inches(page, over)), box.x1 - left)
     return Drawing(page, {})
 
@@ -139,7 +140,7 @@ def _words(page: Page, one: Statement, corner: tuple[float, float], width: float
     mark, colour = MARKS[one.verdict]
     page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
     indent = INDENT / page.get_figwidth()
-    style = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
     verdict = page.text(x + indent, y, "", fontweight="bold", color=colour, **style)
     theme.fill(verdict, f"{mark}\u00a0{one.verdict.value}", (width - indent) * pixels)
     lines = 1 + verdict.get_text().count("\n")
