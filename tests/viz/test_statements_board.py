@@ -54,10 +54,9 @@ def curve(axes: Axes, number: int) -> Any:
 
 
 def test_verdicts_are_those_of_the_command() -> None:
-    done = CliRunner().invoke(command, ["table1", "--flank", "right", "--json"])
+    done = CliRunner().invoke(command, ["ni-2017", "--flank", "right", "--json"])
     assert done.exit_code == 0, done.output
-    said = json.loads(done.stdout)
-    judged = said["result"] if isinstance(said, dict) else said
+    judged = json.loads(done.stdout)
     assert [one["id"] for one in judged] == IDS
     shown = [text.replace("\u00a0", " ") for text in texts(board()[0])]
     for one in judged:

@@ -205,7 +205,7 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
         axes.plot(z, r, **look)
         middle = line["roll_share"] == 0.5
         axes.plot(z[middle], r[middle], "o", color=look["color"], ms=4.0)
-    _label_paths(axes, paths, looks, SIDE * borders[0]["z_mm"][-1])
+    _label_paths(axes, paths, looks, borders[-1])
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.03)
     axes.set_xlabel("toe    z (mm)    heel", fontsize=theme.SMALL)
@@ -214,18 +214,19 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
         theme.say(axes, NOTHING, 24, fontsize=theme.SMALL)
 
 
-def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], inner: float) -> None:
-    """Write labels over the ends of paths, outwards at the outer ones, inwards at those more
-    than `inner`, mm, off the middle."""
+def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], tip: Line) -> None:
+    """Write labels over the ends of paths and the tip: outwards at the outer ones, inwards near toe and heel."""
     ends = sorted(
         (float(line["z_mm"][-1]), float(line["r_mm"][-1]), line.label, look["color"])
         for line, look in zip(paths, looks, strict=True)
         if line.label and np.isfinite(line["z_mm"][-1])
     )
+    inner = SIDE * tip["z_mm"][-1]
     for k, (z, r, label, colour) in enumerate(ends):
         side = "right" if k == 0 else "left" if k == len(ends) - 1 else "center"
         side = "left" if z < -inner else "right" if z > inner else side
-        theme.beside(axes, (z, r), label, (0.0, 3.0), ha=side, **_small(colour))
+        over = max(r, float(np.interp(z, tip["z_mm"], tip["r_mm"])))
+        theme.beside(axes, (z, over), label, (0.0, 3.0), ha=side, **_small(colour))
 
 
 def _small(colour: str) -> dict[str, Any]:

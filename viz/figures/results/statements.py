@@ -48,6 +48,8 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
 AXIS = 0.53
 """Inches that an axis takes."""
 CELLS = Cells(left=0.85, right=0.35, across=0.9, down=AXIS, most=4, least=1.8)
+TO_WORDS = 0.72
+"""Inches from the left edge of the words of a cell to its picture."""
 INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
 OVER = {"screen": 0.86, "wide": 1.1, "narrow": 1.38}
@@ -95,7 +97,7 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
     """Draw a cell for each statement."""
     count = len(data.cells)
     over = OVER["screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"]
-    cells = replace(CELLS, down=over + AXIS)
+    cells = replace(CELLS, left=CELLS.left if layout.printed else TO_WORDS + theme.MARGIN, down=over + AXIS)
     verdicts = Counter(cell.statement.verdict for cell in data.cells)
     note = NOTE + ("" if data.papers else OTHER) + (LOST if Verdict.NOT_KNOWN in verdicts else "")
     page, low, high = theme.new_page(
@@ -112,7 +114,7 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         PICTURES[cell.statement.id].draw(axes, cell.lines)
         few_ticks(axes)
         box = axes.get_position()
-        left = box.x0 - (cells.left - 0.13) / layout.width
+        left = box.x0 - TO_WORDS / layout.width
         _words(page, cell.statement, (left, box.y1 + theme.inches(page, over)), box.x1 - left)
     return Drawing(page, {})
 
