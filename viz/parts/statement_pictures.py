@@ -215,7 +215,8 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
 
 
 def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], tip: Line) -> None:
-    """Write labels over the ends of paths and the tip: outwards at the outer ones, inwards near toe and heel."""
+    """Write labels over the ends of paths and over the tip: outwards at the outer ones, inwards near toe and
+    heel."""
     ends = sorted(
         (float(line["z_mm"][-1]), float(line["r_mm"][-1]), line.label, look["color"])
         for line, look in zip(paths, looks, strict=True)
