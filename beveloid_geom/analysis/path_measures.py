@@ -185,14 +185,28 @@ def concavity(design: Design, flank: str, size: float) -> dict[str, FloatArray]:
     metal, curvature = np.empty((2, 2)), np.empty((2, 2))
     for j, member in enumerate(design.members):
         plain = replace(member, tool=replace(member.tool, parabola=0.0))
-        r, thick = _profile(plain, flank)
-        near = [DENSE // 20, DENSE - DENSE // 20]
         for k, (sign, pick) in enumerate(((1.0, np.min), (-1.0, np.max))):
             bent = replace(member, tool=replace(member.tool, parabola=sign * size))
-            added = np.interp(r, *_profile(bent, flank)) - thick
-            metal[j, k] = pick(added[near])
+            _, added = added_metal(member, flank, sign * size)
+            metal[j, k] = pick(added[near_ends(added.size)])
             curvature[j, k] = _profile_curvature(plain, flank) - _profile_curvature(bent, flank)
     return {"metal near root and tip": metal, "curvature of the profile": curvature}
+
+
+def added_metal(member: Member, flank: str, parabola: float) -> tuple[FloatArray, FloatArray]:
+    """Find the radii (n,) that the involute profile at mid-face and that with a parabola coefficient, 1/mm,
+    both reach, root to tip, mm, and how much metal the coefficient leaves there (n,), mm along the circle."""
+    plain, bent = (replace(member, tool=replace(member.tool, parabola=a)) for a in (0.0, parabola))
+    (r, thick), (other_r, other_thick) = _profile(plain, flank), _profile(bent, flank)
+    start = int(other_r.argmin())  # an undercut profile turns there
+    other_r, other_thick = other_r[start:], other_thick[start:]
+    both = ~((r < other_r[0]) | (r > other_r[-1]))
+    return r[both], np.interp(r[both], other_r, other_thick) - thick[both]
+
+
+def near_ends(count: int) -> list[int]:
+    """Say which of so many points of a profile are near root and tip."""
+    return [count // 20, count - 1 - count // 20]
 
 
 def _profile(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:

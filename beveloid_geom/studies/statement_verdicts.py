@@ -41,12 +41,18 @@ class Claim:
     holds: dict[str, bool | None]
 
     @property
+    def count(self) -> tuple[int, int]:
+        """In how many of the ways that are known it holds, and how many are known."""
+        known = [value for value in self.holds.values() if value is not None]
+        return sum(known), len(known)
+
+    @property
     def verdict(self) -> Verdict:
         """Of the claim, from the ways that are known."""
-        known = {value for value in self.holds.values() if value is not None}
+        yes, known = self.count
         if not known:
             return Verdict.NOT_KNOWN
-        return Verdict.DEPENDS if len(known) > 1 else Verdict.HOLDS if known.pop() else Verdict.DOES_NOT_HOLD
+        return Verdict.DEPENDS if 0 < yes < known else Verdict.HOLDS if yes else Verdict.DOES_NOT_HOLD
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +91,10 @@ class Statement:
 
 
 def _said(claim: Claim) -> str:
-    known = [value for value in claim.holds.values() if value is not None]
     if claim.verdict is Verdict.DEPENDS:
         against = next(name for name, value in claim.holds.items() if value is False)
-        return f"{claim.text}: by {sum(known)} of {len(known)} measures, not by '{against}'"
+        yes, known = claim.count
+        return f"{claim.text}: by {yes} of {known} measures, not by '{against}'"
     words = {Verdict.HOLDS: "yes", Verdict.DOES_NOT_HOLD: "no", Verdict.NOT_KNOWN: "not known"}
     return f"{claim.text}: {words[claim.verdict]}"
 

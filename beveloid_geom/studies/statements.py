@@ -14,9 +14,21 @@ from importlib.resources import files
 import numpy as np
 
 from ..arrays import flank_sign
+from ..design.file import builtin_design
 from ..design.model import Design, Errors
 from .claims import CLAIMS, MEASURES, Case
 from .statement_verdicts import Statement, claim_of
+
+
+def without_its_own(design: Design) -> Design:
+    """Give a design without parabola coefficients and errors, to which those of the statements are added."""
+    return replace(design.with_parabola(0.0, 0.0), errors=Errors())
+
+
+def is_papers(design: Design) -> bool:
+    """Say whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
+    them aside."""
+    return without_its_own(design) == without_its_own(builtin_design())
 
 
 def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> tuple[Statement, ...]:
@@ -28,7 +40,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
-    case = Case(replace(design.with_parabola(0.0, 0.0), errors=Errors()), flank, sign)
+    case = Case(without_its_own(design), flank, sign)
     said = tomllib.loads((files(__package__) / "statements.toml").read_text(encoding="utf-8"))
     found: list[Statement] = []
     with np.errstate(invalid="ignore", divide="ignore"):

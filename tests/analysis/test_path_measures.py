@@ -7,10 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from beveloid_geom import Errors, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.path_measures import SHIFTS, _at, concavity, paths_of, shifts, sweep
+from beveloid_geom import Errors, Member, path_of_contact, path_sensitivity
+from beveloid_geom.analysis.path_measures import SHIFTS, _at, added_metal, concavity, paths_of, shifts, sweep
 from beveloid_geom.analysis.sensitivity import ERRORS
+from beveloid_geom.gear.flank import (
+    flank_point,
+    half_thickness_angle,
+    highest_parameter,
+    root_parameter,
+    trace_parameter,
+)
 
 from ..oracle.table1 import table1
 
@@ -101,6 +109,31 @@ def test_concavity_follows_the_coefficient(flank: str) -> None:
         assert (rows[:, 1] < 0.0).all()
     assert (np.abs(small["curvature of the profile"]) < 2e-5).all()
     assert (np.abs(small["curvature of the profile"]) > 1.4e-5).all()
+
+
+@pytest.mark.parametrize("size", [0.01, -0.01])
+def test_metal_is_that_at_equal_radius(flank: str, size: float) -> None:
+    """Where both profiles have a point, against the thickness of each at the radius, solved for; the pinion's
+    bent inwards is undercut, and does not reach as far as the involute at either end."""
+    for plain, bent in zip(table1().members, table1((size, size)).members, strict=True):
+        r, added = added_metal(plain, flank, size)
+        assert (np.diff(r) > 0.0).all()
+        for k in range(5, r.size, 190):
+            half = [half_thickness_angle(m, flank, at_radius(m, flank, r[k]), 0.0) for m in (plain, bent)]
+            assert added[k] == pytest.approx(float(r[k] * (half[1] - half[0])), abs=2e-5)
+
+
+def at_radius(member: Member, flank: str, r: float) -> float:
+    """The greatest flank parameter at which the profile at mid-face has a radius."""
+
+    def beyond(l: float) -> float:
+        x, y, _ = flank_point(member, flank, l, trace_parameter(member, flank, l, 0.0))
+        return math.hypot(x, y) - r
+
+    high, low = float(highest_parameter(member)), float(root_parameter(member))
+    steps = np.linspace(high, low, 400)
+    below = next(l for l in steps if beyond(l) < 0.0)
+    return float(brentq(beyond, below, min(below + (high - low) / 399.0, high)))
 
 
 def test_values_on_a_curve_are_taken_on_its_monotone_stretch() -> None:

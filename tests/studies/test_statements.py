@@ -16,7 +16,7 @@ from beveloid_geom.analysis.path_measures import paths_of
 from beveloid_geom.cli.commands.statements import statements as command
 from beveloid_geom.studies.claims import angle_falls, grows, shorter_first, turns_over
 from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict, claim_of
-from beveloid_geom.studies.statements import paper_statements
+from beveloid_geom.studies.statements import is_papers, paper_statements
 
 from ..oracle.table1 import table1
 from ..symmetry import mirrored
@@ -47,6 +47,12 @@ def test_verdicts_on_the_papers_pair(flank: str, verdicts: tuple[Verdict, ...]) 
         assert one.flank == flank
         assert one.why.endswith(".")
         assert all(np.isfinite(row).all() for row in numbers(one).values())
+
+
+def test_whose_statements_they_are() -> None:
+    design = table1()
+    assert is_papers(design.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.1)))
+    assert not is_papers(replace(design, pair=replace(design.pair, offset=229.1)))
 
 
 def test_m4_names_the_known_numbers() -> None:

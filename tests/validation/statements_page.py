@@ -36,9 +36,9 @@ def cell(one: Statement) -> str:
     """Verdict, the claims that do not simply hold, and the numbers."""
     open_ = []
     for claim in one.claims:
-        known = [value for value in claim.holds.values() if value is not None]
+        yes, known = claim.count
         if claim.verdict is Verdict.DEPENDS:
-            open_.append(f"{claim.text} by {sum(known)} of {len(known)} measures")
+            open_.append(f"{claim.text} by {yes} of {known} measures")
         elif claim.verdict is not Verdict.HOLDS and len(one.claims) > 1:
             word = "not" if claim.verdict is Verdict.DOES_NOT_HOLD else "not known whether"
             open_.append(f"{word}: {claim.text}")

@@ -49,6 +49,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         {
             "sensitivity": "no path of contact",
             "tolerance-cloud": "no mounting has a path on the flanks",
+            "statements": "no path of contact on the flanks",
         },
     ),
     (

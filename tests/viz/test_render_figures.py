@@ -80,6 +80,7 @@ RESULTS = [
     "pattern",
     "pattern-errors",
     "transmission-error",
+    "statements",
     "ease-off",
     "sliding",
     "sensitivity",

@@ -27,7 +27,7 @@ from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.cli import _written, main
-from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, failed_mountings, is_papers
+from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, failed_mountings
 from beveloid_viz.report.page import looked_up, number_of, parted, script_json, with_code
 from tests.symmetry import scaled
 
@@ -423,12 +423,6 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
     assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
         solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
-
-
-def test_whose_statements_are_on_the_page() -> None:
-    design = builtin_design()
-    assert is_papers(design.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.1)))
-    assert not is_papers(replace(design, pair=replace(design.pair, offset=229.1)))
 
 
 def test_pieces_of_text() -> None:

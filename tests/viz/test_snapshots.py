@@ -47,13 +47,13 @@ NOISE_LEVELS = 8
 LIMIT = 6.0
 """Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
 FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
-FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors"}
+FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "statements"}
 FLAT |= {"map-parabola", "map-mounting"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}
 """Pages on which nothing is left but words, or that are never the same twice."""
 CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
-CHARTS += ["speed-accuracy", "ease-off"]
+CHARTS += ["speed-accuracy", "ease-off", "statements"]
 FEW = Settings(
     tolerances=(0.1, 0.01),
     xtols=(1e-2, 1e-14),

@@ -88,6 +88,7 @@ FIGURES = (
         "results.transmission_error",
         of_flank=True,
     ),
+    Figure("statements", "The paper's sixteen statements, judged", "results.statements"),
     Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off"),
     Figure("sliding", "Sliding speed and specific sliding along the path of contact", "results.sliding"),
     Figure("sensitivity", "Sensitivity of the path of contact to assembly errors", "results.sensitivity"),

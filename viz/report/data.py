@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
@@ -16,9 +16,7 @@ import numpy as np
 from beveloid_geom import (
     ContactPath,
     Design,
-    Errors,
     Tolerances,
-    builtin_design,
     path_of_contact,
     tolerance_study,
 )
@@ -37,7 +35,7 @@ from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_repo
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
-from beveloid_geom.studies.statements import paper_statements
+from beveloid_geom.studies.statements import is_papers, paper_statements
 
 from ..parts.solved import FLANKS
 
@@ -116,13 +114,6 @@ class PageData:
     def verdict(self) -> str:
         """What the remarks come to: the level of the first of them, a note counting as none."""
         return next((one.level for one in self.remarks if one.level != NOTE), NOTE)
-
-
-def is_papers(design: Design) -> bool:
-    """Say whether a design is the paper's Table 1, whatever its coefficients and errors: its statements set
-    them aside."""
-    one, other = (replace(d.with_parabola(0.0, 0.0), errors=Errors()) for d in (design, builtin_design()))
-    return one == other
 
 
 def compute(name: str, design: Design, settings: Settings, progress: Progress = lambda _: None) -> PageData:

@@ -1,0 +1,189 @@
+"""The paper's sixteen statements on one page: a few words, a small picture and a verdict each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any
+
+from beveloid_geom import Design
+from beveloid_geom.studies.claims import LITTLE, NOTICEABLE, Case
+from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict
+from beveloid_geom.studies.statements import is_papers, paper_statements, without_its_own
+
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
+from ...parts.statement_pictures import PICTURES, Lines, few_ticks
+from ...stage import theme
+from ...stage.layout import Cells
+from ...stage.theme import Page
+
+FLANK = "right"
+MARKS = {
+    Verdict.HOLDS: ("\u2713", theme.GREEN),
+    Verdict.DEPENDS: ("\u25d0", theme.BLUE),
+    Verdict.DOES_NOT_HOLD: ("\u2717", theme.RED),
+    Verdict.NOT_KNOWN: ("?", theme.GREY),
+}
+"""Mark and colour of a verdict."""
+WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "F6": ("profile and involute", ("concave for a > 0, convex for a < 0",)),
+    "C1": ("both a from 0 to 0.0002", ("angle grows, turns over", "longer")),
+    "C2": ("both a from 0 to \u22120.0002", ("longer", "angle falls", "to the heel")),
+    "C3": ("a1 > 0 > a2, to 0.002", ("longer", "angle falls", "but slightly", "to the toe")),
+    "C4": ("a1 < 0 < a2, to 0.002", ("shorter, then longer", "angle grows, turns over")),
+    "R1": ("ratio, both a > 0", ("a small one raises it", "it falls clearly")),
+    "R2": ("ratio, both a < 0", ("little effect to \u22120.0001", "then it rises clearly")),
+    "R3": ("ratio, a1 > 0 > a2", ("it rises clearly",)),
+    "R4": ("ratio, a1 < 0 < a2", ("it falls clearly",)),
+    "D1": ("turn", ("C1, C4 the most", "C2 too fine", "C3 raises ratio", "C3 root to tip")),
+    "M1": ("offset error", ("\u2212 to the toe, + to the heel",)),
+    "M2": ("shaft-angle error", ("+ to the toe, \u2212 to the heel",)),
+    "M3": ("a1 = 0.001, a2 = \u22120.001", ("path longer than unmodified",)),
+    "M4": ("so modified, offset error", ("path shifts less",)),
+    "M5": ("so modified, shaft-angle error", ("path shifts less",)),
+    "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
+}
+"""A few words for what a statement speaks of, and for each of its claims."""
+AXIS = 0.53
+"""Inches that an axis takes."""
+CELLS = Cells(left=0.85, right=0.35, across=0.9, down=AXIS, most=4, least=1.8)
+TO_WORDS = 0.72
+"""Inches from the left edge of the words of a cell to its picture."""
+INDENT = 0.37
+"""Inches from the number of a statement to its verdict."""
+OVER = {"screen": 0.86, "wide": 1.1, "narrow": 1.38}
+"""Inches over a picture for its words, by the page."""
+WHOLE = 26
+"""Letters of a claim up to which it stands in one line."""
+NOTE = (
+    "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
+    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the"
+    " side view, the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick"
+    " the greatest; in M3 dashed unmodified, with lengths in mm. F6: metal against the involute. R: Eq."
+    " 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the range of"
+    " each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares square"
+    " to the path, triangles at mid-roll."
+    f" M6: bars stand at {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
+)
+OTHER = " Coefficients and errors are the paper's, whatever the pair."
+LOST = " A claim is not known (?) where some of its paths are not on the flanks or have no such measure."
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A statement as judged, and the lines of its picture."""
+
+    statement: Statement
+    lines: Lines
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """All statements, and whether the pair is the one of which the paper speaks."""
+
+    cells: tuple[Cell, ...]
+    papers: bool
+
+
+def compute(design: Design) -> Board:
+    """Judge the statements and find what their pictures show."""
+    case = Case(without_its_own(design), FLANK)
+    judged = paper_statements(design, FLANK)
+    return Board(tuple(Cell(one, PICTURES[one.id].find(case, one)) for one in judged), is_papers(design))
+
+
+def draw(data: Board, layout: theme.Layout) -> Drawing:
+    """Draw a cell for each statement."""
+    count = len(data.cells)
+    over = OVER["screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"]
+    cells = replace(CELLS, left=CELLS.left if layout.printed else TO_WORDS + theme.MARGIN, down=over + AXIS)
+    verdicts = Counter(cell.statement.verdict for cell in data.cells)
+    note = NOTE + ("" if data.papers else OTHER) + (LOST if Verdict.NOT_KNOWN in verdicts else "")
+    page, low, high = theme.new_page(
+        layout,
+        "The paper's sixteen statements, judged",
+        _summary(data, verdicts),
+        note,
+        below=0.45,
+        above=over,
+        tall=cells.tall(layout, count, 1.15),
+    )
+    panels = theme.panels(page, cells, count, low, high)
+    for cell, axes in zip(data.cells, panels, strict=True):
+        PICTURES[cell.statement.id].draw(axes, cell.lines)
+        few_ticks(axes)
+        box = axes.get_position()
+        left = box.x0 - TO_WORDS / layout.width
+        _words(page, cell.statement, (left, box.y1 + theme.inches(page, over)), box.x1 - left)
+    return Drawing(page, {})
+
+
+def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
+    """Say of what pair, and how many statements have which verdict."""
+    whose = (
+        "Right flanks of the paper's pair" if data.papers else "Right flanks of this pair, not the paper's"
+    )
+    plural = {
+        Verdict.HOLDS: "hold",
+        Verdict.DEPENDS: "depend on the measure",
+        Verdict.DOES_NOT_HOLD: "do not hold",
+        Verdict.NOT_KNOWN: "are not known",
+    }
+    counts = ", ".join(
+        f"{verdicts[verdict]} {words}" for verdict, words in plural.items() if verdicts[verdict]
+    )
+    return f"{whose}: {counts}"
+
+
+def _words(page: Page, one: Statement, corner: tuple[float, float], width: float) -> None:
+    """Write number, verdict and claims under the upper left corner of a cell, shares of the page."""
+    (x, y), pixels = corner, page.get_figwidth() * page.dpi
+    mark, colour = MARKS[one.verdict]
+    page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
+    indent = INDENT / page.get_figwidth()
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
+    verdict = page.text(x + indent, y, "", fontweight="bold", color=colour, **style)
+    theme.fill(verdict, f"{mark}\u00a0{one.verdict.value}", (width - indent) * pixels)
+    lines = 1 + verdict.get_text().count("\n")
+    said = page.text(x, y - theme.inches(page, 0.04 + 0.19 * lines), "", **style)
+    about, claims = WORDS[one.id]
+    told = "  ".join(_claim(words, claim) for words, claim in zip(claims, one.claims, strict=True))
+    theme.fill(said, f"{one.source[0].upper()}{one.source[1:]}, {_kept(about)}: {told}", width * pixels)
+
+
+def _kept(words: str) -> str:
+    """Keep signs with what they belong to, in one line."""
+    for sign in "<=>":
+        words = words.replace(f" {sign} ", f"\u00a0{sign}\u00a0")
+    return words.replace("\u2212 ", "\u2212\u00a0").replace("+ ", "+\u00a0")
+
+
+def _claim(words: str, claim: Claim) -> str:
+    """Say a claim with its mark, and in how many ways it holds where they differ."""
+    counted = " {} of {}".format(*claim.count) if claim.verdict is Verdict.DEPENDS else ""
+    mark, _ = MARKS[claim.verdict]
+    told = _kept(f"{mark}\u00a0{words}{counted}")
+    return told.replace(" ", "\u00a0") if len(told) < WHOLE else told
+
+
+def rows(data: Board) -> Table:
+    """List the claims of each statement with its verdict, and the lines of its picture."""
+    claimed = ("claim", "claim_verdict", "ways_in_which_it_holds", "ways_known")
+    drawn = dict.fromkeys(chain.from_iterable(line.columns for cell in data.cells for line in cell.lines))
+    header = ("statement", "flank", "verdict", *claimed, "kind", *drawn)
+
+    def cases() -> Rows:
+        """Give the columns of every claim and line."""
+        for cell in data.cells:
+            one = cell.statement
+            who = one.id, one.flank, one.verdict.value
+            for claim in one.claims:
+                yield *who, claim.text, claim.verdict.value, *claim.count, "claim", *[""] * len(drawn)
+            for line in cell.lines:
+                yield *who, *[""] * len(claimed), line.kind, *(line.columns.get(name, "") for name in drawn)
+
+    return header, stacked(cases())
+
+
+RECIPES = {"statements": Recipe(compute, draw, rows)}
