@@ -220,8 +220,8 @@ def tolerance_study(
     Notes
     -----
     About 50 to 300 microseconds a mounting, of which the backlash takes a half; the few whose paths are
-    followed by their length take some 10 ms. In operation a mounting takes some 5 to 10 ms, as long as four to
-    six paths of 101 positions.
+    followed by their length take some 10 ms. In operation a mounting takes some 5 to 10 ms, as long as four
+    to six paths of 101 positions.
     """
     _check(design, tolerances, flank, seed)
     if min(cases, units_per_task) < 1:
