@@ -12,7 +12,7 @@ functions c(s1, z1) >= 0 in the order of `status.Limit`, those of the gear throu
 point; a root limit is the end of the fillet here.
 
 `least_clearances` goes from a start to a local least f within the limits by quadratic programs inside a
-trust box (`quadratic_step`); the corner or edge on which such a program ends names the limits.
+trust box (`support.quadratic_step`); the corner or edge on which such a program ends names the limits.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..gear.tooth_side import Bends, Cut, Surface, cut_at, cut_with_bends, cut_with_turn, profile_at
 from ..status import Limit
-from .quadratic_step import FEASIBLE as FEASIBLE, quadratic_step
+from ..support.quadratic_step import quadratic_step
 from .separation import Pose
 
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
@@ -33,8 +33,8 @@ PASSES, LAST_STEP = 60, 1e-8
 PENALTY = 150.0
 """Over the tooth depth: what the square of being outside a limit costs, beside the multiplier times it.
 A cost in proportion would stop every step along a curved edge."""
-NOISE = 1e-12
-"""Share of the tooth depth: f that means nothing."""
+FEASIBLE, NOISE = 1e-10, 1e-12
+"""Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 OVERLAP = 0.25
 """Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
 MEETINGS, ALIKE = (1, 2, 3), 1e-3
@@ -310,7 +310,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         lines = np.concatenate((here.rate, WALLS.repeat(going.size, axis=2)))
         margin = np.concatenate((here.margin, size, size))
         bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
-        step, active, multiplier = quadratic_step(here.slope, bend, lines, margin, size, depth)
+        step, active, multiplier = quadratic_step(here.slope, bend, lines, margin, size, FEASIBLE * depth)
         boxed = (active >= len(Limit)).any(axis=0)
         small = (np.abs(step) <= LAST_STEP * depth).all(axis=0) & ~boxed
         there = local_at(task, *(place + step))

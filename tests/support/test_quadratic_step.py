@@ -1,13 +1,13 @@
-"""Steps of the search for the least clearance, against a fine grid of the box."""
+"""Quadratic programs in two unknowns, against a fine grid of the box."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.operation.quadratic_step import FEW, quadratic_step
-from beveloid_geom.status import Limit
+from beveloid_geom.support.quadratic_step import FEW, quadratic_step
 
+LIMITS = 8
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
 
 
@@ -17,12 +17,12 @@ def test_steps_are_least_within_limits_and_box() -> None:
     rng, n = np.random.default_rng(4), 400
     slope, bend, size = rng.normal(size=(2, n)), rng.normal(size=(3, n)), rng.uniform(0.5, 2.0, (2, n))
     bend[::2] += 1.0
-    rate = rng.normal(size=(len(Limit), 2, n))
-    far = rng.random((len(Limit), n)) < rng.choice([0.3, 0.8, 1.0], n)
-    margin = np.where(far, 10.0, rng.uniform(0.0, 1.0, (len(Limit), n)))
+    rate = rng.normal(size=(LIMITS, 2, n))
+    far = rng.random((LIMITS, n)) < rng.choice([0.3, 0.8, 1.0], n)
+    margin = np.where(far, 10.0, rng.uniform(0.0, 1.0, (LIMITS, n)))
     lines = np.concatenate((rate, WALLS.repeat(n, axis=2))), np.concatenate((margin, size, size))
     with np.errstate(invalid="ignore", divide="ignore"):
-        step, active, multiplier = quadratic_step(slope, bend, *lines, size, 1.0)
+        step, active, multiplier = quadratic_step(slope, bend, *lines, size, 1e-10)
 
     def value(x: FloatArray, y: FloatArray) -> FloatArray:
         a, b, c = bend

@@ -1,7 +1,7 @@
 """Least values of quadratic functions of two unknowns within limits and a box.
 
 In two unknowns such a program is solved outright, by trying its interior, edges and corners, whatever the
-sign of the curvatures. The lines are the limits in the order of `status.Limit`, then the sides of the box.
+sign of the curvatures. The limits are lines, of which the last are the sides of the box.
 """
 
 from __future__ import annotations
@@ -9,23 +9,20 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, Integers, Mask
-from ..status import Limit
-from ..support.read_only import kept
+from .read_only import kept
 
-LINES = len(Limit) + 4
-SIDES = np.arange(len(Limit), LINES)[:, None]
+BOX_SIDES = 4
 FEW = 2
 """Limits that reach into a box at once, but for rare cases."""
-FEASIBLE = 1e-10
-"""Share of the tooth depth: outside a limit and still on it."""
 
 
 def quadratic_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, slack: float
 ) -> tuple[FloatArray, Integers, FloatArray]:
-    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0, of LINES limits of which the last
-    are the sides of a box of `size` (2, n): d (2, n), the limits it lies on (2, n), -1 for none, and their
-    multipliers (LINES, n)."""
+    """Give the least of slope.d + d.bend.d / 2 with rate.d + margin >= 0, given `slope` (2, n), `bend` (3, n)
+    by twice x, both and twice y, `rate` (lines, 2, n) and `margin` (lines, n), of which the last BOX_SIDES
+    are the sides of a box of `size` (2, n): d (2, n), the lines it lies on (2, n), -1 for none, and their
+    multipliers (lines, n). `slack`: by how much d may be outside."""
     a, b, c = bend
     g, h = slope
     det = a * c - b * b
@@ -37,7 +34,7 @@ def quadratic_step(
     if bound.size:
         slope, bend, rate = slope[:, bound], bend[:, bound], rate[..., bound]
         step[:, bound], active[:, bound] = _bounded_step(
-            slope, bend, rate, margin[:, bound], size[:, bound], depth
+            slope, bend, rate, margin[:, bound], size[:, bound], slack
         )
         (a, b, c), (x, y) = bend, step[:, bound]
         pull = slope + np.array((a * x + b * y, b * x + c * y))
@@ -46,23 +43,25 @@ def quadratic_step(
 
 
 def _bounded_step(
-    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, depth: float
+    slope: FloatArray, bend: FloatArray, rate: FloatArray, margin: FloatArray, size: FloatArray, slack: float
 ) -> tuple[FloatArray, Integers]:
     """Give the same where the least lies on a limit. Limits that do not reach into the box need not be
     tried, unless those that do leave nothing inside it."""
-    limits, each = slice(len(Limit)), np.arange(slope.shape[1])
-    far = margin[limits] > (np.abs(rate[limits]) * size).sum(axis=1) + FEASIBLE * depth
-    reaching = len(Limit) - far.sum(axis=0)
+    count, each = len(rate) - BOX_SIDES, np.arange(slope.shape[1])
+    limits = slice(count)
+    far = margin[limits] > (np.abs(rate[limits]) * size).sum(axis=1) + slack
+    reaching = count - far.sum(axis=0)
     lines = np.argsort(far, axis=0, kind="stable")[: min(FEW, int(reaching.max()))]
-    lines = np.concatenate((lines, SIDES.repeat(each.size, axis=1)))
+    sides = np.arange(count, len(rate))[:, None]
+    lines = np.concatenate((lines, sides.repeat(each.size, axis=1)))
     rates = rate[lines, 0, each], rate[lines, 1, each]
-    step, active, inside = _tried(slope, bend, rates, margin[lines, each], depth)
+    step, active, inside = _tried(slope, bend, rates, margin[lines, each], slack)
     active = np.where(active >= 0, lines[active, each], -1)
     every = np.flatnonzero(~inside | (reaching > FEW))
     if every.size:
         rates = rate[:, 0, every], rate[:, 1, every]
         step[:, every], active[:, every], _ = _tried(
-            slope[:, every], bend[:, every], rates, margin[:, every], depth
+            slope[:, every], bend[:, every], rates, margin[:, every], slack
         )
     return step, active
 
@@ -72,7 +71,7 @@ def _tried(
     bend: FloatArray,
     rates: tuple[FloatArray, FloatArray],
     margin: FloatArray,
-    depth: float,
+    slack: float,
 ) -> tuple[FloatArray, Integers, Mask]:
     """Give the least of a quadratic program that lies on a limit, the limits and whether it is inside all
     others, by trying all edges and corners; by components of the rates, (k, n) each."""
@@ -90,10 +89,11 @@ def _tried(
     for line in zip(p[1:], q[1:], margin[1:], strict=True):
         low = np.minimum(low, x * line[0] + y * line[1] + line[2])
     value = x * (g + 0.5 * a * x + b * y) + y * (h + 0.5 * c * y)
+    inside, each = low >= -slack, np.arange(x.shape[1])
+    best = np.where(inside & np.isfinite(value), value, np.inf).argmin(axis=0)
     # Where the limits leave nothing inside the box, the corner least outside is next best.
-    inside = low >= -FEASIBLE * depth
-    value = np.where(inside, value, 1e6 * (depth - low))
-    best, each = np.where(np.isfinite(value), value, np.inf).argmin(axis=0), np.arange(x.shape[1])
+    none = np.flatnonzero(~inside.any(axis=0))
+    best[none] = np.where(np.isfinite(value[:, none]), low[:, none], -np.inf).argmax(axis=0)
     return np.array((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
 
 
@@ -106,12 +106,12 @@ def _candidates(lines: int) -> tuple[Integers, Integers]:
 
 
 def _multipliers(pull: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:
-    """Give multipliers (LINES, n) that balance the slope `pull` (2, n) at the end of a step."""
+    """Give multipliers (lines, n) that balance the slope `pull` (2, n) at the end of a step."""
     each = np.arange(active.shape[1])
     first, second = (rate[code, :, each].T for code in active)
     cross = first[0] * second[1] - first[1] * second[0]
     two, one = active[1] >= 0, (active[0] >= 0) & (active[1] < 0)
-    values = np.zeros((LINES, active.shape[1]))
+    values = np.zeros((len(rate), active.shape[1]))
     single = (pull * first).sum(axis=0) / np.maximum((first * first).sum(axis=0), 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
         both = (
