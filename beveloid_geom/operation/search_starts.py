@@ -2,8 +2,9 @@
 
 A scan takes the clearance of a point from the angle between it and the gear's surface at its radius and
 height. A chart holds the angles of that surface at nodes over radius and height; between them they are
-interpolated, which takes no equation to be solved. The error of a chart is measured in the middle of its
-meshes, and every point that may be the least within SAFE times that is evaluated: the least is exact.
+interpolated, which takes no equation to be solved. Scans reckon in single precision. The error of a chart is
+measured in the middle of its meshes, and every point that may be the least within SAFE times that, and
+what single precision leaves, is evaluated in double: the least is exact.
 
 The clearance (`least_clearance`) is convex along the profile of ordinary flanks and nearly so along the
 face, so that the local least values of a scan's lines lead to the true ones. Fillets are concave:

@@ -21,6 +21,8 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom.analysis.running import TOGETHER, running
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter
@@ -100,10 +102,10 @@ def test_operation_in_paths_of_contact() -> None:
         return path_of_contact(given, "right", 101)
 
     works: dict[str, tuple[Callable[[Design], object], float]] = {
-        "mesh cycle": (mesh_cycle, 30.0),
-        "operating ratio": (operating_ratio, 45.0),
-        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 32.0),
-        "pattern of both members": (contact_pattern, 65.0),
+        "mesh cycle": (mesh_cycle, 20.0),
+        "operating ratio": (operating_ratio, 30.0),
+        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 22.0),
+        "pattern of both members": (contact_pattern, 55.0),
         "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
     seconds(path, 3)
@@ -112,6 +114,25 @@ def test_operation_in_paths_of_contact() -> None:
         ratio = seconds(work, 5) / seconds(path, 30)
         print(f"\n{name}: {ratio:.1f} paths")
         assert ratio < most, name
+
+
+@pytest.mark.parametrize(
+    ("parabola", "most"), [((0.001, -0.001), 7.0), ((0.0002, 0.0002), 8.0), ((0.001, 0.001), 9.0)]
+)
+def test_mountings_in_operation_in_paths_of_contact(parabola: tuple[float, float], most: float) -> None:
+    """Each of those solved together, its operating ratio in a film included."""
+    design, taken = table1(parabola), []
+    for unit in range(3):
+        mountings = mounted(design, drawn_errors(USUAL, 0, unit, TOGETHER))
+        single = [mounted(table1((0.001, -0.001)), errors) for errors in drawn_errors(USUAL, 1, unit, 30)]
+        start = process_time()
+        running(mountings, "right")
+        between = process_time()
+        for given in single:
+            path_of_contact(given, "right", 101)
+        taken.append((between - start) / TOGETHER / (process_time() - between) * len(single))
+    print(f"\na = {parabola}: {min(taken):.1f} paths a mounting")
+    assert min(taken) < most
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.001, 0.0001])
