@@ -25,11 +25,14 @@ from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash,
 from beveloid_geom.contact.equation import _kept_flanks
 from beveloid_geom.gear.tooth_side import _kept_surface, surface_of
 from beveloid_geom.operation.backlash import _kept_backlash
+from beveloid_geom.operation.mesh import _kept_phase
+from beveloid_geom.operation.mesh_cycle import _gauss_points
 from beveloid_geom.operation.search_starts import chart_of, grid_of
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.studies.claims import Case
 from beveloid_geom.support.chebyshev import _derivation
+from beveloid_geom.support.quadratic_step import _candidates
 from beveloid_geom.support.read_only import kept, read_only
 from tests.oracle.table1 import table1
 
@@ -42,6 +45,9 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.design.model.Design.batch_shape": lambda: TABLE.batch_shape,
     "beveloid_geom.pair.mounting._kept_mounting": lambda: _kept_mounting(*TABLE.members, TABLE.pair),
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
+    "beveloid_geom.operation.mesh._kept_phase": lambda: _kept_phase(TABLE, "right"),
+    "beveloid_geom.operation.mesh_cycle._gauss_points": _gauss_points,
+    "beveloid_geom.support.quadratic_step._candidates": lambda: _candidates(4),
     "beveloid_geom.operation.search_starts.grid_of": lambda: grid_of(TABLE.pinion, "right", (1, 5, 5)),
     "beveloid_geom.operation.search_starts.chart_of": lambda: chart_of(
         surface_of(TABLE.gear, "right"), 1.0, 1.0

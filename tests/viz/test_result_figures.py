@@ -113,7 +113,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     assert len(lines) == 2 * 2 * 2
     assert max(len(one.get_paths()) for one in lines) == 20
     assert "all 200 mountings have a path on the flanks, 0 of these ended by another limit" in words(page)
-    assert len(table) == 2 * 2 * 200
+    assert len(table) == 2 * 2 * (200 + len(fig_cloud.FACTORS))
 
 
 @pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])
