@@ -287,7 +287,7 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
             ha, away = ("right", -6.0) if a > 0.0 else ("left", 6.0)
             theme.beside(axes, seen[:, -1], look.name, (away, 0.0), ha=ha, va="center", color=look.line)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title(f"Section, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
+    axes.set_title(f"Section, deviation \u00d7 {data.factor:g}", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
@@ -306,7 +306,7 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         ("concave:\nmetal left on", 0.96, "right", LOOKS[0.01].line),
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
-    axes.set_title("Deviation from the involute flank", loc="left")
+    axes.set_title("Deviation from the involute", loc="left")
     axes.set(xlabel="out of the tooth (mm)", ylabel="radius (mm)")
     axes.margins(0.08)
     axes.grid(True)
