@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
@@ -265,7 +266,9 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
-        theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
+        label = theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
+        beyond = Text.get_window_extent(label).x1 - axes.get_window_extent().x1
+        label.set_position((offset[0] - max(beyond, 0.0) * 72.0 / axes.figure.dpi, offset[1]))
     for text, point, offset in (
         ("toe", points[4, 0], (-26, 0)),
         ("heel", points[4, -1], (30, 0)),
@@ -302,8 +305,8 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
     for text, x, side, colour in (
-        ("convex:\nmetal taken off", 0.04, "left", LOOKS[-0.01].line),
-        ("concave:\nmetal left on", 0.96, "right", LOOKS[0.01].line),
+        ("convex:\nmetal\ntaken off", 0.04, "left", LOOKS[-0.01].line),
+        ("concave:\nmetal\nleft on", 0.96, "right", LOOKS[0.01].line),
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute", loc="left")
