@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.text import Text
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
@@ -267,7 +266,7 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
         label = theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
-        beyond = Text.get_window_extent(label).x1 - axes.get_window_extent().x1
+        beyond = label.get_window_extent().x1 - axes.get_window_extent().x1
         label.set_position((offset[0] - max(beyond, 0.0) * 72.0 / axes.figure.dpi, offset[1]))
     for text, point, offset in (
         ("toe", points[4, 0], (-26, 0)),
