@@ -21,8 +21,8 @@ def polar(points: FloatArray) -> FloatArray:
 
 
 def test_the_section_is_magnified_by_the_factor_stated() -> None:
-    """With its deviation once, a point of the involute comes to the involute turned so far that it goes
-    through the profile at the same radius; what is drawn stands off by factor times as much, square to it."""
+    """With its deviation once, a point of the involute comes to the involute turned so far that it meets
+    the profile at the same radius; what is drawn stands off by factor times as much, square to it."""
     data = fig.compute(builtin_design())
     assert data.factor == 5.0
     for a, section in data.sections.items():

@@ -68,8 +68,8 @@ def test_the_sketch_has_an_eye_where_one_looks_from(
     axes = Axes(Figure(), (0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 220.0), ylim=(100.0, 0.0))
     viewpoint.sketch(axes, looks, 100.0)
-    pupils = [patch for patch in axes.patches if isinstance(patch, Ellipse)]
-    assert [np.sign(np.asarray(pupil.get_center())[0] - 110.0) for pupil in pupils] == eyes
+    pupils: list[Any] = [patch for patch in axes.patches if isinstance(patch, Ellipse)]
+    assert [np.sign(pupil.get_center()[0] - 110.0) for pupil in pupils] == eyes
     notes: list[Any] = [text for text in axes.texts if isinstance(text, Annotation)]
     assert [text.get_text() for text in notes if text.get_text()] == [words]
     arrows = [text for text in notes if not text.get_text()]

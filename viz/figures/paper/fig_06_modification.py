@@ -265,7 +265,9 @@ def _label_overlay(over: Overlay, points: FloatArray, labels: dict[float, FloatA
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
-        theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
+        label = theme.beside(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
+        beyond = label.get_window_extent().x1 - axes.get_window_extent().x1
+        label.set_position((offset[0] - max(beyond, 0.0) * 72.0 / axes.figure.dpi, offset[1]))
     for text, point, offset in (
         ("toe", points[4, 0], (-26, 0)),
         ("heel", points[4, -1], (30, 0)),
@@ -287,7 +289,7 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
             ha, away = ("right", -6.0) if a > 0.0 else ("left", 6.0)
             theme.beside(axes, seen[:, -1], look.name, (away, 0.0), ha=ha, va="center", color=look.line)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title(f"Section, deviation \u00d7 {data.factor:g} (thin: true)", loc="left")
+    axes.set_title(f"Section, deviation \u00d7 {data.factor:g}", loc="left")
     axes.set(xlabel="across the tooth (mm)", ylabel="from the axis (mm)")
     axes.margins(0.06)
     axes.grid(True)
@@ -302,11 +304,11 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
     for text, x, side, colour in (
-        ("convex:\nmetal taken off", 0.04, "left", LOOKS[-0.01].line),
-        ("concave:\nmetal left on", 0.96, "right", LOOKS[0.01].line),
+        ("convex:\nmetal\ntaken off", 0.04, "left", LOOKS[-0.01].line),
+        ("concave:\nmetal\nleft on", 0.96, "right", LOOKS[0.01].line),
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
-    axes.set_title("Deviation from the involute flank", loc="left")
+    axes.set_title("Deviation from the involute", loc="left")
     axes.set(xlabel="out of the tooth (mm)", ylabel="radius (mm)")
     axes.margins(0.08)
     axes.grid(True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
@@ -32,6 +33,7 @@ PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
+HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]
 BARE = ("#eceff3", "#f3eee4")
 """Metal of pinion and gear beyond the last band: lighter than all bands, and as little lit as they."""
 ELLIPSES = (0.2, 0.5, 0.8)
@@ -213,7 +215,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         for ring in layer.rings:
             seen = drawn.place(ring)
             seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
-            drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3)
+            drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3, path_effects=HALO)
         cell.say(page, layer.under)
         return drawn.picture
 
