@@ -311,7 +311,7 @@ def test_a_folder_is_no_design(tmp_path: Path) -> None:
 
 
 def test_unknown_builtin() -> None:
-    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': there are ni-2017, awd-.*, marine-\S*$"):
+    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': there are ni-2017, "):
         builtin_text("x")
 
 

@@ -64,7 +64,7 @@ def main(
     torque: float | None,
     **changes: float | None,
 ) -> None:
-    """Write a report on a DESIGN, a TOML file or a built-in one's name: one HTML page that needs nothing else.
+    """Write a report on a DESIGN, a TOML file or a built-in name: one HTML page that needs nothing else.
 
     A verdict with a picture, checks, paths of contact, patterns, ease-off, pressures, transmission error,
     sliding, sensitivity and tolerances of both flanks, and the pair in mesh to be turned in 3D. Without

@@ -11,7 +11,10 @@ from ..options import BUILTIN_DESIGN, Refusal, write_out
 @click.argument("name", default=BUILTIN_DESIGN)
 @click.option("--list", "listed", is_flag=True, help="List the built-in designs instead.")
 def design(name: str, listed: bool) -> None:
-    """Print the built-in design file NAME, ni-2017 if none is given, as a start for one's own."""
+    """Print a built-in design file, as a start for one's own.
+
+    Without NAME it is ni-2017, the pair of Table 1 of the paper.
+    """
     from ...design.file import BUILTINS, DesignError, builtin_text
 
     if listed:
