@@ -176,7 +176,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=True,
     help="PDF and SVG have type and lines as such, and 3D pictures in them.",
 )
-@option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or the built-in design's name.", metavar="FILE")
+@option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or a built-in design's name.", metavar="FILE")
 @click.option(
     "--flank",
     type=click.Choice(["right", "left", "both"]),

@@ -21,7 +21,7 @@ from .options import version_option
 def main() -> None:
     """Tooth contact analysis of beveloid gears with parabolic profile modification.
 
-    A DESIGN is a TOML file or the name of the built-in design, ni-2017.
+    A DESIGN is a TOML file or the name of a built-in design, ni-2017 if none is given: see design --list.
     """
 
 

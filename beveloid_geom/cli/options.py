@@ -184,7 +184,7 @@ def progress_bar(total: int, unit: str) -> Any:
 
 
 def load_design(source: str) -> Design:
-    """Read the design in the file `source`, or the built-in one by its name. Raises Refusal."""
+    """Read the design in the file `source`, or a built-in one by its name. Raises Refusal."""
     from ..design.file import DesignError, read_design
 
     try:

@@ -38,6 +38,13 @@ from .limits import (
 from .model import Design, Errors, Member, Pair, Tool, from_degrees
 
 BUILTIN = "ni-2017"
+BUILTINS = {
+    BUILTIN: "crossed pair of Table 1 of Ni et al. 2017: m 6, 29/45 teeth, offset 229 mm, 15 deg",
+    "awd-transfer": "transfer pair for all-wheel drive: m 3, 37/37 teeth, axes that intersect at 4 deg",
+    "marine-gearbox": "reduction of a marine gearbox: m 6, 24/61 teeth, axes that intersect at 7 deg",
+}
+"""Built-in designs by name, with what they are."""
+_NAMES = ", ".join(BUILTINS)
 MOST_BYTES = 1_000_000
 """Of a design file; the built-in one has 2,000."""
 
@@ -192,7 +199,7 @@ def read_design(path: str | os.PathLike[str]) -> Design:
     Parameters
     ----------
     path : path-like
-        The file, or 'ni-2017' for the built-in design.
+        The file, or the name of a built-in design (`builtin_design`).
 
     Returns
     -------
@@ -205,14 +212,14 @@ def read_design(path: str | os.PathLike[str]) -> Design:
         With every fault found, or with the reason why there is no text.
     """
     source = os.fspath(path)
-    if source == BUILTIN:
-        return builtin_design()
+    if source in BUILTINS:
+        return builtin_design(source)
     try:
         with open(source, "rb") as file:
             data = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        fault = f"cannot be read ({reason}): name a TOML file, or '{BUILTIN}' for the built-in design"
+        fault = f"cannot be read ({reason}): name a TOML file, or a built-in design: {_NAMES}"
         raise DesignError([fault], source) from None
     if len(data) > MOST_BYTES:
         raise DesignError([f"is longer than {MOST_BYTES:,} bytes: is it a design file?"], source)
@@ -227,9 +234,9 @@ def read_design(path: str | os.PathLike[str]) -> Design:
 
 
 def builtin_text(name: str = BUILTIN) -> str:
-    """Give the text of the built-in design file, as a start for one's own. Raises DesignError."""
-    if name != BUILTIN:
-        raise DesignError([f"there is no built-in design {shown_value(name)}: there is '{BUILTIN}'"])
+    """Give the text of a built-in design file, as a start for one's own. Raises DesignError."""
+    if name not in BUILTINS:
+        raise DesignError([f"there is no built-in design {shown_value(name)}: there are {_NAMES}"])
     return (resources.files(__package__) / "designs" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -239,7 +246,7 @@ def builtin_design(name: str = BUILTIN) -> Design:
     Parameters
     ----------
     name : str
-        'ni-2017', the pair of Table 1, is the only one.
+        'ni-2017', the pair of Table 1; 'awd-transfer' or 'marine-gearbox', on axes that intersect.
 
     Returns
     -------

@@ -104,7 +104,7 @@ def true_positions(design: Design, flank: str) -> Positions:
 
 
 def kept_positions(design: Design, flank: str) -> FloatArray | None:
-    """Find what `solved_positions` gave for the built-in design without and with parabolas, so that its
+    """Find what `solved_positions` gave for Table 1 without and with parabolas, so that its
     figure needs no mpmath; None for other designs. Made by `python -m tests.studies.kept_positions`."""
     for case in json.loads((files(__package__) / "positions_of_table1.json").read_text(encoding="utf-8")):
         if case["flank"] == flank and builtin_design().with_parabola(*case["parabola"]) == design:

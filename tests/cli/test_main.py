@@ -16,10 +16,10 @@ from click.testing import CliRunner
 
 from beveloid_geom import Errors, Status, builtin_design, path_of_contact
 from beveloid_geom.cli.main import main
-from beveloid_geom.design.file import builtin_text, parse_design
+from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text, json_text
-from tests.cli.running import call, imported_by, run, strict_json, tca
+from tests.cli.running import call, imported_by, refused, run, strict_json, tca
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
@@ -229,6 +229,23 @@ def test_design_prints_a_file_that_can_be_checked(tmp_path: Path) -> None:
     assert checked.exit_code == 0
     assert checked.stdout.endswith("No warnings.\n")
     assert checked.stderr == ""
+
+
+def test_design_lists_and_prints_by_name() -> None:
+    listed = run("design", "--list").stdout.splitlines()
+    assert [line.split()[0] for line in listed] == list(BUILTINS)
+    for name in BUILTINS:
+        assert run("design", name).stdout == builtin_text(name)
+    assert run("design").stdout == builtin_text("ni-2017")
+    assert "of marine-gearbox, right flanks" in run("tca", "marine-gearbox", "--points", "2").stdout
+
+
+@pytest.mark.parametrize("command", ["design", "check", "tca", "mesh --part pinion --out a.stl"])
+def test_an_unknown_name_is_refused_with_those_there_are(command: str) -> None:
+    first, *options = command.split()
+    line = refused(first, "marine", *options)
+    assert line.endswith(f"{', '.join(BUILTINS)}\n")
+    assert "marine'" in line or line.startswith("Error: marine: cannot be read")
 
 
 def test_check_as_json() -> None:

@@ -14,7 +14,7 @@ NARROW = "--pinion-bounds 0 0.0005 --gear-bounds -0.0005 0"
 SOME = "--offset-tolerance 1"
 BAD = {
     "": ("turn",),
-    "design": ("ni-2017",),
+    "design": ("missing.toml", "ni-2017 ni-2017"),
     "tca": (
         *("--points 1", "--points 100001", "--points ten", "--method six-equation", "--offset-error much"),
         *("--force 0", "--force nan", "--force heavy", "--torque -1", "--torque inf"),

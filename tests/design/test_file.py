@@ -267,8 +267,8 @@ def test_message_names_the_file_on_each_line_and_survives_pickling() -> None:
     [
         (
             None,
-            "cannot be read (No such file or directory): name a TOML file, or 'ni-2017' for the built-in "
-            "design",
+            "cannot be read (No such file or directory): name a TOML file, or a built-in design: ni-2017, "
+            "awd-transfer, marine-gearbox",
         ),
         (b"[tool]\nnormal_module = \n", "is not valid TOML: Invalid value (at line 2, column 17)"),
         (b"x = " + 100_000 * b"[", "is not valid TOML: "),
@@ -311,7 +311,7 @@ def test_a_folder_is_no_design(tmp_path: Path) -> None:
 
 
 def test_unknown_builtin() -> None:
-    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': there is 'ni-2017'$"):
+    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': there are ni-2017, "):
         builtin_text("x")
 
 

@@ -93,8 +93,8 @@ ERRORS = (
 
 
 def closed_form(design: Design, flank: str) -> float:
-    """Contact ratio of a pair without profile shift that closes at offset 0: its working angles are those
-    of reference."""
+    """Contact ratio of a pair that closes at offset 0 with its reference cones as pitch cones: profile
+    shift, if any, only moves tips and thins teeth."""
     alpha = float(design.pinion.tool.normal_pressure_angle)
     module = float(design.pinion.tool.normal_module)
     side = {"right": 1.0, "left": -1.0}[flank]
@@ -112,11 +112,12 @@ def _reach(member: Member, side: float) -> float:
     side *= float(np.sign(across @ np.cross(axis, radial)))
     normal = sin(alpha) * outward + side * cos(alpha) * across
     radius = module * float(member.teeth) / (2.0 * cos(beta))
+    tip = module * (float(member.tool.addendum) + float(member.profile_shift))
 
     def above_tip(way: float) -> float:
         z = way * float(normal @ axis)
         return float(np.linalg.norm(radius * radial + way * normal - z * axis)) - (
-            radius + module + z * tan(gamma)
+            radius + tip + z * tan(gamma)
         )
 
     return float(brentq(above_tip, 0.0, 10.0 * module, xtol=1e-14))

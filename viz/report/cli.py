@@ -64,7 +64,7 @@ def main(
     torque: float | None,
     **changes: float | None,
 ) -> None:
-    """Write a report on a DESIGN, a TOML file or ni-2017: one HTML page that needs nothing else.
+    """Write a report on a DESIGN, a TOML file or a built-in name: one HTML page that needs nothing else.
 
     A verdict with a picture, checks, paths of contact, patterns, ease-off, pressures, transmission error,
     sliding, sensitivity and tolerances of both flanks, and the pair in mesh to be turned in 3D. Without
@@ -136,8 +136,10 @@ def _now() -> datetime:
 
 def _written(design: str) -> datetime | None:
     """Give the time at which the file of a design was last written, or SOURCE_DATE_EPOCH if that is earlier:
-    copies made since then are all the same. None for the built-in design."""
-    if design == BUILTIN_DESIGN:
+    copies made since then are all the same. None for a built-in design."""
+    from beveloid_geom.design.file import BUILTINS
+
+    if design in BUILTINS:
         return None
     written, epoch = datetime.fromtimestamp(Path(design).stat().st_mtime, UTC), _epoch()
     return written.astimezone() if epoch is None else min(written, epoch)

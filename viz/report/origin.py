@@ -8,7 +8,7 @@ from datetime import datetime
 
 @dataclass(frozen=True)
 class Origin:
-    """The `name` of a design as it was given, when its file was `written`, None for the built-in one, whether
+    """The `name` of a design as it was given, when its file was `written`, None for a built-in one, whether
     options `changed` it, and when the page was `made`."""
 
     name: str

@@ -22,7 +22,7 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from beveloid_geom.analysis.tolerance import SHARES
-from beveloid_geom.cli.options import BUILTIN_DESIGN
+from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.path import pressure_remarks
 from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
 from beveloid_geom.report.columns import ARCSEC
@@ -258,7 +258,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             for remark in pressure_remarks(one.pressed.pressed)
         ],
         ease_off_grid=EASE_OFF_GRID,
-        builtin=BUILTIN_DESIGN,
+        builtin=BUILTINS,
         clean=quiet(data.remarks),
         asset=asset,
         script_json=script_json,

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import click
 
-from ..options import write_out
+from ..options import BUILTIN_DESIGN, Refusal, write_out
 
 
-@click.command(short_help="Print the built-in design file, as a start for one's own.")
-def design() -> None:
-    """Print the built-in design file, as a start for one's own."""
-    from ...design.file import builtin_text
+@click.command(short_help="Print a built-in design file, as a start for one's own.")
+@click.argument("name", default=BUILTIN_DESIGN)
+@click.option("--list", "listed", is_flag=True, help="List the built-in designs instead.")
+def design(name: str, listed: bool) -> None:
+    """Print a built-in design file, as a start for one's own.
 
-    write_out(builtin_text())
+    Without NAME it is ni-2017, the pair of Table 1 of the paper.
+    """
+    from ...design.file import BUILTINS, DesignError, builtin_text
+
+    if listed:
+        width = max(map(len, BUILTINS))
+        write_out("".join(f"{each:{width}}  {what}\n" for each, what in BUILTINS.items()))
+        return
+    try:
+        write_out(builtin_text(name))
+    except DesignError as error:
+        raise Refusal(error.faults) from None
