@@ -66,9 +66,9 @@ def test_sensitivity_is_the_librarys() -> None:
     for value in ("+2.54", "\u221210.2", "\u22120.575", "+0.389", "\u221218.9", "0 under every error"):
         assert value in shown
     rows = [list(row.values()) for row in table]
-    one = next(row for row in rows if row[:5] == ["as designed", "left", "face_shift", "gear", "shaft angle"])
-    assert one[7] == pytest.approx(0.385224, abs=1e-6)
-    assert one[9] == pytest.approx(path_sensitivity(design, "left").face_shift_by[1, 1, 1], rel=1e-12)
+    one = next(row for row in rows if row[:6] == [0.0, 0.0, "left", "face_shift", "gear", "shaft angle"])
+    assert one[8] == pytest.approx(0.385224, abs=1e-6)
+    assert one[10] == pytest.approx(path_sensitivity(design, "left").face_shift_by[1, 1, 1], rel=1e-12)
 
 
 def test_values_of_a_panel_are_not_overprinted() -> None:

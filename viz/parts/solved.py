@@ -24,6 +24,8 @@ MEMBERS = ("pinion", "gear")
 TABLE_1_MODULE, MODIFIED = 6.0, 0.001
 """mm, and 1/mm: coefficient of the pinion, and less that of the gear, of the paper's modification at that
 module."""
+PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
+"""Columns by which tables tell cases apart."""
 COLUMNS = (
     "status",
     "index",
@@ -157,9 +159,15 @@ def modified(design: Design) -> Design:
     return design.with_parabola(size, -size)
 
 
+def parabolas(design: Design) -> tuple[float, float]:
+    """Give the parabola coefficients of pinion and gear, 1/mm: PARABOLAS."""
+    a1, a2 = (float(member.tool.parabola) for member in design.members)
+    return a1, a2
+
+
 def coefficients(design: Design) -> str:
     """Say the parabola coefficients of a design in mathematical type."""
-    a1, a2 = (float(member.tool.parabola) for member in design.members)
+    a1, a2 = parabolas(design)
     if a1 == a2 or a1 == -a2:
         other = "" if a1 == a2 else "\u2212"
         return f"$a_1$ = {other}$a_2$ = {_plain(a1)} mm$^{{\u22121}}$"

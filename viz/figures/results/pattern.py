@@ -62,13 +62,15 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Both members' layers of one case, pinion first; None with a reason where there is nothing."""
+    """Both members' layers of one case and tooth pair, pinion first; None with a reason where there is
+    nothing."""
 
     heading: str
     design: Design
     flank: str
     layers: tuple[Layer, Layer] | None
     reason: str = ""
+    pair: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +167,8 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         SEPARATION_BANDS,
         HUES,
         tuple(
-            Column(f"tooth pair {heading}", design, flank, own, reason)
-            for heading, own in zip(headings, layers, strict=True)
+            Column(f"tooth pair {heading}", design, flank, own, reason, pair)
+            for heading, own, pair in zip(headings, layers, PAIRS, strict=True)
         ),
     )
 
@@ -268,9 +270,11 @@ def rows(data: BandFigure) -> Table:
         for column in data.columns:
             for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
                 values = (part.ravel() for part in (layer.l, layer.z, layer.values))
-                yield column.heading.replace("$", ""), column.flank, name, *values
+                yield *solved.parabolas(column.design), column.pair, column.flank, name, *values
 
-    return ("case", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"), stacked(cases())
+    return (*solved.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"), stacked(
+        cases()
+    )
 
 
 RECIPES = {

@@ -14,7 +14,7 @@ from beveloid_geom.report.sensitivity import STEPS
 from ...parts import charts
 from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, REASONS, coefficients, modified
+from ...parts.solved import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -33,6 +33,7 @@ class Case:
     """One set of coefficients: the sensitivity of each flank."""
 
     name: str
+    design: Design
     found: tuple[Sensitivity, ...]
 
     @property
@@ -53,7 +54,9 @@ def compute(design: Design) -> tuple[Case, ...]:
     """Find both cases, both flanks."""
     bent = modified(design)
     cases = {"as designed": design, coefficients(bent): bent}
-    return tuple(Case(name, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items())
+    return tuple(
+        Case(name, one, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items()
+    )
 
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
@@ -85,14 +88,14 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
 
 def rows(data: tuple[Case, ...]) -> Table:
     """List every value, and its derivative by mm or rad."""
-    header = ("case", "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
+    header = (*PARABOLAS, "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
     steps = [list(column) for column in zip(*STEPS, strict=True)]
 
     def cases() -> Rows:
         """Give the columns of every change."""
         for case, quantity in product(data, QUANTITIES):
             for (flank, member), row in changes_of(case.found, quantity).items():
-                who = case.name.replace("$", ""), flank, quantity.name, member
+                who = *parabolas(case.design), flank, quantity.name, member
                 yield *who, *steps, row, quantity.unit, row / STEP_SIZES / quantity.scale
 
     return (*header, "derivative_per_mm_or_rad"), stacked(cases())

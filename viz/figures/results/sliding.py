@@ -15,7 +15,7 @@ from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
 from ...parts import charts
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, REASONS, coefficients, modified
+from ...parts.solved import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -113,12 +113,12 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...], head: float)
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
     """List every position of every case; a case without contact in one row that says so."""
     names = tuple(next(iter(data.values()))[0].report.columns)
-    header = ("case", "flank", *(header_of(name) for name in names), "reason")
+    header = (*PARABOLAS, "flank", *(header_of(name) for name in names), "reason")
 
     def cases() -> Rows:
         """Give the columns of every curve."""
         for curve in chain(*data.values()):
-            case = curve.name.replace("$", ""), curve.report.path.flank
+            case = *parabolas(curve.report.path.design), curve.report.path.flank
             if not curve.found:
                 yield *case, *[""] * len(names), curve.report.reason
             yield *case, *curve.report.columns.values(), ""

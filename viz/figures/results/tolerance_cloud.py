@@ -70,6 +70,7 @@ class CaseStudy:
     with a path that another limit ends, and of those without a path, NaN where not known (2, factors)."""
 
     name: str
+    design: Design
     colour: str
     study: ToleranceStudy | None
     shares: FloatArray
@@ -114,9 +115,9 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
     try:
         study = tolerance_study(design, USUAL, flank, MOUNTINGS, seed=SEED)
     except ValueError as error:
-        return CaseStudy(name, colour, None, shares, str(error))
+        return CaseStudy(name, design, colour, None, shares, str(error))
     if not study.mountings.solved.any():
-        return CaseStudy(name, colour, study, shares)
+        return CaseStudy(name, design, colour, study, shares)
     for k, factor in enumerate(FACTORS):
         found = study
         if factor != 1.0:
@@ -126,7 +127,7 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
                 break  # the tolerance is too large for the layout
         without = np.count_nonzero(~found.mountings.solved)
         shares[:, k] = found.limits_changed() / found.cases, without / found.cases
-    return CaseStudy(name, colour, study, shares)
+    return CaseStudy(name, design, colour, study, shares)
 
 
 def _times(tolerances: Tolerances, factor: float) -> Tolerances:
@@ -350,22 +351,30 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
 def rows(data: tuple[Side, ...]) -> Table:
     """List every mounting of every study: its errors, what it has; then shares under larger tolerances."""
     errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
-    header = ["flank", "case", "mounting", *errors, "status", "contact_ratio", "transmission_error_rad"]
+    header = [
+        "flank",
+        *solved.PARABOLAS,
+        "mounting",
+        *errors,
+        "status",
+        "contact_ratio",
+        "transmission_error_rad",
+    ]
     header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
     shares = ("times_tolerances", "share_ended_elsewhere", "share_without_path")
 
     def cases() -> Rows:
         """Give the columns of every study."""
         for flank, case in ((side.flank, case) for side in data for case in side.cases):
-            who = flank, case.name.replace("$", "")
+            who = flank, *solved.parabolas(case.design)
             if case.study is None:
-                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 5)
+                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 6)
                 continue
             found = case.study.mountings
             status = [status_name(code) for code in found.status]
             measures = found.contact_ratio, found.peak_to_peak, *found.pinion_z.T, *found.gear_z.T
             yield *who, np.arange(len(status)), *found.errors.T, status, *measures, "", "", ""
-            yield *who, *[""] * (len(header) - 2), list(FACTORS), *case.shares
+            yield *who, *[""] * (len(header) - 3), list(FACTORS), *case.shares
 
     return [*header, *shares], stacked(cases())
 

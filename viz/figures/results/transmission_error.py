@@ -17,7 +17,7 @@ from beveloid_geom.report.operation import operation_report
 from ...parts import motion_graph
 from ...parts.motion_graph import MICRO, MotionGraph
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import as_large, coefficients, modified, two_digits
+from ...parts.solved import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
 from ...stage import theme
 from ...stage.layout import Cells
 
@@ -48,6 +48,7 @@ class Case:
     name: str
     colour: str
     flank: str
+    design: Design
     graph: MotionGraph | None
     reason: str = ""
 
@@ -64,7 +65,7 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
             report = operation_report("", changed, flank, POINTS, HARMONICS, MARKING_SEPARATION)
             reason = report.reason
             graph = None if reason else motion_graph.motion_graph(report)
-        cases.append(Case(name, colour, flank, graph, reason or ""))
+        cases.append(Case(name, colour, flank, changed, graph, reason or ""))
     return tuple(cases)
 
 
@@ -131,22 +132,22 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
 
 def rows(data: tuple[Case, ...]) -> Table:
     """List what runs over one cycle, a tooth pair alone, and the amplitudes."""
-    header = ("case", "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm")
+    header = (*PARABOLAS, "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm")
 
     def cases() -> Rows:
         """Give the columns of every case."""
         for case in data:
-            name, graph = case.name.replace("$", ""), case.graph
+            who, graph = parabolas(case.design), case.graph
             if graph is None:
-                yield name, case.reason, *[""] * len(header)
+                yield *who, case.reason, *[""] * (len(header) - 1)
                 continue
             first, share, radius = graph.report.first, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
             runs = first.transmission_error - graph.mean
-            yield name, "runs", share, "", runs, "", radius, graph.report.carriers, first.pair
+            yield *who, "runs", share, "", runs, "", radius, graph.report.carriers, first.pair
             edges = ["edge" if edge else "flanks" for edge in graph.edge.tolist()]
-            yield name, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0
+            yield *who, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0
             amplitudes = np.abs(graph.report.cycle.harmonics)
-            yield name, "amplitude", "", 1 + np.arange(amplitudes.size), "", amplitudes, radius, "", ""
+            yield *who, "amplitude", "", 1 + np.arange(amplitudes.size), "", amplitudes, radius, "", ""
 
     return (*header, "carried_by", "tooth_pair"), stacked(cases())
 
