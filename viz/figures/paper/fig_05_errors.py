@@ -12,8 +12,9 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import Frame
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
+from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
-from ...parts import annotate, posed
+from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
@@ -26,8 +27,13 @@ MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 DRAWN_SHARE, TRIAD = 0.46, 0.3
 """Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
 DRAWN_ANGLE = np.radians(18.0)
-TYPICAL = {"offset": 0.5, "shaft_angle": np.radians(0.01), "pinion_axial": 0.5, "gear_axial": 0.5}
-"""Sizes of the errors in Figs. 12 to 15 (mm, rad) with which the drawn ones are compared."""
+TYPICAL = {
+    "offset": OFFSET_ERROR,
+    "shaft_angle": ANGLE_ERROR,
+    "pinion_axial": AXIAL_ERROR,
+    "gear_axial": AXIAL_ERROR,
+}
+"""Sizes of the errors in Figs. 12 to 15 (mm at Table 1's module, rad), to compare with those drawn."""
 ASIDE = 0.75
 """Of the length of the axes, how far a dimension stands aside of the origins."""
 
@@ -149,11 +155,13 @@ def _reach(data: ErrorFigure) -> FloatArray:
 def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
     """Write letter, name, frames and size of the error of a panel, below a place x, y of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
-    times = drawn / TYPICAL[panel.key]
+    typical = TYPICAL[panel.key]
     if panel.key == "shaft_angle":
-        words = f"{np.degrees(drawn):.3g}\u00b0, {times:.0f} times {np.degrees(TYPICAL[panel.key]):g}\u00b0"
+        size, usual = f"{np.degrees(drawn):.3g}\u00b0", f"{np.degrees(typical):g}\u00b0"
     else:
-        words = f"{drawn:.3g} mm, {times:.0f} times {TYPICAL[panel.key]:g} mm"
+        typical = solved.two_digits(typical * solved.as_large(data.design))
+        size, usual = f"{drawn:.3g} mm", f"{typical:g} mm"
+    words = f"{size}, {drawn / typical:.0f} times {usual}"
     head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
     page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
     below, way = y - theme.inches(page, 0.27), f"from $S_{{{panel.before}}}$ to $S_{{{panel.after}}}$"
