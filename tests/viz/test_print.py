@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -20,7 +21,7 @@ from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
 from beveloid_viz.figures.results import maps as fig_maps
-from beveloid_viz.stage import theme, typeset
+from beveloid_viz.stage import files, theme, typeset
 from beveloid_viz.stage.layout import SCALE, Cells, Layout, of_size, of_width
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
@@ -188,6 +189,19 @@ def test_files_have_their_true_size(tmp_path: Path) -> None:
         sides = [float(side) / 72.0 * 25.4 for side in found.groups()]
         assert sides == pytest.approx([90.0, height_mm], abs=0.05)
     assert b"<path" in svg
+
+
+def test_lines_of_a_pdf_reach_its_edges() -> None:
+    """They are clipped to the page as laid out, not to the smaller one of the file."""
+    page, _, _ = theme.new_page(of_width(90.0), "", "", "")
+    axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.plot([0.0, 1.0], [0.0, 1.0])
+    axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    with theme.style(), matplotlib.rc_context({"pdf.compression": 0}):
+        pdf = files.file_of(page, "pdf")
+    ends = [[float(number) for number in line] for line in re.findall(rb"([\d.]+) ([\d.]+) l\n", pdf)]
+    assert max(ends) == pytest.approx(72.0 * page.get_size_inches(), abs=0.01)
 
 
 def test_a_plain_page_leaves_its_words_to_a_file(tmp_path: Path) -> None:

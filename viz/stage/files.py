@@ -49,6 +49,7 @@ def _write_pdf(page: Page, file: io.BytesIO) -> None:
     mixed: Any = MixedModeRenderer
     pdf = file_of_pdf(file, metadata={"CreationDate": None})
     pdf.newPage(scale * width, scale * height)
+    pdf.width, pdf.height = width, height  # to which lines are clipped, under the matrix
     pdf.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
     renderer = mixed(page, width, height, dpi, in_pdf(pdf, dpi, height, width))
     page.dpi = 72.0  # points to an inch, as in PDF
