@@ -16,13 +16,14 @@ from typing import Any
 
 from .field_limits import (
     IN_RADIANS,
+    LIMITS,
     MIN_FLANK_DEPTH,
     MIN_SHAFT_ANGLE_DEG,
     Fault,
     base_pitch_fault,
     refused,
 )
-from .model import Errors, Member, Pair
+from .model import Errors, Member, MeshErrors, Pair
 
 SAME_PITCH = 1e-9
 """Share by which base pitches in a file may differ."""
@@ -98,11 +99,20 @@ def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
 
 def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
     """Refuse an error of the offset that takes the teeth far out of each other."""
-    if abs(float(errors.offset)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
+    yield from _distance_faults("offset", pinion, errors.offset, "it adds to the offset")
+
+
+def centre_distance_faults(pinion: Member, errors: MeshErrors) -> Iterator[Fault]:
+    """Refuse a change of the centre distance that takes the teeth far out of each other."""
+    yield from _distance_faults(
+        "centre_distance", pinion, errors.centre_distance, "it adds to the centre distance"
+    )
+
+
+def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterator[Fault]:
+    if abs(float(error)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
         limit = f"be between -{most:g} and {most:g} mm, {MOST_OFFSET_ERROR:g} modules"
-        yield outside(
-            "errors", "offset", limit, errors.offset, "it adds to the offset, it does not replace it"
-        )
+        yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
 def shaft_angle_error_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
@@ -112,6 +122,23 @@ def shaft_angle_error_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
         cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"
         limit = f"be at least {in_degrees(lowest)} deg"
         yield outside("errors", "shaft_angle_deg", limit, in_degrees(errors.shaft_angle), cure)
+
+
+def mesh_error_faults(pinion: Member, pair: Pair, errors: Errors) -> Iterator[Fault]:
+    """Refuse errors given at the mesh that come to more about the common perpendicular, where they are
+    `errors`, than these may be."""
+    given = vars(errors)
+    if any(math.isnan(value) for value in given.values()):
+        text = 'cannot be "mesh": the flanks have no common normal, and the pair no mesh point'
+        yield Fault("errors", "at", text)
+        return
+    faults = [*offset_error_faults(pinion, errors), *shaft_angle_error_faults(pair, errors)]
+    for key, limit in LIMITS["Errors"].items():
+        value = in_degrees(given[key]) if limit.unit == "deg" else float(f"{given[key]:.6g}")
+        if text := limit.fault(value):
+            faults.append(Fault("errors", f"{key}_deg" if limit.unit == "deg" else key, text))
+    for fault in faults:
+        yield Fault("errors", f'at = "mesh" makes {fault.key} about the common perpendicular, which', fault.text)
 
 
 def radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
