@@ -28,7 +28,7 @@ from .field_limits import (
     shown_value,
 )
 from .limits import (
-    centre_distance_faults,
+    given_at_mesh_faults,
     member_faults,
     mesh_error_faults,
     mesh_faults,
@@ -193,16 +193,17 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
     pinion, gear = (
         _read_member(name, tables, faults) if name in tables else None for name in ("pinion", "gear")
     )
-    pair = errors = None
+    pair: Pair | None = None
+    errors: Errors | MeshErrors | None = None
     if "pair" in tables and (values := _checked(_TABLES["pair"], "pair", tables["pair"], faults)):
         pair = from_degrees(Pair, **values)
     if "errors" in tables:
         errors = _read_errors(tables["errors"], faults)
     if pinion and gear:
         faults += mesh_faults(pinion, gear)
-    if pinion and isinstance(errors, MeshErrors):
-        faults += centre_distance_faults(pinion, errors)
-    elif pinion and errors:
+    if pinion and pair and isinstance(errors, MeshErrors):
+        faults += given_at_mesh_faults(pinion, pair, errors)
+    if pinion and isinstance(errors, Errors):
         faults += offset_error_faults(pinion, errors)
     if pair and isinstance(errors, Errors):
         faults += shaft_angle_error_faults(pair, errors)
@@ -222,7 +223,7 @@ def _about_perpendicular(
     if from_mesh is None:
         raise TypeError("errors at the mesh are read by pair.mesh_errors.read_design")
     found = from_mesh(design, errors)
-    faults += mesh_error_faults(design.pinion, design.pair, found)
+    faults += mesh_error_faults(design.pinion, found)
     return found
 
 

@@ -163,9 +163,9 @@ class Errors:
 
 @dataclass(frozen=True)
 class MeshErrors:
-    """Assembly errors as they are measured at the mesh, for which `pair.mesh_errors` has those about the common
-    perpendicular. The gear is turned about the pitch point: `in_plane` is added to the magnitude of the
-    shaft angle, `out_of_plane` leans the gear's heel the way from pinion axis to gear axis, along +x of S_f.
+    """Assembly errors as they are measured at the mesh, for which `pair.mesh_errors` has those about
+    the common perpendicular. The gear is turned about the pitch point: `in_plane` is added to the magnitude
+    of the shaft angle, `out_of_plane` leans the gear's heel the way from pinion to gear axis, +x of S_f.
     `centre_distance` parts the points of both axes that are nearest to the pitch point; axial errors move a
     member along its own axis, positive towards its heel. mm and rad."""
 

@@ -21,9 +21,10 @@ errors about it are
 t and z the ways from q and from the old foot on the pinion's axis to the new feet, which axial positions are
 counted from. g is formed from differences, so that a far pivot costs no digits.
 
-These are five errors for the four freedoms of two axes with a place on each. The way back therefore holds one:
-the tilt out of the plane where u lies within 60 deg of x, as on ordinary crossed axes, where the centre distance
-then makes the offset; elsewhere, as on intersecting axes, the centre distance, a sum there of both axial errors.
+These are five errors for the four freedoms of two axes with a place on each. The way back therefore holds
+one: the tilt out of the plane where u lies within 60 deg of x, as on ordinary crossed axes, where the centre
+distance then makes the offset; elsewhere the centre distance, which on intersecting axes is the same as two
+axial errors.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ LEAST_STEP = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class _Nominal:
-    """Layout without errors: offset E, its signed shaft angle and the sign of that, the foot (E, 0, 0) seen from
-    the pitch point along x, k2 and k2 x x (`arm`), and u (`centre_line`), all by components."""
+    """Layout without errors: offset E, its signed shaft angle and the sign of that, the foot (E, 0, 0) seen
+    from the pitch point along x, k2 and x x k2 (`arm`), and u (`centre_line`), both by components."""
 
     offset: FloatArray
     sense: FloatArray
@@ -97,7 +98,7 @@ def _turned(nominal: _Nominal, turn: Any, tilt: Any) -> _Turned:
     sin, cos, sin_tilt, cos_tilt = np.sin(angle), np.cos(angle), np.sin(tilt), np.cos(tilt)
     versed = 2.0 * np.sin(0.5 * np.asarray(tilt)) ** 2
     out, down, aside = nominal.arm
-    # k2 and k2 x x turn by 2 sin(turn/2) towards their means.
+    # k2 and x x k2 turn by 2 sin(turn/2) towards their means.
     step, middle = 2.0 * np.sin(0.5 * np.asarray(turn)), nominal.angle + 0.5 * np.asarray(turn)
     change = -out * sin_tilt - down * versed  # along k2 as turned in the plane
     moved = (
@@ -128,8 +129,8 @@ def _offset_error(nominal: _Nominal, turned: _Turned, moved: FloatArray) -> Floa
 
 
 def _feet(nominal: _Nominal, turned: _Turned, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find the ways along pinion and gear axis from the old feet of the common perpendicular, the gear's as it
-    was moved, to the new ones."""
+    """Find the ways along pinion and gear axis from the old feet of the common perpendicular, the gear's
+    as it was moved, to the new ones."""
     first, second = turned.y
     across = (nominal.offset + moved[0]) * first + moved[1] * second
     gear = -across / (nominal.sign * turned.normal)
@@ -156,7 +157,8 @@ def from_mesh(design: Design, errors: MeshErrors) -> Errors:
     Returns
     -------
     Errors
-        NaN where the pair has no pitch point, or its axes are turned past parallel. They may pass the limits of those that users give.
+        NaN where the pair has no pitch point, or its axes are turned past parallel. They may pass the
+        limits of those that users give.
     """
     nominal = _nominal(design)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -180,7 +182,7 @@ def holds_tilt(design: Design) -> Mask:
 
 
 def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quantity = 0.0) -> MeshErrors:
-    """Give the errors at the mesh that are the same as those that a design has about the common perpendicular.
+    """Give the errors at the mesh that are the same as those of a design about the common perpendicular.
 
     Parameters
     ----------
@@ -214,13 +216,19 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
     return _made(MeshErrors(), found)  # type: ignore[no-any-return]
 
 
+def pivot_distance(design: Design) -> FloatArray:
+    """Find how far the pitch point lies from the common perpendicular, mm (batch shape)."""
+    point = mounting_of(design).pitch_point
+    return np.asarray(np.hypot(point[..., 1], point[..., 2]))
+
+
 def _add(moved: FloatArray, line: FloatArray, distance: Any) -> FloatArray:
     """Add a way along a direction, both of components on the leading axis."""
     return np.stack([own + part * distance for own, part in zip(moved, line, strict=True)])
 
 
 def _turn(nominal: _Nominal, errors: Errors, tilt: Any) -> FloatArray:
-    """Find the turn in the plane, signed, that together with a tilt gives the shaft angle: cos d' = cos o cos D."""
+    """Find the turn in the plane, signed, that with a tilt gives the shaft angle: cos d' = cos o cos D."""
     error = nominal.sense * errors.shaft_angle
     whole = nominal.sign * (nominal.angle + error)
     rise = -(np.sin(tilt) ** 2) / (np.sqrt(np.sin(whole - tilt) * np.sin(whole + tilt)) + np.sin(whole))

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, radians
+from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, MeshErrors, Pair, Tool, from_degrees, path_of_contact
+from beveloid_geom import Design, Errors, Member, MeshErrors, Pair, Tool, path_of_contact
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mesh_errors import at_mesh, from_mesh, holds_tilt
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored
-from tests.validation.test_intersecting_axes import EQUAL, LARGE, STRAIGHT
+from tests.validation.test_intersecting_axes import EQUAL, FILE, LARGE, STRAIGHT
 
-NAMES = tuple(vars(Errors()))
-MESH_NAMES = tuple(vars(MeshErrors()))
 SIZES = np.array((0.3, 2e-3, 2e-3, 0.5, 0.5))
 """Of random errors at the mesh, mm and rad."""
 
@@ -37,8 +36,10 @@ def random_designs(cases: int, intersecting: bool, seed: int) -> Design:
     radius = 0.5 * teeth * module / np.cos(helix)
     across = radius[0] * np.cos(cones[1]) + radius[1] * np.cos(cones[0])
     offset = across * np.sin(np.abs(helix[0] + helix[1])) / np.sin(angle)
-    members = [Member(Tool(module, pi / 9), teeth[k], helix[k], cones[k], 0.0, 10.0 * module) for k in (0, 1)]
-    return Design(*members, Pair(offset, angle))
+    pinion, gear = (
+        Member(Tool(module, pi / 9), teeth[k], helix[k], cones[k], 0.0, 10.0 * module) for k in (0, 1)
+    )
+    return Design(pinion, gear, Pair(offset, angle))
 
 
 DESIGNS = {"crossed": random_designs(500, False, 1), "intersecting": random_designs(500, True, 2)}
@@ -46,13 +47,17 @@ DESIGNS = {"crossed": random_designs(500, False, 1), "intersecting": random_desi
 
 def drawn(design: Design, seed: int) -> MeshErrors:
     rng = np.random.default_rng(seed)
-    values = rng.uniform(-1.0, 1.0, (5, *design.batch_shape)) * SIZES.reshape(5, *(1 for _ in design.batch_shape))
+    values = rng.uniform(-1.0, 1.0, (5, *design.batch_shape)) * SIZES.reshape(
+        5, *(1 for _ in design.batch_shape)
+    )
     return MeshErrors(*values)
 
 
 def differences(first: Any, second: Any) -> float:
     """Greatest difference, mm and rad; not a number if one is not."""
-    return float(np.max([np.abs(a - b) for a, b in zip(vars(first).values(), vars(second).values(), strict=True)]))
+    return float(
+        np.max([np.abs(a - b) for a, b in zip(vars(first).values(), vars(second).values(), strict=True)])
+    )
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -163,14 +168,18 @@ def test_lines_in_space(name: str) -> None:
 @pytest.mark.parametrize("name", SINGLES)
 def test_single_errors_are_what_they_are_called(name: str) -> None:
     design = SINGLES[name]
-    assert from_mesh(design, MeshErrors()) == Errors() == from_mesh(design.with_errors(Errors(0.1)), MeshErrors())
+    assert (
+        from_mesh(design, MeshErrors())
+        == Errors()
+        == from_mesh(design.with_errors(Errors(0.1)), MeshErrors())
+    )
     assert from_mesh(design, MeshErrors(pinion_axial=0.2, gear_axial=-0.3)) == Errors(0, 0, 0.2, -0.3)
     turned = from_mesh(design, MeshErrors(in_plane=1e-3))
     assert turned.shaft_angle == 1e-3
-    assert abs(turned.offset) < 1e-12
+    assert abs(float(turned.offset)) < 1e-12
     # A turn about the pitch point leaves it as far from the gear's axis, and its foot there at mid-face.
     layout = layout_of(design.with_errors(turned))
-    x, y, z = mounting_of(design).pitch_point - (0.0, 0.0, -turned.pinion_axial)
+    x, y, z = mounting_of(design).pitch_point + np.array((0.0, 0.0, float(turned.pinion_axial)))
     along = layout.sin_angle * y + layout.cos_angle * z
     radius = np.hypot(x - layout.offset, layout.cos_angle * y - layout.sin_angle * z)
     assert radius == pytest.approx(mounting_of(design).working_radius[1], abs=1e-9)
@@ -189,16 +198,63 @@ def test_the_apex_is_far() -> None:
     assert np.subtract(places[1:], places[0]) == pytest.approx((-1.37, -10.01), abs=0.005)
 
 
+AT_MESH = """
+[errors]
+at = "mesh"
+"""
+
+
+def test_design_files(tmp_path: Path) -> None:
+    file = tmp_path / "pair.toml"
+    text = FILE.format(module=3.0, teeth=(37, 37), helix=(20.0, -20.0), cone=(0.0, 4.0), face=30.0, shaft=4.0)
+    file.write_text(text + AT_MESH + "in_plane_deg = 0.02\nout_of_plane_deg = -0.001\ngear_axial = 0.1")
+    given = MeshErrors(in_plane=radians(0.02), out_of_plane=radians(-0.001), gear_axial=0.1)
+    assert read_design(file) == EQUAL.with_errors(from_mesh(EQUAL, given))
+    file.write_text(text + AT_MESH)
+    assert read_design(file) == EQUAL
+    file.write_text(text + "[errors]\nat = 'perpendicular'\noffset = 0.1")
+    assert read_design(file) == EQUAL.with_errors(Errors(offset=0.1))
+
+
+TO_AXES = 'at = "mesh" comes to offset about the common perpendicular, which must be between -30 and 30 mm'
+FAULTS = {
+    'at = "apex"': 'at must be "perpendicular" or "mesh", got \'apex\': it says',
+    "at = 3": 'at must be "perpendicular" or "mesh", got 3: it says',
+    "at = ['mesh']": 'at must be "perpendicular" or "mesh", got [\'mesh\']: it says',
+    "centre_distance = 0.1": 'centre_distance goes with at = "mesh": here there are offset, shaft_angle_deg',
+    "at = 'mesh'\noffset = 0.1": 'offset goes with at = "perpendicular": here there are centre_distance',
+    "at = 'mesh'\nin_plane = 0.1": "in_plane is unknown: did you mean in_plane_deg?",
+    "at = 'mesh'\nin_plane_deg = '1'": "in_plane_deg must be a number, got '1'",
+    "at = 'mesh'\nin_plane_deg = 6": "in_plane_deg must be between -5 and 5 deg, got 6.0",
+    "at = 'mesh'\ncentre_distance = 31": "centre_distance must be between -30 and 30 mm, 10 modules, got",
+    "at = 'mesh'\nin_plane_deg = -3.9": "in_plane_deg must be at least -3.5 deg, got -3.9: 0.5 deg of",
+    "at = 'mesh'\nin_plane_deg = -5": "in_plane_deg must be at least -3.5 deg, got -5.0: 0.5 deg of",
+    "at = 'mesh'\nout_of_plane_deg = 3": TO_AXES,
+    "at = 'mesh'\ncentre_distance = nan": "centre_distance must be a finite number, got nan",
+}
+
+
+@pytest.mark.parametrize("errors", FAULTS)
+def test_what_a_file_may_not_say_has_one_line(errors: str, tmp_path: Path) -> None:
+    file = tmp_path / "pair.toml"
+    text = FILE.format(module=3.0, teeth=(37, 37), helix=(20.0, -20.0), cone=(0.0, 4.0), face=30.0, shaft=4.0)
+    file.write_text(f"{text}[errors]\n{errors}")
+    with pytest.raises(DesignError) as caught:
+        read_design(file)
+    assert len(caught.value.faults) == 1, caught.value.faults
+    assert caught.value.faults[0].startswith(f"[errors] {FAULTS[errors]}")
+
+
 def test_mirrored_pairs_have_the_same_errors() -> None:
-    given = from_degrees(MeshErrors, centre_distance=0.05, in_plane_deg=0.1, out_of_plane_deg=0.2, gear_axial=1.0)
+    given = MeshErrors(centre_distance=0.05, in_plane=2e-3, out_of_plane=3e-3, gear_axial=1.0)
     for design in (table1(), LARGE):
         assert differences(from_mesh(mirrored(design), given), from_mesh(design, given)) < 1e-12
 
 
 def test_what_has_no_answer_is_not_a_number() -> None:
-    nowhere = replace(table1(), pair=Pair(229.0, radians(60.0)))
+    nowhere = replace(table1(), pair=Pair(229.0, radians(5.0)))
     assert np.isnan(mounting_of(nowhere).gap)
-    assert np.isnan(list(vars(from_mesh(nowhere, MeshErrors(in_plane=1e-4))).values())[0])
+    assert np.isnan(from_mesh(nowhere, MeshErrors(in_plane=1e-4)).pinion_axial)
     assert np.isnan(at_mesh(nowhere.with_errors(Errors(0.1))).in_plane)
-    # Axes that cannot pass each other by 300 mm at this shaft angle without more tilt than that.
+    # Without a change of the shaft angle the gear cannot be tilted so far.
     assert np.isnan(at_mesh(EQUAL.with_errors(Errors(offset=3000.0))).out_of_plane)
