@@ -11,7 +11,17 @@ import mpmath
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, MeshErrors, Pair, Tool, path_of_contact
+from beveloid_geom import (
+    Design,
+    DesignError,
+    Errors,
+    Member,
+    MeshErrors,
+    Pair,
+    Tool,
+    path_of_contact,
+    read_design,
+)
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mesh_errors import at_mesh, from_mesh, holds_tilt
 from beveloid_geom.pair.mounting import mounting_of
