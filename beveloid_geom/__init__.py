@@ -41,11 +41,12 @@ if TYPE_CHECKING:
         path_of_contact as path_of_contact,
     )
     from .design.field_limits import DesignError as DesignError
-    from .design.file import builtin_design as builtin_design, read_design as read_design
+    from .design.file import builtin_design as builtin_design
     from .design.model import (
         Design as Design,
         Errors as Errors,
         Member as Member,
+        MeshErrors as MeshErrors,
         Pair as Pair,
         Tool as Tool,
         from_degrees as from_degrees,
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from .operation.mesh_cycle import MeshCycle as MeshCycle, mesh_cycle as mesh_cycle
     from .operation.pattern import contact_pattern as contact_pattern
     from .pair.closing import zero_backlash_layout as zero_backlash_layout
+    from .pair.mesh_errors import read_design as read_design
     from .shapes.hexahedra import tooth_hexahedra as tooth_hexahedra
     from .shapes.sampling import sample_flank as sample_flank
     from .shapes.solid import gear_solid as gear_solid
@@ -71,14 +73,15 @@ _ROOMS = {
     "analysis.tolerance": "Tolerances tolerance_study",
     "contact.path": "ContactPath contact_ratio path_of_contact",
     "design.field_limits": "DesignError",
-    "design.file": "builtin_design read_design",
-    "design.model": "Design Errors Member Pair Tool from_degrees",
+    "design.file": "builtin_design",
+    "design.model": "Design Errors Member MeshErrors Pair Tool from_degrees",
     "operation.backlash": "mounted_backlash",
     "operation.certificate": "certify",
     "operation.first_contact": "first_contact",
     "operation.mesh_cycle": "MeshCycle mesh_cycle",
     "operation.pattern": "contact_pattern",
     "pair.closing": "zero_backlash_layout",
+    "pair.mesh_errors": "read_design",
     "shapes.hexahedra": "tooth_hexahedra",
     "shapes.sampling": "sample_flank",
     "shapes.solid": "gear_solid",

@@ -185,7 +185,8 @@ def progress_bar(total: int, unit: str) -> Any:
 
 def load_design(source: str) -> Design:
     """Read the design in the file `source`, or a built-in one by its name. Raises Refusal."""
-    from ..design.file import DesignError, read_design
+    from ..design.field_limits import DesignError
+    from ..pair.mesh_errors import read_design
 
     try:
         return read_design(source)

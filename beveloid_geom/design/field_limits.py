@@ -167,6 +167,13 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
         "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
     },
+    "MeshErrors": {
+        "centre_distance": _FREE,
+        "in_plane": Limit(-5, 5, "deg", _LAYOUT),
+        "out_of_plane": Limit(-5, 5, "deg", _LAYOUT),
+        "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
+        "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
+    },
 }
 """Limits by the class of `design.model` and its fields."""
 _FROM_PYTHON = {

@@ -13,7 +13,7 @@ import difflib
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, fields, replace
 from importlib import resources
 from typing import Any, NamedTuple, TypeAlias
@@ -28,14 +28,16 @@ from .field_limits import (
     shown_value,
 )
 from .limits import (
+    given_at_mesh_faults,
     member_faults,
+    mesh_error_faults,
     mesh_faults,
     offset_error_faults,
     outside,
     radian_faults,
     shaft_angle_error_faults,
 )
-from .model import Design, Errors, Member, Pair, Tool, from_degrees
+from .model import Design, Errors, Member, MeshErrors, Pair, Tool, from_degrees
 
 BUILTIN = "ni-2017"
 BUILTINS = {
@@ -72,6 +74,11 @@ def _keys_of(inputs: type) -> dict[str, _Key]:
 
 
 _MEMBER, _ERRORS = _keys_of(Tool) | _keys_of(Member), _keys_of(Errors)
+_PERPENDICULAR, _MESH = "perpendicular", "mesh"
+_ERRORS_AT = {_PERPENDICULAR: _ERRORS, _MESH: _keys_of(MeshErrors)}
+"""Keys of [errors] by the place `at` which they are: about the common perpendicular, or at the mesh."""
+FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
+"""`pair.mesh_errors.from_mesh`: it needs the pitch point, which follows from the design."""
 _PARABOLA = {"parabola": _MEMBER["parabola"]}
 _TOOL = {key: value for key, value in _keys_of(Tool).items() if key not in _PARABOLA}
 _TABLES: dict[str, _Keys] = {
@@ -88,12 +95,14 @@ def _guess(word: str, known: Iterable[str]) -> str | None:
     return next(iter(difflib.get_close_matches(word.lower(), list(known), n=1)), None)
 
 
-def _unknown(table: str, key: str, value: object) -> Fault:
-    """Refuse a key that `table` does not have; '' stands for the top of the file."""
-    known = list(_TABLES[table]) if table else [f"[{name}]" for name in _TABLES]
+def _unknown(table: str, key: str, value: object, keys: Iterable[str] = ()) -> Fault:
+    """Refuse a key that is not of those that `table` has; '' stands for the top of the file."""
+    known = list(keys) if table else [f"[{name}]" for name in _TABLES]
     shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
+    elif table == "errors" and (places := [at for at, own in _ERRORS_AT.items() if key in own]):
+        return Fault(table, shown, f'goes with at = "{places[0]}": here there are {", ".join(known)}')
     elif homes := [f"[{name}]" for name, keys in _TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(homes)}")
     guess = _guess(shown, known)
@@ -117,7 +126,7 @@ def _checked(
             found.append(Fault(table, key, text))
         elif values[key] is MISSING and key not in meant:
             found.append(Fault(table, key, _MISSING))
-    found += [_unknown(table, key, given[key]) for key in unknown]
+    found += [_unknown(table, key, given[key], known) for key in unknown]
     faults += found
     return None if found else values
 
@@ -156,8 +165,24 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
     return tables
 
 
-def parse_design(text: str, source: str = "design") -> Design:
-    """Read the design written in `text`, TOML in mm and degrees; `source` leads the error messages.
+def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | MeshErrors | None:
+    """Read [errors], about the common perpendicular or at the mesh."""
+    keys, at = dict(given), given.get("at", _PERPENDICULAR)
+    keys.pop("at", None)
+    if not isinstance(at, str) or at not in _ERRORS_AT:
+        limit = " or ".join(f'"{place}"' for place in _ERRORS_AT)
+        cure = "it says where errors are measured, the common perpendicular if it is left out"
+        faults.append(outside("errors", "at", f"be {limit}", at, cure))
+        return None
+    values = _checked(_ERRORS_AT[at], "errors", keys, faults)
+    if values is None:
+        return None
+    return from_degrees(MeshErrors, **values) if at == _MESH else from_degrees(Errors, **values)
+
+
+def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None = None) -> Design:
+    """Read the design written in `text`, TOML in mm and degrees; `source` leads the error messages,
+    `from_mesh` gives the errors about the common perpendicular of those at the mesh.
 
     Raises DesignError with every fault found."""
     try:
@@ -175,42 +200,44 @@ def parse_design(text: str, source: str = "design") -> Design:
     pinion, gear = (
         _read_member(name, tables, faults) if name in tables else None for name in ("pinion", "gear")
     )
-    pair = errors = None
+    pair: Pair | None = None
+    errors: Errors | MeshErrors | None = None
     if "pair" in tables and (values := _checked(_TABLES["pair"], "pair", tables["pair"], faults)):
         pair = from_degrees(Pair, **values)
-    if "errors" in tables and (values := _checked(_ERRORS, "errors", tables["errors"], faults)):
-        errors = from_degrees(Errors, **values)
+    if "errors" in tables:
+        errors = _read_errors(tables["errors"], faults)
     if pinion and gear:
         faults += mesh_faults(pinion, gear)
-    if pinion and errors:
+    if pinion and pair and isinstance(errors, MeshErrors):
+        faults += given_at_mesh_faults(pinion, pair, errors)
+    if pinion and isinstance(errors, Errors):
         faults += offset_error_faults(pinion, errors)
-    if pair and errors:
+    if pair and isinstance(errors, Errors):
         faults += shaft_angle_error_faults(pair, errors)
     if pinion and gear and pair:
         faults += radian_faults(pinion, gear, pair)
-        if errors and not faults:
+        if isinstance(errors, MeshErrors) and not faults:
+            errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
+        if isinstance(errors, Errors) and not faults:
             return Design(pinion, gear, pair, errors)
     raise DesignError(dict.fromkeys(faults), source)
 
 
-def read_design(path: str | os.PathLike[str]) -> Design:
-    """Read a design file (TOML, mm and degrees).
+def _about_perpendicular(
+    design: Design, errors: MeshErrors, from_mesh: FromMesh | None, faults: list[Fault]
+) -> Errors:
+    """Give the errors about the common perpendicular for those at the mesh."""
+    if from_mesh is None:
+        raise TypeError("errors at the mesh are read by pair.mesh_errors.read_design")
+    found = from_mesh(design, errors)
+    faults += mesh_error_faults(design.pinion, found)
+    return found
 
-    Parameters
-    ----------
-    path : path-like
-        The file, or the name of a built-in design (`builtin_design`).
 
-    Returns
-    -------
-    Design
-        In mm and rad.
+def read_design(path: str | os.PathLike[str], from_mesh: FromMesh | None = None) -> Design:
+    """Read a design file (TOML, mm and degrees) as `parse_design` does, or a built-in one by its name.
 
-    Raises
-    ------
-    DesignError
-        With every fault found, or with the reason why there is no text.
-    """
+    Raises DesignError with every fault found, or with the reason why there is no text."""
     source = os.fspath(path)
     if source in BUILTINS:
         return builtin_design(source)
@@ -230,7 +257,7 @@ def read_design(path: str | os.PathLike[str]) -> Design:
     except UnicodeDecodeError as error:
         fault = f"is not UTF-{16 if wide else 8} text (byte {error.start}): is it a design file?"
         raise DesignError([fault], source) from None
-    return parse_design(text, source)
+    return parse_design(text, source, from_mesh)
 
 
 def builtin_text(name: str = BUILTIN) -> str:

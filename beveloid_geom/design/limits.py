@@ -16,13 +16,14 @@ from typing import Any
 
 from .field_limits import (
     IN_RADIANS,
+    LIMITS,
     MIN_FLANK_DEPTH,
     MIN_SHAFT_ANGLE_DEG,
     Fault,
     base_pitch_fault,
     refused,
 )
-from .model import Errors, Member, Pair
+from .model import Errors, Member, MeshErrors, Pair
 
 SAME_PITCH = 1e-9
 """Share by which base pitches in a file may differ."""
@@ -98,20 +99,52 @@ def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
 
 def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
     """Refuse an error of the offset that takes the teeth far out of each other."""
-    if abs(float(errors.offset)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
+    yield from _distance_faults("offset", pinion, errors.offset, "it adds to the offset")
+
+
+def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterator[Fault]:
+    if abs(float(error)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
         limit = f"be between -{most:g} and {most:g} mm, {MOST_OFFSET_ERROR:g} modules"
-        yield outside(
-            "errors", "offset", limit, errors.offset, "it adds to the offset, it does not replace it"
-        )
+        yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
 def shaft_angle_error_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
     """Refuse an error of the shaft angle that leaves parallel axes."""
+    yield from _angle_faults("shaft_angle_deg", pair, errors.shaft_angle)
+
+
+def _angle_faults(key: str, pair: Pair, error: Any) -> Iterator[Fault]:
     lowest = math.radians(MIN_SHAFT_ANGLE_DEG) - float(pair.shaft_angle)
-    if float(errors.shaft_angle) < lowest - 1e-12:
+    if float(error) < lowest - 1e-12:
         cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"
         limit = f"be at least {in_degrees(lowest)} deg"
-        yield outside("errors", "shaft_angle_deg", limit, in_degrees(errors.shaft_angle), cure)
+        yield outside("errors", key, limit, in_degrees(error), cure)
+
+
+def given_at_mesh_faults(pinion: Member, pair: Pair, errors: MeshErrors) -> Iterator[Fault]:
+    """Refuse errors at the mesh that take the teeth far out of each other, or leave parallel axes."""
+    cure = "it adds to the centre distance"
+    yield from _distance_faults("centre_distance", pinion, errors.centre_distance, cure)
+    yield from _angle_faults("in_plane_deg", pair, errors.in_plane)
+
+
+def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
+    """Refuse errors given at the mesh that come to more about the common perpendicular, where they are
+    `errors`, than these may be."""
+    given = vars(errors)
+    if any(math.isnan(value) for value in given.values()):
+        nowhere = 'cannot be "mesh": the flanks have no common normal, and the pair no mesh point'
+        yield Fault("errors", "at", nowhere)
+        return
+    faults = [*offset_error_faults(pinion, errors)]
+    for name, limit in LIMITS["Errors"].items():
+        angle = limit.unit == "deg"
+        value = in_degrees(given[name]) if angle else float(f"{given[name]:.6g}")
+        if text := limit.fault(value):
+            faults.append(Fault("errors", f"{name}_deg" if angle else name, text))
+    for fault in faults:
+        key = f'at = "mesh" comes to {fault.key} about the common perpendicular, which'
+        yield Fault("errors", key, fault.text)
 
 
 def radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:

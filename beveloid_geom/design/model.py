@@ -162,6 +162,28 @@ class Errors:
 
 
 @dataclass(frozen=True)
+class MeshErrors:
+    """Assembly errors as they are measured at the mesh, for which `pair.mesh_errors` has those about
+    the common perpendicular. The gear is turned about the pitch point: `in_plane` is added to the magnitude
+    of the shaft angle, `out_of_plane` leans the gear's heel the way from pinion to gear axis, +x of S_f.
+    `centre_distance` parts the points of both axes that are nearest to the pitch point; axial errors move a
+    member along its own axis, positive towards its heel. mm and rad."""
+
+    centre_distance: Quantity = 0.0
+    in_plane: Quantity = 0.0
+    out_of_plane: Quantity = 0.0
+    pinion_axial: Quantity = 0.0
+    gear_axial: Quantity = 0.0
+
+    __eq__ = equal
+    __setstate__ = restored
+
+    def __post_init__(self) -> None:
+        """Raises DesignError as `Tool` does."""
+        take("MeshErrors", vars(self))
+
+
+@dataclass(frozen=True)
 class Design:
     """A pair of beveloid gears, as mounted."""
 

@@ -12,10 +12,11 @@ from ..findings.backlash import backlash_report
 from ..findings.layout import bare, meshes
 from ..findings.remarks import Remark, quiet, remarks_data
 from ..pair.closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..pair.mesh_errors import pivot_distance
 from ..pair.mounting import mounting_of
 from .columns import column
 from .result import Rows, by_columns
-from .words import advice_data, head_lines, layout_data, line, remark_lines
+from .words import advice_data, error_lines, head_lines, layout_data, line, remark_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,10 @@ class ClosingReport:
             text += line("lines of action", f"of right and left flanks are {closing.gap:.4f} mm apart")
             text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
+            far = f"the common perpendicular, {float(pivot_distance(self.design)):.2f} mm from the mesh point"
+            text += error_lines(self.design) or line(
+                "errors", f'of the shaft angle turn about {far}; with at = "mesh" in [errors] about that'
+            )
             if not math.isnan(closing.offset):
                 at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
                 text += line("closes at", at)

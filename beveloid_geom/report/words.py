@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..contact.path import PathEnds
-from ..design.model import Design, Errors
+from ..design.model import Design, Errors, MeshErrors
 from ..findings.advice import Advice
 from ..findings.backlash import backlash_data, backlash_report
 from ..findings.remarks import Remark
+from ..pair.mesh_errors import at_mesh, pivot_distance
 from ..pair.mounting import mounting_of
 from ..status import Status
 
@@ -55,6 +56,8 @@ def layout_data(name: str, design: Design) -> dict[str, Any]:
             "offset": design.pair.offset,
             "shaft_angle": design.pair.shaft_angle,
             "errors": dict(vars(design.errors)),
+            "errors_at_mesh": dict(vars(at_mesh(design))),
+            "pivot_distance": pivot_distance(design),
         },
         "mounting": dict(zip(("dw1", "dw2", "rw1", "rw2", "pitch_point"), values, strict=True)),
         "normal_backlash": mounting.normal_backlash,
@@ -87,12 +90,37 @@ def head_lines(design: Design) -> str:
         stand = "no mounting distances: the flanks have no common normal"
     angle = math.degrees(design.pair.shaft_angle)
     text = line("layout", f"E = {design.pair.offset:.9g} mm, shaft angle = {angle:.9g} deg, {stand}")
-    if words := error_words(design.errors):
-        text += line("errors", words)
+    text += error_lines(design)
     parabolas = [float(member.tool.parabola) for member in design.members]
     if any(parabolas):
         text += line("parabola", "pinion {:g} 1/mm, gear {:g} 1/mm".format(*parabolas))
     return text
+
+
+def error_lines(design: Design) -> str:
+    """Write the errors of a design, if it has any: about the common perpendicular, how far from the mesh that
+    is, and what the same errors are at the mesh."""
+    if not (words := error_words(design.errors)):
+        return ""
+    far = float(pivot_distance(design))
+    if math.isnan(far):
+        return line("errors", words)
+    text = line("errors", f"{words}, about the common perpendicular, {far:.2f} mm from the mesh point")
+    return text + line("same at the mesh", mesh_error_words(at_mesh(design)))
+
+
+def mesh_error_words(errors: MeshErrors) -> str:
+    """Say the errors at the mesh that are not 0 beside rounding, in mm and deg."""
+    found = (
+        ("centre distance", float(errors.centre_distance), "mm"),
+        ("in plane", math.degrees(errors.in_plane), "deg"),
+        ("out of plane", math.degrees(errors.out_of_plane), "deg"),
+        ("pinion axial", float(errors.pinion_axial), "mm"),
+        ("gear axial", float(errors.gear_axial), "mm"),
+    )
+    if math.isnan(errors.in_plane):
+        return "none: no tilt gives this offset"
+    return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if abs(value) > 1e-10)
 
 
 def error_words(errors: Errors) -> str:

@@ -52,6 +52,21 @@ def test_every_command_runs(name: str, command: str, tmp_path: Path) -> None:
     assert "nan" not in result.stdout
 
 
+def test_check_says_which_pivot_is_meant(tmp_path: Path) -> None:
+    straight = written(tmp_path, "straight", more='[errors]\nat = "mesh"\nin_plane_deg = 0.02\n')
+    found = " ".join(run("check", straight).stdout.split())
+    assert "shaft angle +0.02 deg, pinion axial -" in found
+    assert "about the common perpendicular, 1" in found
+    assert "same at the mesh in plane +0.02 deg closes" in found
+    plain = " ".join(run("check", written(tmp_path, "straight")).stdout.split())
+    assert "errors of the shaft angle turn about the common perpendicular, 1" in plain
+
+
+def test_a_place_of_errors_that_is_none_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "straight", more='[errors]\nat = "apex"\n')
+    assert '[errors] at must be "perpendicular" or "mesh", got \'apex\'' in refused("check", path)
+
+
 def test_meshes_are_written(tmp_path: Path) -> None:
     out = tmp_path / "tooth.vtu"
     result = run("mesh", written(tmp_path, "24/61"), "--part", "pair", "--out", out, "--tolerance", "0.2")

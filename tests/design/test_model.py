@@ -18,6 +18,7 @@ from beveloid_geom import (
     DesignError,
     Errors,
     Member,
+    MeshErrors,
     Pair,
     Tool,
     first_contact,
@@ -34,7 +35,10 @@ T = TypeVar("T")
 TABLE = table1()
 PINION = TABLE.pinion
 TOOL = PINION.tool
-KINDS: dict[str, Any] = {"Tool": TOOL, "Member": PINION, "Pair": TABLE.pair, "Errors": TABLE.errors}
+KINDS: dict[str, Any] = {
+    **{"Tool": TOOL, "Member": PINION, "Pair": TABLE.pair},
+    **{"Errors": TABLE.errors, "MeshErrors": MeshErrors()},
+}
 
 
 def changed(given: T, name: str, value: Any) -> T:
