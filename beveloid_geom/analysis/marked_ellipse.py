@@ -52,9 +52,10 @@ def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllips
     if not z.size:
         return MarkedEllipse(*[float("nan")] * 5)
     share = amount / amount.sum()
-    centre = np.array((share @ z, share @ r))
+    # Sums, not products of matrices, the last digit of which depends on the machine's threads.
+    centre = (share * np.stack((z, r))).sum(axis=-1)
     away = np.stack((z, r)) - centre[:, None]
-    (least, greatest), ways = np.linalg.eigh((share * away) @ away.T)
+    (least, greatest), ways = np.linalg.eigh((share * away[:, None] * away).sum(axis=-1))
     # A uniform ellipse has a quarter of the squares of its half axes as second moments.
     minor, major = 2.0 * np.sqrt(np.maximum((least, greatest), 0.0))
     along, up = ways[:, 1] * np.where(ways[0, 1] < 0.0, -1.0, 1.0)
