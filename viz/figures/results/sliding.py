@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -62,6 +62,7 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
 
 def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
+    cells = replace(CELLS, down=1.0) if layout.printed else CELLS
     page, low, high = theme.new_page(
         layout,
         "Sliding along the path of contact",
@@ -69,10 +70,10 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         NOTE,
         below=0.6,
         above=0.4,
-        tall=CELLS.tall(layout, 4, 3.1),
+        tall=cells.tall(layout, 4, 3.1),
     )
-    panels = theme.panels(page, CELLS, 4, low, high)
-    beside = CELLS.columns(layout, 4) == 2
+    panels = theme.panels(page, cells, 4, low, high)
+    beside = cells.columns(layout, 4) == 2
     columns = []
     for column, (flank, curves) in enumerate(data.items()):
         speed, specific = panels[column::2] if beside else panels[2 * column : 2 * column + 2]
