@@ -31,7 +31,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -45,6 +45,8 @@ MOST_STEPS = 30
 """Secant steps to a tilt; 3 to 6 are needed."""
 LEAST_STEP = 1e-8
 """Rad, of which the secant's slope is taken."""
+
+Kind = TypeVar("Kind", Errors, MeshErrors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,7 @@ def _feet(nominal: _Nominal, turned: _Turned, moved: FloatArray) -> tuple[FloatA
     return moved[2] + gear * turned.along, gear
 
 
-def _made(kind: Errors | MeshErrors, values: dict[str, Any]) -> Any:
+def _made(kind: Kind, values: dict[str, Any]) -> Kind:
     """Give errors of these values, plain numbers where they are single ones."""
     arrays = np.broadcast_arrays(*values.values())
     shown = (float(array) if array.ndim == 0 else array.copy() for array in arrays)
@@ -172,7 +174,7 @@ def from_mesh(design: Design, errors: MeshErrors) -> Errors:
             "pinion_axial": errors.pinion_axial - pinion,
             "gear_axial": errors.gear_axial - gear,
         }
-    return _made(Errors(), found)  # type: ignore[no-any-return]
+    return _made(Errors(), found)
 
 
 def holds_tilt(design: Design) -> Mask:
@@ -213,7 +215,7 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
             "pinion_axial": errors.pinion_axial + pinion,
             "gear_axial": errors.gear_axial + gear,
         }
-    return _made(MeshErrors(), found)  # type: ignore[no-any-return]
+    return _made(MeshErrors(), found)
 
 
 def pivot_distance(design: Design) -> FloatArray:

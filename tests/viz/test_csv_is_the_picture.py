@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 from beveloid_geom.arrays import FloatArray
 from beveloid_viz.stage.layout import of_size
 
-from .pages import recipe_of
-from .test_snapshots import _short_measurements as _short_measurements, data_of
+from .pages import recipe_of, short_measurements
+from .test_snapshots import data_of
 
 CHARTS = {
     "fig-06": 5,
@@ -30,6 +30,12 @@ UNITS = (1.0, 1e3, 1e6, 100.0, float(np.degrees(3600.0)), float(np.degrees(1.0))
 """What a column is drawn in: itself, um of mm, urad of rad, percent, arcsec and degrees of rad."""
 ONE_WAY = {"transmission-error": 1, "mesh-convergence": 1, "tolerance-cloud": 0}
 """Which way of charts that repeat a curve whole pitches on, or draw it over settings or up to a rank."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _short_measurements() -> Iterator[None]:
+    with short_measurements():
+        yield
 
 
 def curves(name: str) -> Iterator[Line2D]:

@@ -19,16 +19,13 @@ from PIL import Image
 from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
-from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.stage import files, theme, typeset
 from beveloid_viz.stage.layout import SCALE, Cells, Layout, of_size, of_width
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
 
 from ..symmetry import mirrored, scaled
-from .pages import recipe_of
-from .test_snapshots import FEW
+from .pages import recipe_of, short_measurements
 
 WIDTHS = (90.0, 190.0)
 DPI = 70.0
@@ -56,11 +53,7 @@ QUICK = ("fig-02", "fig-09", "sensitivity", "transmission-error")
 @pytest.fixture(scope="module", autouse=True)
 def _small_studies() -> Iterator[None]:
     require_opengl()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_speed, "SETTINGS", FEW)
-        patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
-        patch.setattr(fig_maps, "STEPS", 9)
-        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 5)
+    with short_measurements():
         yield
 
 

@@ -25,12 +25,10 @@ from PIL import Image as Pillow
 from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.shapes.mesh_contact import Convergence
-from beveloid_geom.studies.comparison import Row, Settings
+from beveloid_geom.studies.comparison import Row
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
 from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
-from beveloid_viz.figures.results import maps as fig_maps
 from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.parts.recipe import Drawing
 from beveloid_viz.parts.solved import SolvedPath
@@ -39,7 +37,7 @@ from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.theme import Page
 
-from .pages import recipe_of
+from .pages import recipe_of, short_measurements
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZE = (800, 600)
@@ -54,16 +52,6 @@ WITHOUT_CURVES = {"meshed-tooth"}
 """Pages on which nothing is left but words, or that are never the same twice."""
 CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
 CHARTS += ["speed-accuracy", "ease-off", "statements"]
-FEW = Settings(
-    tolerances=(0.1, 0.01),
-    xtols=(1e-2, 1e-14),
-    batches=(1, 100),
-    batch=10,
-    run=11,
-    repeat=0,
-    grids=(8, 16),
-)
-"""Of the comparison of methods."""
 Image = NDArray[np.uint8]
 
 
@@ -74,12 +62,7 @@ def _opengl() -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def _short_measurements() -> Iterator[None]:
-    """Pages of measurements are drawn from a few of them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_speed, "SETTINGS", FEW)
-        patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
-        patch.setattr(fig_maps, "STEPS", 7)
-        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 7)
+    with short_measurements():
         yield
 
 

@@ -11,6 +11,7 @@ from beveloid_geom import first_contact
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
 
@@ -22,7 +23,6 @@ REACH, STEPS = 3, 64
 SHOWN = 2
 """Pitches drawn."""
 MICRO = 1e6
-ARCSEC = np.degrees(3600.0)
 
 
 @dataclass(frozen=True, eq=False)

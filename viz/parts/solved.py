@@ -16,14 +16,14 @@ from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.report.words import status_name
 from beveloid_geom.status import Limit, Verdict
+from beveloid_geom.studies.claims import MODIFIED
 
 from .recipe import Table
 
 FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
-TABLE_1_MODULE, MODIFIED = 6.0, 0.001
-"""mm, and 1/mm: coefficient of the pinion, and less that of the gear, of the paper's modification at that
-module."""
+TABLE_1_MODULE = 6.0
+"""mm."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
 """Columns by which tables tell cases apart."""
 COLUMNS = (
@@ -155,8 +155,7 @@ def two_digits(value: float) -> float:
 
 def modified(design: Design) -> Design:
     """Give a design the paper's modification, at its own module."""
-    size = two_digits(MODIFIED / as_large(design))
-    return design.with_parabola(size, -size)
+    return design.with_parabola(*(two_digits(value / as_large(design)) for value in MODIFIED))
 
 
 def parabolas(design: Design) -> tuple[float, float]:

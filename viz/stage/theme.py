@@ -232,22 +232,15 @@ def legend(
     page: Page, handles: Sequence[Artist], columns: int, below: float = 0.75, left: float = 0.0, **style: Any
 ) -> None:
     """Put a legend at the right of a page, `below` its upper edge by so many inches; or at its left, from a
-    share of its width. In print it comes over the figure, in as many of its columns as have room."""
-    if page.layout.printed:
-        page.legend_entries.append(Entries(handles, columns, style))
-        return
-    place: dict[str, Any] = {"loc": "upper left" if left else "upper right", "borderaxespad": 0.0}
+    share of its width; or where the `style` says (`loc`, `bbox_to_anchor`). In print it comes over the
+    figure, in as many of its columns as have room."""
     below -= 0.5 * WORDS if page.layout.plain else 0.0
-    corner = (left or 0.985, 1.0 - inches(page, below))
-    page.legend(handles=handles, bbox_to_anchor=corner, ncols=columns, **place, **style)
-
-
-def legend_below(page: Page, handles: Sequence[Artist], columns: int, height: float, **style: Any) -> None:
-    """Put a legend in the middle of a page, at a share of its height; in print where all legends are."""
+    corner, loc = (left or 0.985, 1.0 - inches(page, below)), "upper left" if left else "upper right"
+    style = {"loc": loc, "bbox_to_anchor": corner, "borderaxespad": 0.0, **style}
     if page.layout.printed:
         page.legend_entries.append(Entries(handles, columns, style))
-        return
-    page.legend(handles=handles, loc="center", bbox_to_anchor=(0.5, height), ncols=columns, **style)
+    else:
+        page.legend(handles=handles, ncols=columns, **style)
 
 
 def signed(value: float, digits: int) -> str:

@@ -81,7 +81,8 @@ def _set_type(text: Any) -> None:
 def _break_titles(axes: Axes) -> None:
     """Break titles and names of axes that are longer than their axes."""
     box = axes.get_window_extent()
-    for text in (axes.title, axes._left_title, axes._right_title, axes.xaxis.label):  # type: ignore[attr-defined]
+    titles = [part for part in axes.get_children() if isinstance(part, Text) and part not in axes.texts]
+    for text in (*titles, axes.xaxis.label):
         if text.get_text():
             theme.fill(text, text.get_text(), box.width)
     label, words = axes.yaxis.label, axes.get_ylabel()
@@ -158,9 +159,8 @@ def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
     touching = (over > 0.0).all(axis=-1) & (free[:, None] | free) & ~np.eye(len(boxes), dtype=bool)
     side = np.sign((low + high)[:, None] - (low + high))
     order = np.arange(len(boxes))
-    side = np.where(
-        side == 0.0, np.sign(order[:, None] - order)[..., None], side
-    )  # the first gives way downwards
+    first = np.sign(order[:, None] - order)[..., None]
+    side = np.where(side == 0.0, first, side)  # of two at the same height the first gives way downwards
     across = over[..., 0] < over[..., 1]
     share = np.where(free[:, None] & free, 0.5, 1.0)
     way = np.stack((over[..., 0] * side[..., 0] * across, over[..., 1] * side[..., 1] * ~across), axis=-1)
@@ -215,7 +215,7 @@ def _line(page: Page, words: str, style: dict[str, Any]) -> Text:
 
 def _legend(page: Page, entries: theme.Entries, width: float) -> Legend:
     """Make a legend of as many columns as have room in a width, pixels."""
-    style = {"borderaxespad": 0.0, "borderpad": 0.0, "loc": "upper left", **entries.style}
+    style = {"borderpad": 0.0, **entries.style, "loc": "upper left", "borderaxespad": 0.0}
     columns = min(entries.columns, len(entries.handles))
     while True:
         legend = page.legend(handles=entries.handles, ncols=columns, **style)

@@ -52,7 +52,7 @@ def optimise(
     sizes = sizes_of(tolerances, "errors that shift the path")
     from ...analysis.optimise import Aim, optimise_parabola
     from ...design.model import Errors
-    from ...report.optimise import OptimumReport
+    from ...report.aims import OptimumReport
 
     swing = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds, not no_edges)

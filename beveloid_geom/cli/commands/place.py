@@ -43,7 +43,7 @@ def place(
     nearest that can. Some seconds. Exit status 1 if no mounting has a path, or a first contact is not known.
     """
     from ...findings.path import first_contact_fault
-    from ...report.optimise import place_report
+    from ...report.aims import place_report
 
     if fault := first_contact_fault(design):
         raise click.ClickException(f"no first contact: {fault}")  # status 1

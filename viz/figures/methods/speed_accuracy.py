@@ -231,10 +231,7 @@ def _legend(page: theme.Page, top: float) -> None:
     style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
     looks = dict.fromkeys((*LOOKS.values(), *FIRST_LOOKS.values()))
     handles = [look.line() for look in looks]
-    if page.layout.printed:
-        theme.legend(page, handles, 5, **style)
-    else:
-        page.legend(handles=handles, bbox_to_anchor=corner, ncols=5, **style)
+    theme.legend(page, handles, 5, bbox_to_anchor=corner, **style)
 
 
 def _first(axes: Axes, found: Sequence[Row], title: str, unit: str, measure: str, floor: float) -> None:

@@ -14,11 +14,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from beveloid_geom import Design, map_of
-from beveloid_geom.analysis.maps import FIGURES, PARABOLA, QUADRANTS, DesignMap, Over, own_values
+from beveloid_geom.analysis.maps import FIGURES, QUADRANTS, DesignMap, Over, own_values
 from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words
 
+from ...parts import solved
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses, thin_out
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
@@ -90,8 +91,7 @@ def compute(over: Over, design: Design, flank: str = "right") -> MapFigure:
         return MapFigure(map_of(design, over, flank, steps=STEPS_IN_OPERATION, operation=True), False)
     modified = not any(float(member.tool.parabola) for member in design.members)
     if modified:
-        size = PARABOLA / float(design.pinion.tool.normal_module)
-        design = design.with_parabola(size, -size)
+        design = solved.modified(design)
     return MapFigure(map_of(design, over, flank, steps=STEPS), modified)
 
 
@@ -126,9 +126,8 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
 def _subtitle(data: MapFigure) -> str:
     text = f"{data.found.flank.capitalize()} flanks, as mounted"
     if data.modified:
-        a1, a2 = (float(member.tool.parabola) for member in data.found.design.members)
-        text += f", with the paper's modification $a_1$ = {a1:g}, $a_2$ = {a2:g} mm$^{{\u22121}}$"
-    return text.replace(" -", " \u2212")
+        text += f", with the paper's modification {solved.coefficients(data.found.design)}"
+    return text
 
 
 def finding(found: DesignMap) -> str:
@@ -195,7 +194,7 @@ def _legend(page: theme.Page, data: MapFigure, height: float) -> None:
     written = sum(len(str(entry.get_label())) for entry in entries)
     columns = min(len(entries), 5 if written < ROW_OF_TEXT else 4)
     style: dict[str, Any] = {"fontsize": theme.SMALL, "handlelength": 2.4, "columnspacing": 1.8}
-    theme.legend_below(page, entries, columns, height, **style)
+    theme.legend(page, entries, columns, loc="center", bbox_to_anchor=(0.5, height), **style)
 
 
 def rows(data: MapFigure) -> Table:

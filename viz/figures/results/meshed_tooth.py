@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.patches import Patch
@@ -112,7 +113,8 @@ def _legend(page: theme.Page, low: float) -> None:
     for name, colour in COLOURS.items():
         named[colour] = f"{named[colour]}, {name}" if colour in named else name
     handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
-    theme.legend_below(page, handles, 5, low - theme.inches(page, 0.4), fontsize=theme.SMALL)
+    place: dict[str, Any] = {"loc": "center", "bbox_to_anchor": (0.5, low - theme.inches(page, 0.4))}
+    theme.legend(page, handles, 5, fontsize=theme.SMALL, **place)
 
 
 def rows(data: MeshedFigure) -> Table:
