@@ -189,6 +189,7 @@ def test_lines_of_a_pdf_reach_its_edges() -> None:
     page, _, _ = theme.new_page(of_width(90.0), "", "", "")
     axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
+    page.patch.set_visible(False)  # it is not clipped
     axes.plot([0.0, 1.0], [0.0, 1.0])
     axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
     with theme.style(), matplotlib.rc_context({"pdf.compression": 0}):
