@@ -259,8 +259,8 @@ def tolerance_studies(
     units_per_task: int = 4,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[ToleranceStudy, ...]:
-    """Study several flanks in the same mountings, each as `tolerance_study` does, and their backlash, which is
-    that of both, once. Arguments and ValueError as there; `progress` counts a mounting of all flanks as 1."""
+    """Study several flanks in the same mountings, each as `tolerance_study` does, and their backlash, which
+    is that of both, once. Arguments and ValueError as there; `progress` counts a mounting of all as 1."""
     for flank in flanks:
         _check(design, tolerances, flank, seed)
     if min(cases, units_per_task) < 1:
