@@ -139,7 +139,7 @@ class MeshCycle:
         return result_of(self.mesh.at(case, roll.ravel()), self.phase[case], found, roll.shape)
 
     def gear_roll(self, pinion_roll: FloatArray, case: int = 0) -> FloatArray:
-        """Give the gear roll (rad) of a single design, or of a case that is SOLVED of a batch, at pinion rolls
+        """Give the gear roll (rad) of a single design, or of a SOLVED case of a batch, at pinion rolls
         of any shape, rad."""
         if self.status.flat[case] != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
