@@ -27,7 +27,7 @@ from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.cli import _written, main
-from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, failed_mountings
+from beveloid_viz.report.data import CLOUD, Settings, _cloud, _tolerances, compute, failed_mountings
 from beveloid_viz.report.page import looked_up, number_of, parted, script_json, with_code
 from tests.symmetry import scaled
 
@@ -301,6 +301,8 @@ def test_a_name_cannot_become_code(page: Page, text: str) -> None:
         (("operation", "--flank", "left"), "operation.left"),
         (("sliding", "--flank", "left", "--points", "101"), "sliding.left"),
         (("pattern",), "pattern.right"),
+        (("pattern", "--over", "E,Sigma", "--flank", "right"), "matrix.right"),
+        (("pattern", "--over", "offset,shaft-angle", "--flank", "left"), "matrix.left"),
         (("sensitivity", "--flank", "right"), "sensitivity.right"),
         (("sensitivity", "--flank", "left"), "sensitivity.left"),
         (("tolerance", "--flank", "left", *TOLERANCES), "tolerance.left"),
@@ -338,14 +340,14 @@ def test_every_number_shown_is_that_of_the_data(page: Page) -> None:
             assert abs(shown - value) <= 0.5000001 * 10.0**-digits, attributes
     keys = {attributes["data-key"].partition(".")[0] for attributes, _ in page.cells}
     sections = {"check", "tca", "operation", "sliding", "sensitivity", "tolerance", "pattern", "design"}
-    assert keys == sections | {"ease_off", "hertz", "mountings"}
+    assert keys == sections | {"ease_off", "hertz", "mountings", "matrix"}
 
 
 def test_every_chart_has_a_title_and_the_pages_colours(page: Page, text: str) -> None:
     charts = re.findall(r'<svg class="drawing".*?</svg>', text, flags=re.S)
-    assert len(charts) == 18
+    assert len(charts) == 20
     titles = {re.search(r"<title[^>]*>(.*?)</title>", chart)[1] for chart in charts}  # type: ignore[index]
-    assert len(titles) == 18
+    assert len(titles) == 20
     for chart in charts:
         assert not re.search(r"#[0-9a-fA-F]{6}\b|rgb\(|<style|font-family", chart)
         assert 'role="img"' in chart
@@ -416,13 +418,13 @@ def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten of its modules
-    solve, done = SECTIONS["tolerance"], lambda: None
-    result, text, reason = solve("small", design, "right", Settings(cases=5), done)
-    assert result is None
-    assert json.loads(text)["reason"] == reason
-    assert "tolerance of offset must be less" in str(reason)
+    done = list[str]()
+    for result, text, reason in _tolerances("small", design, Settings(cases=5), done.append, None).values():
+        assert result is None
+        assert json.loads(text)["reason"] == reason
+        assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
-        solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
+        _tolerances("small", design, Settings(Tolerances(offset=1.0), True, 5), done.append, None)
 
 
 def test_pieces_of_text() -> None:
@@ -462,4 +464,4 @@ def test_progress_counts_the_mountings() -> None:
     settings = Settings(cases=2 * UNIT + 1)
     compute("ni-2017", builtin_design(), settings, calls.append)
     assert len(calls) == settings.steps
-    assert calls.count("tolerance, right") == calls.count("tolerance, left") == 1 + 3
+    assert calls.count("tolerance") == 1 + 3
