@@ -74,9 +74,8 @@ def distances(member: Member, points: FloatArray) -> FloatArray:
 
     found = []
     for point in points[:: max(1, len(points) // 12)]:
-        start = min(
-            ((l, point[2]) for l in np.linspace(-6.0, 6.0, 25)), key=lambda p: np.sum(off(p, point) ** 2)
-        )
+        starts = np.stack((np.linspace(-6.0, 6.0, 25), np.full(25, point[2])), axis=-1)
+        start = min(starts, key=lambda place: float(np.sum(off(place, point) ** 2)))
         found.append(np.sqrt(2.0 * least_squares(off, start, args=(point,), xtol=1e-14).cost))
     return np.array(found)
 

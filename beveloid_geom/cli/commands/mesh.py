@@ -62,7 +62,7 @@ KINDS = {
     "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
     "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
     "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
-    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns"),
+    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns", 200.0),
 }
 """In the order in which they are tried: a tooth as .vtu is hexahedra."""
 
@@ -75,7 +75,7 @@ FORMATS = (
 PATH: Any = click.Path(path_type=Path)
 TOLERANCE = (
     "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
-    "  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]"
+    "  [default: module / 600, to look at module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm]"
 )
 NEIGHBOURS = (
     "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
