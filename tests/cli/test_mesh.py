@@ -106,7 +106,9 @@ def test_defaults_go_with_the_module(tmp_path: Path, module: float) -> None:
     assert "1000 N on" in told[3]
     text = (tmp_path / "a.inp").read_text(encoding="ascii")
     assert "edges within 0.05 mm" in text
-    assert "module / 600, hexahedra module / 120" in " ".join(run("--help").stdout.split())
+    assert "module / 600, to look at module / 200, hexahedra module / 120" in " ".join(
+        run("--help").stdout.split()
+    )
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".inp"])

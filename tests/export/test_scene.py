@@ -92,7 +92,7 @@ def test_only_first_contacts_are_shown_as_contact(flank: str) -> None:
     contact, later = (
         in_own_frame(MODIFIED, flank, 0, tube.points[tube.faces].mean(axis=1)) for tube in tubes
     )
-    middles = 0.5 * (points[1:] + points[:-1])
-    for middle, shown in zip(middles, first[1:] & first[:-1], strict=True):
-        near = [np.linalg.norm(tube - middle, axis=-1).min() for tube in (contact, later)]
-        assert (near[0] < near[1]) == shown
+    for step, shown in zip(np.stack((points[:-1], points[1:]), axis=1), first[1:] & first[:-1], strict=True):
+        middle, way = step.mean(axis=0), 0.5 * (step[1] - step[0])
+        near = [np.abs((tube - middle) @ way).min() / (way @ way) for tube in (contact, later)]
+        assert [share < 0.7 for share in near] == [shown, not shown]
