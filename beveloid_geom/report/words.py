@@ -57,6 +57,7 @@ def layout_data(name: str, design: Design) -> dict[str, Any]:
             "offset": design.pair.offset,
             "shaft_angle": design.pair.shaft_angle,
             "errors": dict(vars(design.errors)),
+            "errors_at": design.errors_at,
             "errors_at_mesh": dict(vars(at_mesh(design))),
             "pivot_distance": pivot_distance(design),
         },

@@ -158,7 +158,10 @@ def tolerance(design: Design) -> Mapping[str, Any]:
     study = studied()
     assert study.status_counts()[Status.OFF_FLANK] * study.limits_changed() > 0
     return {
-        "tolerances": vars(STUDIED),
+        "tolerances": {
+            **dict(zip(STUDIED.names, STUDIED.values().tolist(), strict=True)),
+            **{"distribution": "uniform", "sigmas": 3.0},
+        },
         "cases": 40,
         "seed": 4,
         "flank": "left",
