@@ -11,7 +11,6 @@ import pytest
 
 from beveloid_geom import (
     Design,
-    Errors,
     MeshErrors,
     Tolerances,
     map_of,
@@ -107,18 +106,13 @@ def test_sensitivity_at_the_mesh(name: str, flank: str) -> None:
 def test_the_apex_is_far_in_every_study() -> None:
     """37/37, apex 1.69 m away: 0.02 deg in plane about the mesh point and about the common perpendicular;
     rates differ from the shift by its curvature."""
-    angle, bent = radians(0.02), EQUAL.with_parabola(1e-9, -1e-9)
+    angle = radians(0.02)
     rates = {
         "mesh": path_sensitivity(EQUAL, "right", "mesh").z_by[1, 0, 1],
         "perpendicular": path_sensitivity(EQUAL, "right").z_by[1, 0, 1],
     }
     assert angle * rates["mesh"] == pytest.approx(-1.37, abs=0.02)
     assert angle * rates["perpendicular"] == pytest.approx(-10.01, abs=0.06)
-    shifts = [
-        paths_of(bent, "right", Aim(errors), *(np.asarray(x) for x in (1e-9, -1e-9))).shift
-        for errors in (MeshErrors(in_plane=angle), Errors(shaft_angle=angle))
-    ]
-    assert float(shifts[1] / shifts[0]) == pytest.approx(10.0 / 1.37, rel=0.01)
     spreads = [
         np.std(tolerance_study(EQUAL, tolerances, "right", 300).mountings.pinion_z[:, 1])
         for tolerances in (Tolerances(in_plane=1e-4), Tolerances(shaft_angle=1e-4))
