@@ -17,7 +17,7 @@ from beveloid_geom import Design, map_of
 from beveloid_geom.analysis.maps import FIGURES, QUADRANTS, DesignMap, Over, own_values
 from beveloid_geom.report.map import map_rows, quadrant_bests, ratio_as_given
 from beveloid_geom.report.result import table_of
-from beveloid_geom.report.words import error_words, place_words
+from beveloid_geom.report.words import error_words
 
 from ...parts import solved
 from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses, thin_out
@@ -99,7 +99,7 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
     sizes = error_words(found.errors).replace("+", "\u00b1")
-    note = DEFINED.format(errors=f"{sizes}, {place_words(found.design)}")
+    note = DEFINED.format(errors=sizes + solved.at_the_mesh(found.design))
     note += words.note + finding(found)
     count = len(data.panels)
     cells = replace(CELLS, down=1.35) if layout.printed else CELLS

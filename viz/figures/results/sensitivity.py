@@ -10,19 +10,18 @@ import numpy as np
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.report.sensitivity import steps_of
-from beveloid_geom.report.words import place_words
 
 from ...parts import charts
 from ...parts.charts import MIDDLE, QUANTITIES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
+from ...parts.solved import FLANKS, PARABOLAS, REASONS, at_the_mesh, coefficients, modified, parabolas
 from ...stage import theme
 from ...stage.layout import Cells
 
 CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.6)
 NOTE = (
-    "Exact derivatives at the design's own errors, times the errors named. The shift is that of the middle"
-    " of the path: along the face, of z at equal flank parameter l; square, on the flank at right angles to"
+    "Exact derivatives at the design's own errors, times the errors named{place}. The shift is that of the"
+    " middle of the path: along the face, of z at equal flank parameter l; square, on the flank at right angles to"
     " the path; both positive towards the heel. The contact ratio is Eq. 16; the transmission error is"
     " that of one tooth pair over its path, peak to peak, and 0 without modification under every error."
     " Scales are linear about 0 and logarithmic beyond the first marked value to either side."
@@ -69,7 +68,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
-        f"{NOTE} Errors are {place_words(data[0].design)}.",
+        NOTE.format(place=at_the_mesh(data[0].design)),
         below=0.45,
         above=0.75,
         tall=cells.tall(layout, count, 3.3),

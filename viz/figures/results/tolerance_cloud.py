@@ -17,7 +17,7 @@ from beveloid_geom.analysis.tolerance import PLACES, USUAL_AT, ToleranceStudy, d
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.tolerance import size_words
-from beveloid_geom.report.words import place_words, status_name
+from beveloid_geom.report.words import status_name
 
 from ...parts import charts, panels, solved, viewpoint
 from ...parts.panels import Panel
@@ -254,7 +254,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
 def _note(design: Design) -> str:
     """Say what is drawn, under which tolerances."""
     usual = USUAL_AT[design.errors_at]
-    sizes = f"{size_words(usual)}, {place_words(design)}"
+    sizes = size_words(usual) + solved.at_the_mesh(design)
     spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
     note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
     how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
