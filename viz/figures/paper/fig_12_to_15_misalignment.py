@@ -99,8 +99,8 @@ CASES = (
 
 
 AT_MESH = {
-    "offset": ("centre_distance", "error of the centre distance at the mesh"),
-    "shaft_angle": ("in_plane", "shaft-angle error in plane, about the mesh point"),
+    "offset": ("centre_distance", "centre-distance error at the mesh"),
+    "shaft_angle": ("in_plane", "shaft-angle error at the mesh"),
 }
 """Field and name at the mesh of errors about the common perpendicular; axial ones are the same."""
 

@@ -21,9 +21,9 @@ from ...stage.layout import Cells
 CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.6)
 NOTE = (
     "Exact derivatives at the design's own errors, times the errors named{place}. The shift is that of the"
-    " middle of the path: along the face, of z at equal flank parameter l; square, on the flank at right angles to"
-    " the path; both positive towards the heel. The contact ratio is Eq. 16; the transmission error is"
-    " that of one tooth pair over its path, peak to peak, and 0 without modification under every error."
+    " middle of the path: along the face, of z at equal flank parameter l; square, on the flank at right"
+    " angles to the path; both positive towards the heel. The contact ratio is Eq. 16; the transmission error"
+    " is that of one tooth pair over its path, peak to peak, and 0 without modification under every error."
     " Scales are linear about 0 and logarithmic beyond the first marked value to either side."
 )
 
