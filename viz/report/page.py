@@ -21,7 +21,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from beveloid_geom.analysis.errors import ALL_NAMES, NAMES
+from beveloid_geom.analysis.errors import ERROR_NAMES, NAMES
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.path import pressure_remarks
@@ -267,7 +267,9 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
         deg=1.0 / RAD,
         arcsec=3600.0 / RAD,
         place=place_words(data.design),
-        error_names=[(name.replace("_", " "), name, unit_of(name)) for name in ALL_NAMES],
+        error_names=[
+            (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
+        ],
         steps=[
             (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
             for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
