@@ -1,4 +1,4 @@
-"""How a path of contact answers the four assembly errors: exact derivatives, not differences of results.
+"""How a path of contact answers the assembly errors: exact derivatives, not differences of results.
 
 The path is a curve in y = (l1, l2, n_x, w1) with three equations R(y, e) = 0 that hold the assembly
 errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the
@@ -9,7 +9,8 @@ differentiated,
 
 for any quantity q of the contact. All derivatives on the right hand side come from a complex step in
 y, in the layout and in the axial positions, exact to rounding. The mounting is held, as everywhere:
-errors move members that were mounted without them.
+errors move members that were mounted without them. Derivatives by errors at the mesh follow from those by the
+four errors about the common perpendicular by the chain rule (`pair.mesh_errors.by_mesh_errors`).
 
 A greatest or least value along the path (transmission error, roll) is at an end, and moves as the end
 does, or inside, where q does not change along the path: there any c does, and the one square to the

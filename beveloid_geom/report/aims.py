@@ -21,11 +21,11 @@ from .columns import ARCSEC, label, number, scaled
 from .path import ContactReport, contact_report
 from .result import Rows, by_columns
 from .words import (
+    SHORT,
     TRADE,
     error_words,
     head_data,
     head_lines,
-    letter_of,
     line,
     mounted_lines,
     name_in_files,
@@ -191,7 +191,7 @@ class PlaceReport:
         found = self.found
         by = " and ".join(name.replace("_", " ") for name in found.by)
         text = f"Placing the path of {self.name} by {by}, {found.flank} flanks\n\n"
-        heads = ["face, %", *(f"{letter_of(name)}, {unit_of(name)}" for name in found.by)]
+        heads = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in found.by)]
         heads += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
         text += "".join(f"{head:>{w}}" for head, w in zip(heads, PLACE_WIDTHS, strict=True)) + "  status\n"
         for place in self.places:
@@ -258,7 +258,7 @@ def distances_of(found: Placement) -> dict[str, FloatArray]:
 
 def _error_words(found: Placement, errors: FloatArray) -> str:
     return ", ".join(
-        f"{letter_of(name)} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
+        f"{SHORT[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
         for name, size in zip(found.by, errors, strict=True)
     )
 

@@ -17,10 +17,10 @@ from ..status import FirstStatus, PatternStatus
 from .columns import number, scaled
 from .result import Rows
 from .words import (
+    SHORT,
     TRADE,
     failure_of,
     head_data,
-    letter_of,
     line,
     mounted_lines,
     name_in_files,
@@ -214,7 +214,7 @@ class PatternMatrixReport:
         """Write the cells of the pinion's flank, and how they are meant."""
         found = self.found
         text = f"Contact patterns of {self.name} under two errors, {found.flank} flanks, on the pinion\n\n"
-        heads = [*(f"{letter_of(name)}, {unit_of(name)}" for name in found.over)]
+        heads = [*(f"{SHORT[name]}, {unit_of(name)}" for name in found.over)]
         heads += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "half axes, mm", "angle, deg", "marked, %"]
         text += "".join(f"{head:>{width}}" for head, width in zip(heads, WIDTHS, strict=True)) + "\n"
         status, swing, edges = status_of(found), found.cycle_peak_to_peak.ravel(), found.edge_share.ravel()

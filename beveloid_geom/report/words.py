@@ -23,7 +23,9 @@ from .columns import scaled, unit_shown
 WIDTH, INDENT = 100, 21
 """Characters of a line, and of the label before its text."""
 TRADE = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
-"""The letters of the trade for the assembly errors."""
+"""The letters of the trade for the assembly errors about the common perpendicular."""
+SHORT = TRADE | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
+"""What stands for errors over the columns of a text."""
 
 
 def name_in_files(code: IntEnum) -> str:
@@ -136,15 +138,9 @@ def unit_of(error: str) -> str:
     return unit_shown(f"{error}_error")
 
 
-def letter_of(error: str) -> str:
-    """Give the letter of the trade for an error, or its name where there is none."""
-    return TRADE.get(error, error.replace("_", " "))
-
-
 def trade_words(error: str) -> str:
-    """Name an error by the letter of the trade and by the project's word, as in 'E: offset'."""
-    words = error.replace("_", " ")
-    return f"{TRADE[error]}: {words}" if error in TRADE else words
+    """Name an error by its short name and by the project's word, as in 'E: offset'."""
+    return f"{SHORT[error]}: {error.replace('_', ' ')}"
 
 
 def mounted_lines(design: Design) -> str:

@@ -44,7 +44,7 @@ WORDS_AT_MESH = {
     ): "centre distance 0.02 mm, in plane 0.01 deg, out of plane 0 deg",
     ("map", *AT_MESH, "--steps", "2"): "errors for shift centre distance +0.02 mm, in plane +0.01 deg",
     ("optimise", *AT_MESH): "errors of the aim centre distance +0.02 mm, in plane +0.01 deg",
-    (*OVER, "centre-distance,in-plane"): "errors added centre distance, in plane",
+    (*OVER, "centre-distance,in-plane"): "errors added a: centre distance, in: in plane",
     (*OVER, "E,Sigma"): "errors added E: offset, Sigma: shaft angle",
     ("place", "--at", "45", "--by", "in-plane,centre-distance"): "by in plane and centre distance",
 }
