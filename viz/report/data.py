@@ -20,8 +20,9 @@ from beveloid_geom import (
     path_of_contact,
     tolerance_study,
 )
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.pressure import Load
-from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, mounted
+from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.findings.remarks import NOTE, Remark, in_order
@@ -238,4 +239,5 @@ def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
     """Give paths of the first mountings of a study."""
-    return path_of_contact(mounted(design, study.mountings.errors[:CLOUD]), study.flank, CLOUD_POINTS)
+    errors, names = study.mountings.errors[:CLOUD], study.tolerances.names
+    return path_of_contact(mounted(design, errors, names), study.flank, CLOUD_POINTS)
