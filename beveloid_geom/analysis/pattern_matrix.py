@@ -21,8 +21,9 @@ from ..operation.operating_rolls import first_contact_operation
 from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..status import FirstStatus
 from ..support.few_lines import few_lines
+from .errors import ALL_NAMES, errors_below, mounted, place_of
 from .marked_ellipse import MarkedEllipse, marked_ellipse
-from .tolerance import ERROR_NAMES, USUAL, errors_below, four_errors, mounted
+from .tolerance import USUAL_AT
 
 CELLS = (3, 5)
 """Cells along a side that a matrix may have."""
@@ -38,7 +39,7 @@ class PatternCell:
 
 @dataclass(frozen=True, eq=False)
 class PatternMatrix:
-    """Patterns of a design's `flank` under two errors, by their names in ERROR_NAMES: `over`.
+    """Patterns of a design's `flank` under two errors, by their names: `over`.
 
     `first`, `second` (n): values added to the design's own errors, mm or rad. Arrays (n, n), the first error
     down the rows: `status`, codes of `FirstStatus` of the mesh cycle; `jammed`, whether the pair cannot be
@@ -68,11 +69,12 @@ class PatternMatrix:
 
 
 def check_names(names: tuple[str, str], field: str) -> None:
-    """Raise ValueError unless these are two different errors."""
-    if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ERROR_NAMES):
+    """Raise ValueError unless these are two different errors of one place."""
+    if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
         raise ValueError(
-            f"{field} must be two different ones of {', '.join(ERROR_NAMES)}, got {', '.join(names)}"
+            f"{field} must be two different ones of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
         )
+    place_of(names)
 
 
 def check_size(design: Design, name: str, size: float) -> None:
@@ -106,7 +108,7 @@ def pattern_matrix(
         Names of two errors: down the rows, and from column to column.
     flank : {'right', 'left'}
     sizes : (float, float), optional
-        Greatest value of each, mm or rad; the usual tolerances (`tolerance.USUAL`) if not given.
+        Greatest value of each, mm or rad; the usual tolerances (`tolerance.USUAL_AT`) if not given.
     cells : {3, 5}
     separation, resolution, area_error
         Of each pattern, as in `contact_pattern`.
@@ -127,12 +129,13 @@ def pattern_matrix(
         raise ValueError("a matrix of patterns takes a single design: give its cases one by one")
     if cells not in CELLS:
         raise ValueError(f"cells must be {' or '.join(map(str, CELLS))}, got {cells}")
-    sizes = (getattr(USUAL, over[0]), getattr(USUAL, over[1])) if sizes is None else sizes
+    usual = USUAL_AT[place_of(over)]
+    sizes = (getattr(usual, over[0]), getattr(usual, over[1])) if sizes is None else sizes
     for name, size in zip(over, sizes, strict=True):
         check_size(design, name, size)
     first, second = (size * np.linspace(-1.0, 1.0, cells) for size in sizes)
     values = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
-    mountings = mounted(design, four_errors(over, values))
+    mountings = mounted(design, values, over)
     cycle = mesh_cycle(mountings, flank, 1)
     backlash, jammed = _play_of(design, over, values, mountings, like)
     runs = (cycle.status == FirstStatus.SOLVED) & ~jammed
@@ -141,7 +144,7 @@ def pattern_matrix(
     for k, (pair, good) in enumerate(zip(values.reshape(-1, 2), runs.ravel(), strict=True)):
         found.append(None)
         if good:
-            alone = mounted(design, four_errors(over, pair))
+            alone = mounted(design, pair, over)
             operation = first_contact_operation(alone, flank, cycle, k)
             one = contact_pattern(alone, flank, separation, operation=operation, **settings)
             ellipses = marked_ellipse(one.pinion, separation), marked_ellipse(one.gear, separation)

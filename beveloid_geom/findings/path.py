@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..analysis.errors import ANGLES, mounted
 from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import path_sensitivity
-from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from ..analysis.tolerance import USUAL_AT
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.model import Design
@@ -87,9 +88,11 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
 
 
 def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Find how far usual tolerances of offset and shaft angle move the path, where that is far."""
-    design, found = path.design, path_sensitivity(path.design, path.flank)
-    sizes = np.array([USUAL.offset, USUAL.shaft_angle])
+    """Find how far usual tolerances of offset and shaft angle, or of centre distance and the angle in plane,
+    move the path, where that is far."""
+    design, at = path.design, path.design.errors_at
+    found, sizes = path_sensitivity(design, path.flank, at), USUAL_AT[at].values()[:2]
+    what = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
     face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
     widths = np.array([float(member.face_width) for member in design.members])
     depths = [float(highest_parameter(member) - root_parameter(member)) for member in design.members]
@@ -109,23 +112,24 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     offset, angle = shift[place, member]
     yield (
         level,
-        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of shaft"
-        f" angle shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
-        f" {sizes[0]:g} mm of offset by {offset:.3g} mm; the face is {widths[member]:g} mm wide",
+        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of"
+        f" {what[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
+        f" {sizes[0]:g} mm of {what[0]} by {offset:.3g} mm; the face is {widths[member]:g} mm wide",
     )
 
 
 def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
-    design, size = path.design, USUAL.values()
+    design, usual = path.design, USUAL_AT[path.design.errors_at]
+    size, names = usual.values(), usual.names
     errors = np.concatenate((np.diag(size), np.diag(-size)))
     errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
-    status = path_of_contact(mounted(design, errors), path.flank, 2).ends.status
+    status = path_of_contact(mounted(design, errors, names), path.flank, 2).ends.status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:
         column = int(np.flatnonzero(row)[0])
-        name, value = ERROR_NAMES[column], float(row[column])
-        size_words = f"{math.degrees(value):+g} deg" if name == "shaft_angle" else f"{value:+g} mm"
+        name, value = names[column], float(row[column])
+        size_words = f"{math.degrees(value):+g} deg" if name in ANGLES else f"{value:+g} mm"
         words.append(f"{name.replace('_', ' ')} {size_words}")
     if words:
         yield WARNING, f"contact is lost within usual tolerances, at an error of {' or '.join(words)}"

@@ -16,7 +16,7 @@ from ..pair.mesh_errors import pivot_distance
 from ..pair.mounting import mounting_of
 from .columns import column
 from .result import Rows, by_columns
-from .words import advice_data, error_lines, head_lines, layout_data, line, remark_lines
+from .words import advice_data, error_lines, head_lines, layout_data, line, place_words, remark_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +79,7 @@ class ClosingReport:
             text += line("lines of action", f"of right and left flanks are {closing.gap:.4f} mm apart")
             text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
-            far = f"the common perpendicular, {float(pivot_distance(self.design)):.2f} mm from the mesh point"
-            text += error_lines(self.design) or line(
-                "errors", f'of the shaft angle turn about {far}; with at = "mesh" in [errors] about that'
-            )
+            text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
                 at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
                 text += line("closes at", at)
@@ -108,6 +105,15 @@ def closing_report(name: str, design: Design) -> ClosingReport:
         ideal = str(error)
     jam = backlash_report(design).jam
     return ClosingReport(name, design, closing, ideal, findings_on(design, closing, jam), advice_on(design))
+
+
+def _pivot_words(design: Design) -> str:
+    """Say about what errors of the shaft angle turn."""
+    if design.errors_at == "mesh":
+        far = float(pivot_distance(design))
+        return f"of the shaft angle turn about the mesh point, {far:.2f} mm from the common perpendicular"
+    what = place_words(design, "perpendicular")
+    return f'of the shaft angle turn {what}; with at = "mesh" in [errors] about that'
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:

@@ -38,9 +38,10 @@ COLUMNS: dict[str, Column] = {
     **dict.fromkeys(
         ("dw1", "dw2", "rw1", "rw2", "working_radius", "offset_error", "axial_error", "axial"), MM
     ),
+    "centre_distance_error": MM,
     "centre": Column("mm", digits=3, heading="pinion z middle"),
     "roll": Column("rad", "deg", 6),
-    **dict.fromkeys(("angle", "shaft_angle_error", "shaft_angle_difference"), ANGLE),
+    **dict.fromkeys(("angle", "shaft_angle_error", "shaft_angle_difference", "plane_error"), ANGLE),
     "transmission_error": SWING,
     "peak_to_peak": SWING._replace(heading="transmission error"),
     "cycle_peak_to_peak": SWING._replace(heading="the same of all teeth"),
@@ -59,8 +60,8 @@ COLUMNS: dict[str, Column] = {
     "semi_axis": MM,
     "pressure": Column("MPa", digits=2),
     **dict.fromkeys(("parabola_pinion", "parabola_gear"), Column("1/mm")),
-    **dict.fromkeys(("by_offset", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
-    "by_shaft_angle": Column("1/rad"),
+    **dict.fromkeys(("by_offset", "by_centre_distance", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
+    **dict.fromkeys(("by_shaft_angle", "by_in_plane", "by_out_of_plane"), Column("1/rad")),
 }
 
 

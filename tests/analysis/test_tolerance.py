@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, Status, Tolerances, mounted_backlash, path_of_contact, tolerance_study
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import (
     PLACES,
     UNIT,
     Mountings,
     ToleranceStudy,
     drawn_errors,
-    mounted,
     swing_of,
     tolerance_studies,
 )

@@ -74,8 +74,9 @@ TOLD = {
         for member in ("pinion", "gear")
     },
     **{
-        command: f"{what}: give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance or "
-        "--gear-axial-tolerance\n"
+        command: f"{what}: give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance, "
+        "--gear-axial-tolerance, --centre-distance-tolerance, --in-plane-tolerance-deg or "
+        "--out-of-plane-tolerance-deg\n"
         for command, what in {
             "optimise": "no errors that shift the path",
             "tolerance": "no tolerances",

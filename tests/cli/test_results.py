@@ -32,9 +32,9 @@ from beveloid_geom import (
     tolerance_study,
     zero_backlash_layout,
 )
+from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.analysis.maps import FIGURES
 from beveloid_geom.analysis.place import place_path
-from beveloid_geom.analysis.sensitivity import ERRORS
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.cli.main import main
 from beveloid_geom.operation.operating_ratio import operating_ratio
@@ -121,7 +121,7 @@ def sensitivity(design: Design) -> Mapping[str, Any]:
     values = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
     names = (*values, *(f"{name}_by" for name in values), "face_shift_by", "square_shift_by")
     return {name: getattr(found, name) for name in names} | {
-        "errors_of_derivatives": list(ERRORS),
+        "errors_of_derivatives": list(ERROR_NAMES),
         "limits": ["gear tip", "pinion tip"],
     }
 
@@ -158,7 +158,10 @@ def tolerance(design: Design) -> Mapping[str, Any]:
     study = studied()
     assert study.status_counts()[Status.OFF_FLANK] * study.limits_changed() > 0
     return {
-        "tolerances": vars(STUDIED),
+        "tolerances": {
+            **dict(zip(STUDIED.names, STUDIED.values().tolist(), strict=True)),
+            **{"distribution": "uniform", "sigmas": 3.0},
+        },
         "cases": 40,
         "seed": 4,
         "flank": "left",

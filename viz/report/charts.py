@@ -22,7 +22,7 @@ from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.report.ease_off import GIVEN, PLAIN, EaseOffReport
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.report.path import ContactReport
-from beveloid_geom.report.sensitivity import SensitivityReport
+from beveloid_geom.report.sensitivity import SensitivityReport, steps_of
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport
 
 from ..parts import charts, flat, motion_graph
@@ -239,9 +239,10 @@ def sensitivity_chart(report: SensitivityReport, quantities: dict[Quantity, floa
     flank."""
     chart = new_chart(20.0 + 180.0 * len(quantities))
     panels = chart.subplots(len(quantities), 1, squeeze=False)[:, 0]
+    steps = steps_of(report.found.errors)
     for axes, (quantity, greatest) in zip(panels, quantities.items(), strict=True):
         changes = charts.changes_of([report.found], quantity)
-        charts.changes_under_errors(axes, quantity, changes, greatest)
+        charts.changes_under_errors(axes, quantity, changes, greatest, steps)
     handles = charts.marks_of_changes([report.found.flank])
     chart.legend(handles=handles, loc="outside upper left", ncols=3, **LEGEND)
     return chart

@@ -15,9 +15,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from beveloid_geom import ContactPath, Design, Tolerances, path_of_contact
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.pattern_matrix import PatternMatrix, pattern_matrix
 from beveloid_geom.analysis.pressure import Load
-from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, mounted, tolerance_studies
+from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, tolerance_studies
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.findings.remarks import NOTE, Remark, in_order
@@ -295,4 +296,5 @@ def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
     """Give paths of the first mountings of a study."""
-    return path_of_contact(mounted(design, study.mountings.errors[:CLOUD]), study.flank, CLOUD_POINTS)
+    errors, names = study.mountings.errors[:CLOUD], study.tolerances.names
+    return path_of_contact(mounted(design, errors, names), study.flank, CLOUD_POINTS)

@@ -21,13 +21,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
+from beveloid_geom.analysis.errors import ERROR_NAMES, NAMES
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.path import pressure_remarks
 from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.sensitivity import STEPS
+from beveloid_geom.report.sensitivity import steps_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
+from beveloid_geom.report.words import place_words, unit_of
 
 from ..parts.charts import SMALLEST, Quantity
 from ..parts.solved import FLANKS
@@ -235,7 +237,6 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
     if origin.written is not None:
         stamp["written"] = origin.written.isoformat(timespec="seconds")
     numbers = stamp | data.numbers
-    radians = {"deg": RAD}
     return environment.get_template("report.html").render(
         name=data.name,
         data=data,
@@ -284,8 +285,12 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
         view=view,
         deg=1.0 / RAD,
         arcsec=3600.0 / RAD,
+        place=place_words(data.design),
+        error_names=[
+            (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
+        ],
         steps=[
-            (f"{what} {size:g} {unit}", str(number), size * radians.get(unit, 1.0))
-            for number, (what, size, unit) in enumerate(STEPS)
+            (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
+            for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
         ],
     )
