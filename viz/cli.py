@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -19,7 +18,16 @@ from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, load_design, writ
 from beveloid_geom.support.whole_file import whole_file
 
 from .figures import FIGURES, SETS, UNASKED, Figure
-from .options import command, option, prepare_folder, require_drawing, size_option, writing
+from .options import (
+    MOST_UNASKED,
+    command,
+    option,
+    prepare_folder,
+    require_drawing,
+    size_option,
+    usable_cores,
+    writing,
+)
 from .stage.layout import Layout, of_size, of_width
 
 if TYPE_CHECKING:
@@ -30,14 +38,6 @@ if TYPE_CHECKING:
 DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
 """Widths of a page in print, mm."""
-MOST_UNASKED = 4
-"""Processes that are started unasked: each takes about 0.4 GB."""
-
-
-def usable_cores() -> int:
-    """Count the cores that this process may use, up to MOST_UNASKED."""
-    affinity = getattr(os, "sched_getaffinity", None)  # not on all systems
-    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
 
 
 def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
