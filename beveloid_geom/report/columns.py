@@ -53,6 +53,8 @@ COLUMNS: dict[str, Column] = {
     "contact_ratio": Column(digits=6),
     "area": Column("mm^2"),
     **dict.fromkeys(("major", "minor", "off_centre"), MM),
+    **dict.fromkeys(("diameter", "thickness", "height", "dimension"), MM),
+    "swivel": ANGLE,
     "pair": Column(digits=0),
     "deviation": Column("mm", "um", 3),
     "force": Column("N", digits=2),
