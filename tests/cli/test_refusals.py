@@ -48,6 +48,16 @@ BAD = {
     "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
+    "gear-data": (
+        *(
+            "--pinion-ball 0",
+            "--gear-ball nan",
+            "--pinion-ball big",
+            "--pinion-allowances -0.1",
+            "missing.toml",
+        ),
+        *("--gear-allowances nan nan", "--gear-allowances 0 inf"),
+    ),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),
     "sensitivity": ("--twist 1",),
     "mesh": (
@@ -64,6 +74,12 @@ TOLD = {
     "tca --force 1 --torque 1": "--force and --torque exclude each other: give one of them\n",
     "tca --poisson 0.3": (
         "--youngs-modulus-mpa and --poisson are of a loaded pair: give --force or --torque\n"
+    ),
+    "gear-data --pinion-allowances -50 -100": (
+        "--pinion-allowances must be between -1.8 and 1.8 mm, got -50 -100: were they given in um?\n"
+    ),
+    "gear-data --gear-allowances -0.1 -0.05": (
+        "--gear-allowances must be the upper and then the lower one, got -0.1 -0.05: swap them\n"
     ),
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{

@@ -355,3 +355,20 @@ def test_figures_of_table_1() -> None:
     assert "1.816308 by Eq. 16; in operation 1.000000, 2.299395 within 6.35 um" in text
     assert "1.8107 arcsec peak to peak" in text
     assert "carry 18.1 % of the cycle" in text
+
+
+def test_a_member_that_cannot_be_described_says_why_and_the_other_is(
+    design_file: Callable[..., Path],
+) -> None:
+    """Rounds that leave no flank are those of both members, a ball is of one."""
+    result = run("gear-data", "--pinion-ball", "4")
+    assert result.exit_code == 0
+    assert "a ball finds no place between the flanks" in result.stdout
+    rows = rows_of(run("gear-data", "--pinion-ball", "4", "--csv"))
+    assert [row["ball_dimension_mm"] == "" for row in rows] == [True] * 3 + [False] * 3
+    path = design_file("tip_radius = 0.38", "tip_radius = 0.9")
+    lost = run("gear-data", path, "--json")
+    assert (lost.exit_code, lost.stderr) == (1, "")
+    assert "overlap" in strict_json(lost.stdout)["gear"]["reason"]
+    assert run("gear-data", path).stderr.startswith("No data of the pinion: tip_radius 0.9 is too large")
+    assert run("gear-data", path, "--csv").stdout == "\n"

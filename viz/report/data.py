@@ -36,6 +36,7 @@ from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_repo
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
+from beveloid_geom.report.workshop.gear_data import gear_data_report
 from beveloid_geom.studies.statements import is_papers, paper_statements
 
 from ..parts.solved import FLANKS
@@ -126,6 +127,7 @@ def compute(name: str, design: Design, settings: Settings, progress: Progress = 
     progress("check")
     checked = closing_report(name, design)
     numbers["check"] = json.loads(json_text(checked.data()))
+    numbers["gear_data"] = json.loads(json_text(gear_data_report(name, design).data()))
     flanks = {flank: _flank_results(name, design, flank, settings, progress) for flank in FLANKS}
     for section in SECTIONS:
         numbers[section] = {flank: results.numbers[section] for flank, results in flanks.items()}

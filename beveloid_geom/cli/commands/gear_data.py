@@ -36,7 +36,7 @@ def gear_data(
     diameters, root cone, and how the hob is set. With allowances all measures at both, and the backlash that
     follows. Exit status 1 if the tool of a member leaves no flanks to measure.
     """
-    from ...report.gear_data import gear_data_report
+    from ...report.workshop.gear_data import gear_data_report
 
     allowances = pinion_allowances, gear_allowances
     for member, given in zip(("pinion", "gear"), allowances, strict=True):

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FLANK_SIGN, FloatArray
-from ..design.model import Design
-from ..findings.backlash import backlash_report
-from ..status import BallStatus
-from ..workshop.balls import Balls, ball_planes, balls_at, recommended_ball
-from ..workshop.tooth_data import PLACES, ToothData, backlash_change, tooth_data
-from .columns import label, number
-from .result import Rows
-from .words import head_lines, layout_data, line, name_in_files
+from ...arrays import FLANK_SIGN, FloatArray
+from ...design.model import Design
+from ...findings.backlash import backlash_report
+from ...status import BallStatus
+from ...workshop.balls import Balls, ball_planes, balls_at, recommended_ball
+from ...workshop.tooth_data import PLACES, ToothData, backlash_change, tooth_data
+from ..columns import label, number
+from ..result import Rows
+from ..words import head_lines, layout_data, line, name_in_files
 
 MEMBERS = ("pinion", "gear")
 LIMITS = ("nominal", "upper", "lower")
