@@ -129,6 +129,13 @@ def _radius_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Floa
     return np.asarray(np.hypot(x, y))
 
 
+def middle_angle(member: Member) -> float:
+    """Find the angle (rad) from x to the middle of a single member's tooth 0, on the reference cylinder at
+    mid-face: 0 without a cone or without a helix."""
+    sides = [_on_reference_cylinder(surface_of(member, flank), np.zeros(1)) for flank in FLANK_SIGN]
+    return float(0.5 * (sides[0] + sides[1])[0])
+
+
 def turn_of(member: Member, change: ArrayLike) -> FloatArray:
     """Find the angle (rad) by which each flank of a single member turns out of a tooth whose normal thickness
     changes by `change`, mm."""

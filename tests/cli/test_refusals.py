@@ -48,6 +48,10 @@ BAD = {
     "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
+    "grid": (
+        *("--member shaft", "--rows 1", "--columns 1000", "--border 10", "--border 50%", "--border nan%"),
+        *("--border 40mm", "--border -1mm", "--border .mm", "--measured missing.csv", "missing.toml"),
+    ),
     "gear-data": (
         *(
             "--pinion-ball 0",
@@ -81,6 +85,8 @@ TOLD = {
     "gear-data --gear-allowances -0.1 -0.05": (
         "--gear-allowances must be the upper and then the lower one, got -0.1 -0.05: swap them\n"
     ),
+    "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
+    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (

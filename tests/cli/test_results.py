@@ -43,6 +43,7 @@ from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.studies.statements import paper_statements
 from beveloid_geom.workshop.balls import ball_planes, balls_at
+from beveloid_geom.workshop.grid import measuring_grid
 from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
 from tests.cli.running import rows_of, run, strict_json
 
@@ -228,6 +229,20 @@ def gear_data(design: Design) -> Mapping[str, Any]:
     }
 
 
+def grid(design: Design) -> Mapping[str, Any]:
+    found = measuring_grid(design.gear, 3, 4, border_mm=2.0)
+    x, y, _ = found.point.reshape(-1, 3).T
+    return {
+        "member": "gear",
+        "border": "2 mm",
+        "middle_angle": found.middle,
+        "points/x": x,
+        "points/y": y,
+        "points/row": np.tile(np.repeat([1, 2, 3], 4), 2),
+        "points/normal": found.normal.reshape(-1, 3),
+    }
+
+
 def check(design: Design) -> Mapping[str, Any]:
     closing, layout = closing_of(design), zero_backlash_layout(design)
     return {
@@ -334,6 +349,12 @@ CASES = {
         gear_data,
         {},
         ("over balls of 12 mm", "lower, at -0.1 mm", "root cone 3.0000 deg", "at the upper allowances"),
+    ),
+    "grid": Case(
+        (*MODIFIED, "--member", "gear", "--rows", "3", "--columns", "4", "--border", "2mm"),
+        grid,
+        {"flank": "points/flank", "column": "points/column", "x_mm": "points/x", "z_mm": "points/z"},
+        ("gear, 45 teeth: 3 rows, 4 columns, border 2 mm", "toe at z = -30 mm", "# unit: mm", "left 3 4"),
     ),
     "statements": Case(LEFT, statements, {}, ("does not hold", "left flanks")),
     "check": Case(

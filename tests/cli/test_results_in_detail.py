@@ -372,3 +372,31 @@ def test_a_member_that_cannot_be_described_says_why_and_the_other_is(
     assert "overlap" in strict_json(lost.stdout)["gear"]["reason"]
     assert run("gear-data", path).stderr.startswith("No data of the pinion: tip_radius 0.9 is too large")
     assert run("gear-data", path, "--csv").stdout == "\n"
+
+
+def test_measured_points_are_read_back(tmp_path: Path) -> None:
+    """The neutral table with its points moved along y, in its three forms; a hole is one line."""
+    nominal = run("grid", "--member", "gear", "--rows", "3", "--columns", "4").stdout
+    rows = [line.split() for line in nominal.splitlines() if not line.startswith("#")]
+    moved = [[*row[:4], str(float(row[4]) + 0.001), *row[5:]] for row in rows]
+    path, asked = tmp_path / "m.txt", ("grid", "--member", "gear", "--rows", "3", "--columns", "4")
+    path.write_text("\n".join(" ".join(row) for row in moved), encoding="utf-8")
+    data = strict_json(run(*asked, "--measured", path, "--json").stdout)
+    normal = np.array([float(row[7]) for row in rows]).reshape(2, 3, 4)
+    for side, flank in enumerate(("right", "left")):
+        np.testing.assert_allclose(data["deviation"][flank], 0.001 * normal[side], atol=1e-7)
+    assert data["turn"] == pytest.approx(0.001 / 139.0, rel=0.03)
+    table = rows_of(run(*asked, "--measured", path, "--csv"))
+    assert [float(row["deviation_mm"]) for row in table[12:]] == np.ravel(data["deviation"]["left"]).tolist()
+    text = " ".join(run(*asked, "--measured", path).stdout.split())
+    assert "row 3 0.909 0.902 0.888 0.877 row 2" in text
+    assert "tip above root" in text
+    assert "um of normal thickness, turned by 1.5" in text
+    path.write_text("\n".join(" ".join(row) for row in moved[1:]), encoding="utf-8")
+    lost = run(*asked, "--measured", path)
+    assert (lost.exit_code, lost.stdout) == (2, "")
+    assert lost.stderr == (
+        f"Error: {path}: line 1 is right, row 1, column 2 where right, row 1, column 1 is due: a point is "
+        "missing, or the order is another one\n"
+    )
+    assert run("grid", "--measured", tmp_path).stderr == f"Error: cannot read {tmp_path} (Is a directory)\n"
