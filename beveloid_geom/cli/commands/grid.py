@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .. import results
 from ..options import Refusal, option, parabola_options
+
+if TYPE_CHECKING:
+    from ...report.workshop.grid import DeviationReport, GridReport
 
 MEMBER = click.Choice(["pinion", "gear"])
 BORDER = "Left free at root, tip, toe and heel: a share as 10%, or mm along profile and face as 2mm."
@@ -36,41 +40,59 @@ grid_options = (
 """Which grid is meant."""
 
 
-@results.result_command(
-    *grid_options,
-    option("--measured", click.Path(path_type=Path), None, MEASURED, "FILE"),
-    parabola_options,
-    csv="one point a row",
-)
-def grid(
+def measured_report(
+    name: str,
+    design: results.Design,
+    measured: Path,
+    member: str,
+    rows: int,
+    columns: int,
+    border: tuple[str, float, float | None],
+) -> DeviationReport:
+    """Read the measured points of a grid. Raises Refusal."""
+    from ...report.workshop.grid import DeviationReport
+    from ...workshop.measured import MeasuredError, read_deviations
+
+    found, file = grid_of(name, design, member, rows, columns, border), click.format_filename(measured)
+    try:
+        return DeviationReport(found.named, read_deviations(measured, found.grid))
+    except MeasuredError as error:
+        raise Refusal([f"{file}: {error}"]) from None
+    except OSError as error:
+        raise Refusal([f"cannot read {file} ({error.strerror or error})"]) from None
+
+
+def grid_of(
     name: str,
     design: results.Design,
     member: str,
     rows: int,
     columns: int,
     border: tuple[str, float, float | None],
-    measured: Path | None,
-) -> results.Result:
+) -> GridReport:
+    """Lay the grid that the options ask for. Raises Refusal."""
+    from ...report.workshop.grid import GridReport, Named
+    from ...workshop.grid import measuring_grid
+
+    words, share, length = border
+    with results.refused_values():
+        found = measuring_grid(getattr(design, member), rows, columns, share, length)
+    return GridReport(Named(name, member, words), found)
+
+
+@results.result_command(
+    *grid_options,
+    option("--measured", click.Path(path_type=Path), None, MEASURED, "FILE"),
+    parabola_options,
+    csv="one point a row",
+)
+def grid(name: str, design: results.Design, measured: Path | None, **asked: Any) -> results.Result:
     """Give the points and outward normals of a measuring grid on both flanks of a tooth, or read it back.
 
     As text the neutral table that measuring programs read: what the numbers are, behind #, then a point a
     line. With --measured the deviations of measured points along the normal, with their mean, slopes,
     crowning and twist. A file with a hole, in another order or unit is refused.
     """
-    from ...report.workshop.grid import DeviationReport, GridReport, Named
-    from ...workshop.grid import measuring_grid
-    from ...workshop.measured import MeasuredError, read_deviations
-
-    words, share, length = border
-    with results.refused_values():
-        found = measuring_grid(getattr(design, member), rows, columns, share, length)
-    named = Named(name, member, words)
     if measured is None:
-        return GridReport(named, found)
-    file = click.format_filename(measured)
-    try:
-        return DeviationReport(named, read_deviations(measured, found))
-    except MeasuredError as error:
-        raise Refusal([f"{file}: {error}"]) from None
-    except OSError as error:
-        raise Refusal([f"cannot read {file} ({error.strerror or error})"]) from None
+        return grid_of(name, design, **asked)
+    return measured_report(name, design, measured, **asked)
