@@ -149,3 +149,17 @@ class BallStatus(IntEnum):
     """It would lie in the root cone: the bottom land stops it before both flanks do."""
     NOT_FOUND = 4
     """No place at which it touches both flanks."""
+
+
+class ShimStatus(IntEnum):
+    """Whether axial positions give the backlash, and the place of the path, that are wanted."""
+
+    REACHED = 0
+    OUT_OF_REACH = 1
+    """They do, further away than the lesser face width."""
+    NO_EFFECT = 2
+    """Axial positions do not change the backlash: neither member has a cone."""
+    NO_PATH = 3
+    """A place is wanted, and at no position tried is there a path on the flanks."""
+    NOT_FOUND = 4
+    """None were found: a first contact on the way is not known, or nothing near meets both conditions."""

@@ -48,6 +48,10 @@ BAD = {
     "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
+    "shim": (
+        *("", "--backlash -0.1", "--backlash nan", "--backlash 0.1 --at 100", "--backlash 0.1 missing.toml"),
+        *("--backlash 0.1 --offset nan", "--backlash 0.1 --shaft-angle-deg 0"),
+    ),
     "grid": (
         *("--member shaft", "--rows 1", "--columns 1000", "--border 10", "--border 50%", "--border nan%"),
         *("--border 40mm", "--border -1mm", "--border .mm", "--measured missing.csv", "missing.toml"),
@@ -87,6 +91,7 @@ TOLD = {
     ),
     "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
     "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
+    "shim --backlash 0.1 --offset 300": "as measured less the design's: --offset-error must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (

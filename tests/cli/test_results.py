@@ -44,6 +44,7 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.studies.statements import paper_statements
 from beveloid_geom.workshop.balls import ball_planes, balls_at
 from beveloid_geom.workshop.grid import measuring_grid
+from beveloid_geom.workshop.shim import shim
 from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
 from tests.cli.running import rows_of, run, strict_json
 
@@ -243,6 +244,19 @@ def grid(design: Design) -> Mapping[str, Any]:
     }
 
 
+def shim_(design: Design) -> Mapping[str, Any]:
+    found = shim(design.with_errors(Errors(offset=-0.1)), 0.1, None, "left")
+    return {
+        "wanted_backlash": 0.1,
+        "shim/status": "reached",
+        "shim/pinion_axial": found.axial[0],
+        "shim/gear_mounting": found.distance[1],
+        "shim/z": found.z,
+        "shim/contact_ratio": found.contact_ratio,
+        "layout/errors/offset": -0.1,
+    }
+
+
 def check(design: Design) -> Mapping[str, Any]:
     closing, layout = closing_of(design), zero_backlash_layout(design)
     return {
@@ -355,6 +369,12 @@ CASES = {
         grid,
         {"flank": "points/flank", "column": "points/column", "x_mm": "points/x", "z_mm": "points/z"},
         ("gear, 45 teeth: 3 rows, 4 columns, border 2 mm", "toe at z = -30 mm", "# unit: mm", "left 3 4"),
+    ),
+    "shim": Case(
+        (*LEFT, *MODIFIED, "--offset", "228.9", "--backlash", "0.1"),
+        shim_,
+        {},
+        ("for a normal backlash of 0.1 mm", "move the pinion +", "left flanks: middle of the path at z ="),
     ),
     "statements": Case(LEFT, statements, {}, ("does not hold", "left flanks")),
     "check": Case(

@@ -400,3 +400,15 @@ def test_measured_points_are_read_back(tmp_path: Path) -> None:
         "missing, or the order is another one\n"
     )
     assert run("grid", "--measured", tmp_path).stderr == f"Error: cannot read {tmp_path} (Is a directory)\n"
+
+
+def test_shims_that_there_are_not_are_told_with_those_of_the_backlash_alone() -> None:
+    asked = ("shim", "--offset", "229.3", "--shaft-angle-deg", "14.97", "--backlash", "0.12", "--at", "50")
+    text, data = run(*asked), run(*asked, "--json")
+    assert (text.exit_code, data.exit_code, data.stderr) == (1, 1, "")
+    assert text.stderr.startswith("No shims: no axial positions were found that give what is wanted")
+    found = strict_json(data.stdout)
+    assert (found["shim"]["status"], found["shim"]["pinion_axial"]) == ("not_found", None)
+    alone = found["by_backlash_alone"]
+    assert (alone["status"], alone["backlash"]) == ("reached", pytest.approx(0.12, abs=1e-9))
+    assert f"{alone['pinion_axial']:+.6f} mm, to dw1 = " in text.stdout
