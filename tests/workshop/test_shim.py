@@ -58,6 +58,7 @@ def test_the_least_moves_are_those_of_the_closed_form() -> None:
     assert np.isnan(found.wanted_z)
 
 
+@pytest.mark.slow
 def test_with_parabolas_no_moves_are_less() -> None:
     """They are along the slope of the backlash, by differences of it, known to 1e-6 modules, and exactly."""
     design = TABLE.with_parabola(0.001, -0.001).with_errors(HOUSING)

@@ -46,13 +46,12 @@ def shim(
     """
     from ...findings.path import first_contact_fault
     from ...report.workshop.shim import shim_report
-    from ...workshop.shim import shim as find
 
     measured = _measured(design, offset, shaft_angle_deg)
     if fault := first_contact_fault(measured):
         raise click.ClickException(f"no first contact: {fault}")  # status 1
     with results.refused_values():
-        return shim_report(name, find(measured, backlash, None if at is None else at / 100.0, flank))
+        return shim_report(name, measured, backlash, None if at is None else at / 100.0, flank)
 
 
 def _measured(design: results.Design, offset: float | None, shaft_angle_deg: float | None) -> results.Design:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...design.model import Design
 from ...status import ShimStatus
 from ...workshop.shim import Shim, shim
 from ..result import Rows
@@ -101,8 +102,9 @@ def _lines(found: Shim) -> str:
     return text + line("there", f"backlash {found.backlash:.9f} mm; {found.flank} flanks: {path}")
 
 
-def shim_report(name: str, found: Shim) -> ShimReport:
-    """Report axial positions; where there are none for the place wanted, with those of the backlash alone."""
-    alone = found.status != ShimStatus.REACHED and not math.isnan(found.wanted_z)
-    least = shim(found.design, found.wanted_backlash, None, found.flank) if alone else None
-    return ShimReport(name, found, least)
+def shim_report(name: str, design: Design, backlash: float, at: float | None, flank: str) -> ShimReport:
+    """Find axial positions of a single design; where there are none for the place wanted, those of the
+    backlash alone, too. Arguments and ValueError as of `shim`."""
+    found = shim(design, backlash, at, flank)
+    alone = at is not None and found.status != ShimStatus.REACHED
+    return ShimReport(name, found, shim(design, backlash, None, flank) if alone else None)
