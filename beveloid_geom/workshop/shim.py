@@ -19,9 +19,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..analysis.errors import ERROR_NAMES, mounted
 from ..analysis.place import limits_of
 from ..analysis.sensitivity import path_sensitivity
-from ..analysis.tolerance import ERROR_NAMES, four_errors, mounted
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
 from ..design.model import Design
@@ -106,7 +106,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     found = _forward(design, flank, backlash, z, limit, _root(off, by, np.zeros(2)), ShimStatus.REACHED)
     if not found.residual <= CLOSE and at is not None:
         start = _start(design, flank, backlash, z, limit)
-        if np.isnan(_middle(_moved(design, start), flank)):
+        if np.isnan(_middle(mounted(design, start, BY), flank)):
             return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_PATH)
         found = _forward(design, flank, backlash, z, limit, _root(off, by, start), ShimStatus.REACHED)
     if not found.residual <= CLOSE:
@@ -115,17 +115,12 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     return replace(found, status=ShimStatus.OUT_OF_REACH) if far else found
 
 
-def _moved(design: Design, axial: FloatArray) -> Design:
-    """Give the design with its members moved by `axial` (2,), mm."""
-    return mounted(design, four_errors(BY, axial))
-
-
 def _conditions(design: Design, flank: str, backlash: float, z: float) -> tuple[Function, Function]:
     """Give both conditions (2,), mm, of axial positions (2,), mm, and their derivatives (2, 2)."""
 
     def off(axial: FloatArray) -> FloatArray:
         """Give by how much the conditions are not met."""
-        at = _moved(design, axial)
+        at = mounted(design, axial, BY)
         first = float(mounted_backlash(at).normal) - backlash
         if np.isnan(z):
             pinion, gear = backlash_by_errors(at)[COLUMNS]
@@ -134,7 +129,7 @@ def _conditions(design: Design, flank: str, backlash: float, z: float) -> tuple[
 
     def by(axial: FloatArray) -> FloatArray:
         """Give the derivatives; those of the second without what the first's change by."""
-        at = _moved(design, axial)
+        at = mounted(design, axial, BY)
         pinion, gear = backlash_by_errors(at)[COLUMNS]
         second = (gear, -pinion) if np.isnan(z) else path_sensitivity(at, flank).z_by[1, 0, COLUMNS]
         return np.array(((pinion, gear), second))
@@ -153,7 +148,7 @@ def _start(design: Design, flank: str, backlash: float, z: float, limit: float) 
     nearest to both conditions, the backlash taken as linear, or left out where that of the design is lost."""
     steps, by = limit * np.linspace(-1.0, 1.0, GRID), backlash_by_errors(design)[COLUMNS]
     axial = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-    path = path_of_contact(_moved(design, axial), flank, 3)
+    path = path_of_contact(mounted(design, axial, BY), flank, 3)
     play = float(mounted_backlash(design).normal) + axial @ by - backlash
     far = np.abs(path.pinion_z[:, 1] - z) + np.nan_to_num(np.abs(play) / np.abs(by).max())
     return np.asarray(axial[np.argmin(np.where(path.ends.status == Status.SOLVED, far, np.inf))])
@@ -180,7 +175,7 @@ def _forward(
     if axial is None:
         none, nan = np.full(2, np.nan), np.nan
         return Shim(design, flank, backlash, z, limit, none, none, nan, nan, nan, nan, status)
-    at = _moved(design, axial)
+    at = mounted(design, axial, BY)
     errors = np.array([at.errors.pinion_axial, at.errors.gear_axial])
     found, middle = float(mounted_backlash(at).normal), _middle(at, flank)
     apart = [found - backlash] if np.isnan(z) else [found - backlash, middle - z]
