@@ -313,6 +313,7 @@ def test_a_name_cannot_become_code(page: Page, text: str) -> None:
         (("statements",), "statements"),
         (("ease-off", "--grid", "9", "13"), "ease_off"),
         (("tca", "--flank", "left", "--force", "1000"), "hertz.left"),
+        (("gear-data",), "gear_data"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -344,7 +345,7 @@ def test_every_number_shown_is_that_of_the_data(page: Page) -> None:
             assert abs(shown - value) <= 0.5000001 * 10.0**-digits, attributes
     keys = {attributes["data-key"].partition(".")[0] for attributes, _ in page.cells}
     sections = {"check", "tca", "operation", "sliding", "sensitivity", "tolerance", "pattern", "design"}
-    assert keys == sections | {"ease_off", "hertz", "mountings", "matrix"}
+    assert keys == sections | {"ease_off", "hertz", "mountings", "matrix", "gear_data"}
 
 
 def test_every_chart_has_a_title_and_the_pages_colours(page: Page, text: str) -> None:

@@ -32,6 +32,7 @@ from beveloid_geom.report.sensitivity import SensitivityReport, sensitivity_repo
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
+from beveloid_geom.report.workshop.gear_data import gear_data_report
 from beveloid_geom.studies.statements import is_papers, paper_statements
 
 from ..parts.motion_graph import MotionGraph, motion_graph
@@ -147,6 +148,7 @@ def compute(
         progress("check")
         checked = closing_report(name, design)
         numbers["check"] = json.loads(json_text(checked.data()))
+        numbers["gear_data"] = json.loads(json_text(gear_data_report(name, design).data()))
         sections = {flank: _sections(name, design, flank, settings, progress) for flank in FLANKS}
         matrices = _matrices(name, design, settings, progress)
         progress("ease-off")
