@@ -22,7 +22,7 @@ class Status(IntEnum):
     ENDLESS = 5
     """Of a path: it closes on itself on the flanks, without meeting a limit."""
     UNDEFINED = 6
-    """The inputs leave nothing to solve: a member that its tool cannot cut, parallel axes, NaN."""
+    """The inputs leave nothing to solve: a member that its tool cannot cut, no layout, NaN."""
 
 
 class Limit(IntEnum):

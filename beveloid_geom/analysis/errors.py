@@ -62,9 +62,10 @@ def _sum(own: Kind, names: Sequence[str], values: FloatArray) -> Kind:
 
 def errors_below(design: Design) -> dict[str, float]:
     """Give what errors of a study of a single design must stay below, by their names: of distances (mm) what
-    a design file may have, of the shaft angle, at the mesh that in plane (rad), the pair's own."""
+    a design file may have, of the shaft angle, at the mesh that in plane (rad), the pair's own, of parallel
+    axes those of a file."""
     distance = MOST_OFFSET_ERROR * float(design.pinion.tool.normal_module)
-    angle = float(design.pair.shaft_angle)
+    angle = float(design.pair.shaft_angle) or float(np.radians(LIMITS["Errors"]["shaft_angle"].high))
     tilt = float(np.radians(LIMITS["MeshErrors"]["out_of_plane"].high))
     return {
         **{"offset": distance, "shaft_angle": angle},

@@ -37,6 +37,10 @@ from .errors import ANGLES, NAMES, mounted, place_of
 from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
+ON_PARALLEL = (
+    "on parallel axes flanks touch along lines, or with parabolas in a point that runs along the face"
+)
+
 AT = (0.25, 0.5, 0.75)
 """Shares of the face at which the middle is wanted where none are given."""
 CLOSE = 1e-6
@@ -157,13 +161,15 @@ def place_path(
     Raises
     ------
     ValueError
-        For a batch, errors without a name, shares that are none, `l` off the pinion's active profile, and
-        where a tool's rounds overlap.
+        For a batch, parallel axes, errors without a name, shares that are none, `l` off the pinion's active
+        profile, and where a tool's rounds overlap.
     """
     flank_sign(flank)
     check_names(by, "by")
     if design.batch_shape:
         raise ValueError("a path is placed of a single design: give its cases one by one")
+    if design.pair.shaft_angle == 0.0:
+        raise ValueError(f"a path is placed between axes that cross or intersect: {ON_PARALLEL}")
     share = np.array(at, dtype=float)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError(f"at must be shares of the face above 0 and below 1, at least one, got {at}")

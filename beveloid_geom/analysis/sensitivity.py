@@ -1,7 +1,7 @@
 """How a path of contact answers the assembly errors: exact derivatives, not differences of results.
 
-The path is a curve in y = (l1, l2, n_x, w1) with three equations R(y, e) = 0 that hold the assembly
-errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the
+The path is a curve in y = (l1, l2, n_x, n_y, w1) with four equations R(y, e) = 0 that hold the assembly
+errors e (`parallel.regular`). A place of it is fixed by a fifth one, c(y, e) = 0: at an end that the
 limit met there is met still, in the middle that the pinion's roll is the mean of the rolls of both ends. Both
 differentiated,
 
@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
-from ..contact.curve_equations import direction_of, meet_on_curve, units_of
 from ..contact.ends import at_shares
 from ..contact.equation import (
     Meeting,
@@ -37,12 +36,20 @@ from ..contact.equation import (
     pairing_of,
     trace_parameters,
 )
+from ..contact.parallel.lines import along_lines
+from ..contact.parallel.regular import (
+    UNKNOWNS,
+    meet_regular,
+    point_on_curve,
+    tangent_of,
+    units_of_all,
+)
 from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
 from ..contact.path_search import Group, paths_on_flanks
 from ..design.model import Design, ErrorsAt
 from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
-from ..pair.frames import Layout
+from ..pair.frames import layout_at
 from ..pair.mesh_errors import by_mesh_errors
 from ..status import Status
 from ..support.chebyshev import evaluate, greatest
@@ -51,6 +58,8 @@ from .errors import ERROR_NAMES, NAMES
 
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256
+ALONG = 1e-9
+"""Share of its way along the face up to which a path keeps l."""
 AT_END = 1e-12
 """Distance, in the series's parameter, within which an extreme is at the end of the path."""
 # Rows of `_quantities`.
@@ -100,7 +109,7 @@ class Sensitivity:
 @dataclass(frozen=True, eq=False)
 class _Rates:
     """At places of the path (cases, places): quantities q (rows, ...), their derivatives by y and
-    by the errors, and those of the three equations (..., 3, 4); y in units."""
+    by the errors, and those of the four equations (..., 4, 5); y in units."""
 
     q: FloatArray
     q_y: FloatArray
@@ -144,6 +153,9 @@ def path_sensitivity(
                 own = block[group.cases]
                 table[:, own], scalars[:, own] = _of_group(group)
                 limit[own], status[own] = group.ends.limit, group.ends.status
+        lines = along_lines(pairing)
+        table.reshape(_MARGINS, -1, cases, len(PLACES))[:, 1:, lines] = np.nan
+        scalars[:, lines, 1:] = np.nan
         found = _result(design, flank, pairing, table, scalars, limit, status)
     return found if errors_at == "perpendicular" else _by_mesh_errors(design, found)
 
@@ -165,9 +177,9 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     signed = [sign * series.coefficients[row] for row in (ROLL, PHASE) for sign in (1.0, -1.0)]
     spans = [greatest(one, between[:, :1], between[:, 1:]) for one in signed]
     x = np.concatenate((enter, middle, leave, *spans), axis=-1)
-    y, units = _curve_points(series, x), units_of(group.pairing)
+    y, units = _curve_points(series, x), units_of_all(group.pairing)
     rates = _rates(group.pairing, y, units)
-    tangent = direction_of(rates.r_y)
+    tangent = tangent_of(rates.r_y)
     at = np.stack([np.abs(x - end) <= AT_END for end in (enter, leave)])
     met = np.where(at[0], ends.limit[:, :1], ends.limit[:, 1:])
     row = np.where(at.any(axis=0), _MARGINS + met, _NO_ROW)
@@ -190,43 +202,42 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
 
 
 def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:
-    """y = (l1, l2, n_x, w1) (4, cases, places) at parameters of the series."""
+    """y = (l1, l2, n_x, n_y, w1) (5, cases, places) at parameters of the series."""
     rows = evaluate(series.coefficients[:HEIGHT], x)
-    normal, point = rows[NORMAL], rows[POINT]
-    along, v = (normal * point).sum(axis=0), normal[2]
-    return np.stack((rows[0], rows[1], normal[0], (point[2] - v * along) / np.sqrt(1.0 - v * v)))
+    point, normal = (np.moveaxis(rows[part], 0, -1) for part in (POINT, NORMAL))
+    return point_on_curve(point, normal, rows[0], rows[1])
 
 
 def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
-    """Find quantities and derivatives at points of the curve (4, cases, places)."""
+    """Find quantities and derivatives at points of the curve (5, cases, places)."""
     _, cases, places = y.shape
     step = COMPLEX_STEP * 1j
-    turns = np.zeros((4, 1, 1, 4 + len(ERROR_NAMES)), dtype=complex)
-    turns[:, 0, 0, :4] = step * np.eye(4)
-    moved = y[..., None] + turns * np.moveaxis(units, -1, 0)[..., None]
-    errors = np.zeros((len(ERROR_NAMES), 4 + len(ERROR_NAMES)), dtype=complex)
-    errors[:, 4:] = step * np.eye(len(ERROR_NAMES))
+    turns = np.zeros((UNKNOWNS, 1, 1, UNKNOWNS + len(ERROR_NAMES)), dtype=complex)
+    turns[:, 0, 0, :UNKNOWNS] = step * np.eye(UNKNOWNS)
+    moved = y[..., None] + turns * units[..., None]
+    errors = np.zeros((len(ERROR_NAMES), UNKNOWNS + len(ERROR_NAMES)), dtype=complex)
+    errors[:, UNKNOWNS:] = step * np.eye(len(ERROR_NAMES))
     near = _under_errors(pairing, np.tile(errors, places))
-    residual, met = meet_on_curve(near, moved.reshape(4, cases, -1))
-    l = moved.reshape(4, cases, -1)[:2]
+    residual, met = meet_regular(near, moved.reshape(UNKNOWNS, cases, -1))
+    l = moved.reshape(UNKNOWNS, cases, -1)[:2]
     z, radius = axial_and_radius(near, met)
     roll = _rolls(near, met)
     phase = roll[1] + pairing.teeth[0] / pairing.teeth[1] * roll[0]
     u = trace_parameters(near, met, z)
     q = np.concatenate((l, u, z, radius, roll, phase[None], limit_margins(near, l, z, radius)))
     q = q.reshape(len(q), cases, places, -1)
-    residual = np.moveaxis(residual.reshape(3, cases, places, -1), 0, -2).imag / COMPLEX_STEP
+    residual = np.moveaxis(residual.reshape(4, cases, places, -1), 0, -2).imag / COMPLEX_STEP
     slope = q.imag / COMPLEX_STEP
-    return _Rates(q[..., 0].real, slope[..., :4], slope[..., 4:], residual[..., :4], residual[..., 4:])
+    y_part, e_part = slice(UNKNOWNS), slice(UNKNOWNS, None)
+    return _Rates(
+        q[..., 0].real, slope[..., y_part], slope[..., e_part], residual[..., y_part], residual[..., e_part]
+    )
 
 
 def _under_errors(pairing: Pairing, errors: Numbers) -> Pairing:
     """Give the pairing under further errors (4, positions), by ERROR_NAMES, which may be complex."""
     old = pairing.layout
-    angle = old.shaft_angle + np.sign(old.shaft_angle) * errors[1]
-    layout = Layout(
-        old.offset + errors[0], angle, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2
-    )
+    layout = layout_at(old.offset + errors[0], old.shaft_angle + old.sense * errors[1], old.sense)
     return replace(pairing, layout=layout, position=pairing.position + errors[2:, None])
 
 
@@ -249,7 +260,9 @@ def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
     system = np.concatenate((rates.r_y, last_y[..., None, :]), axis=-2)
     right = np.concatenate((rates.r_e, last_e[..., None, :]), axis=-2)
     lost = ~np.isfinite(system.sum(axis=(-1, -2)) + right.sum(axis=(-1, -2)))
-    system[lost], right[lost] = np.eye(4), np.nan
+    system[lost] = np.eye(UNKNOWNS)
+    lost |= np.linalg.det(system) == 0.0
+    system[lost], right[lost] = np.eye(UNKNOWNS), np.nan
     moves = -np.linalg.solve(system, right)
     return np.asarray(np.einsum("qpsi,psie->qpse", rates.q_y, moves) + rates.q_e)
 
@@ -281,13 +294,15 @@ def _result(
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]
     face = by[_Z] - (along[_Z] / along[_L])[..., None] * by[_L]
+    # A path that runs along the face has no shift along it.
+    face = np.where((np.abs(along[_L]) > ALONG * np.abs(along[_Z]))[..., None], face, np.nan)
     square = _shifts(
         design, flank, value[_L], value[_U], np.stack((by[_L], by[_U])), np.stack((along[_L], along[_U]))
     )
     per_pitch = pairing.teeth[0, :, 0, None] / (2.0 * np.pi)
     ratio, swing = scalars[0] * per_pitch, scalars[1]
     plain = (np.asarray(pairing.rack.parabola) == 0.0).all(axis=0) & (status == Status.SOLVED)[:, None]
-    swing = np.where(plain, 0.0, swing)
+    swing = np.where(plain & ~np.isnan(scalars[1]), 0.0, swing)
 
     def batch(values: FloatArray) -> FloatArray:
         """(2, cases, places, ...) in the order of the result."""

@@ -27,6 +27,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask, flank_sign
+from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design, ErrorsAt
 from ..operation.backlash_by_tangency import TangentBacklash, jammed, tangent_backlash
@@ -320,6 +321,12 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
             raise ValueError(
                 f"tolerance of {name} is about the common perpendicular, others at the mesh: leave it out"
             )
+    lean = next((name for name in names if name in ANGLES and getattr(tolerances, name) > 0.0), None)
+    if lean is not None and bool(touches_along_lines(design, flank)):
+        raise ValueError(
+            f"tolerance of {lean} must be 0 where flanks touch along lines: every error of it puts the"
+            " contact on an edge, parabolas keep it on the flanks"
+        )
     for name in names:
         value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"
         if not 0.0 <= value < np.inf:

@@ -34,8 +34,8 @@ from .limits import (
     mesh_faults,
     offset_error_faults,
     outside,
+    parallel_faults,
     radian_faults,
-    shaft_angle_error_faults,
 )
 from .model import Design, Errors, ErrorsAt, Member, MeshErrors, Pair, Tool, from_degrees
 
@@ -44,6 +44,7 @@ BUILTINS = {
     BUILTIN: "crossed pair of Table 1 of Ni et al. 2017: m 6, 29/45 teeth, offset 229 mm, 15 deg",
     "awd-transfer": "transfer pair for all-wheel drive: m 3, 37/37 teeth, axes that intersect at 4 deg",
     "marine-gearbox": "reduction of a marine gearbox: m 6, 24/61 teeth, axes that intersect at 7 deg",
+    "anti-backlash": "backlash set by an axial shift: m 1.5, 24/72 straight teeth on cones, parallel axes",
 }
 """Built-in designs by name, with what they are."""
 _NAMES = ", ".join(BUILTINS)
@@ -211,10 +212,9 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
         faults += given_at_mesh_faults(pinion, pair, errors)
     if pinion and isinstance(errors, Errors):
         faults += offset_error_faults(pinion, errors)
-    if pair and isinstance(errors, Errors):
-        faults += shaft_angle_error_faults(pair, errors)
     if pinion and gear and pair:
         faults += radian_faults(pinion, gear, pair)
+        faults += parallel_faults(pinion, gear, pair)
         at: ErrorsAt = "mesh" if isinstance(errors, MeshErrors) else "perpendicular"
         if isinstance(errors, MeshErrors) and not faults:
             errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
@@ -273,7 +273,8 @@ def builtin_design(name: str = BUILTIN) -> Design:
     Parameters
     ----------
     name : str
-        'ni-2017', the pair of Table 1; 'awd-transfer' or 'marine-gearbox', on axes that intersect.
+        'ni-2017', the pair of Table 1; 'awd-transfer' or 'marine-gearbox', on axes that intersect;
+        'anti-backlash', on parallel ones.
 
     Returns
     -------
@@ -316,7 +317,7 @@ def override(design: Design, **values: float | None) -> Design:
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
     faults += offset_error_faults(changed.pinion, changed.errors)
-    faults += shaft_angle_error_faults(changed.pair, changed.errors)
+    faults += parallel_faults(*changed.members, changed.pair)
     if faults:
         named = (Fault("", names[f[:2]], f.text) if f[:2] in names else f for f in faults)
         raise DesignError(dict.fromkeys(named))

@@ -32,6 +32,10 @@ ROUNDED_PITCH = 1e-4
 
 CANCELLING = 1e-9
 """Sum of helix angles (rad) below which it gives the shaft angle no sense."""
+PARALLEL = 1e-9
+"""Sine of the shaft angle up to which the axes count as parallel."""
+MATCH = 1e-9
+"""Sum of axial components of the normals of two flanks up to which it counts as zero on parallel axes."""
 
 
 def unchecked(given: T, **values: Any) -> T:

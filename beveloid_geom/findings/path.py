@@ -11,6 +11,7 @@ from ..analysis.errors import ANGLES, mounted
 from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import path_sensitivity
 from ..analysis.tolerance import USUAL_AT
+from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.model import Design
@@ -25,6 +26,9 @@ SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
 """Shift of a path under one usual tolerance, over the size of the flank in the direction of the shift, from
 which it is said. A path in the middle of the flank leaves it at one half; half of that is a warning: the
 other errors, deflection and the length of the path take the rest."""
+ALONG_LINES = "they touch along lines, and an error of the shaft angle puts the contact on an edge"
+STILL = 1e-12
+"""Step along a path, mm or rad, up to which a quantity stands still."""
 ROUNDING_TOLERANCE = 1e-9
 """mm by which rounding may move a contact without a note."""
 UNKNOWN = {
@@ -80,7 +84,8 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
     says why."""
     if path.ends.status != Status.SOLVED:
         return ()
-    found = [*_sensitivity_remarks(path), *_loss_remarks(path)]
+    lines = bool(touches_along_lines(path.design, path.flank))
+    found = [(NOTE, ALONG_LINES)] if lines else [*_sensitivity_remarks(path), *_loss_remarks(path)]
     if certificate is not None:
         found += _certificate_remarks(certificate)
     found += _path_remarks(path)
@@ -123,7 +128,8 @@ def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     design, usual = path.design, USUAL_AT[path.design.errors_at]
     size, names = usual.values(), usual.names
     errors = np.concatenate((np.diag(size), np.diag(-size)))
-    errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
+    if design.pair.shaft_angle > 0.0:
+        errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
     status = path_of_contact(mounted(design, errors, names), path.flank, 2).ends.status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:
@@ -156,7 +162,7 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         (path.l1, "l1 turns back along the path: at some l1 the pinion's flank has two contacts"),
     ):
         steps = np.diff(values)
-        if steps.size and steps.min() < 0.0 < steps.max():
+        if steps.size and steps.min() < -STILL and steps.max() > STILL:
             yield NOTE, words
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
         where = "at one place of the path the common normal is square to the common perpendicular (n_x = 0)"

@@ -16,6 +16,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
+from ..contact.parallel.lines import touches_along_lines
+from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
@@ -83,6 +85,8 @@ def operating_ratios(
     lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
+    lines = np.flatnonzero(conjugate_lines(design, flank).reshape(-1) & ~lost)
+    eq16 = contact_ratio(design, flank).reshape(-1) if lines.size else np.empty(0)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
     pieces, followed = _pieces_alone(cycle, grids, alone, np.array(useful or [0.0]))
     share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
@@ -93,11 +97,21 @@ def operating_ratios(
             curves = _first(cycle, known, roll), contacts(known, roll)
             for k, thickness in enumerate(thicknesses):
                 ratio[k, known], status[k, known] = _ratio(cycle, contacts, known, roll, curves, thickness)
+                if thickness == 0.0 and lines.size:  # which of them is first is a matter of rounding
+                    ratio[k, lines], status[k, lines] = eq16[lines], RatioStatus.KNOWN
         # By search those that the pieces do not tell.
         followed = ~followed | (status == RatioStatus.UNSTEADY).any(axis=0)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape), cycle)
+
+
+def conjugate_lines(design: Design, flank: str) -> Mask:
+    """Say (batch shape) whether unmodified flanks touch along lines, of all tooth pairs at once."""
+    plain = np.zeros(design.batch_shape, dtype=bool)
+    for member in design.members:
+        plain = plain | (np.asarray(member.tool.parabola) != 0.0)
+    return np.asarray(touches_along_lines(design, flank) & ~plain)
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,7 +76,8 @@ class _Turned:
     along: FloatArray
 
 
-def _nominal(design: Design) -> _Nominal:
+def _nominal(design: Design, lean: Any = 0.0) -> _Nominal:
+    """Give the layout of a design; parallel axes have the sign of the turn `lean` that they are given."""
     bare = design.with_errors(Errors())
     layout, mounting = layout_of(bare, with_errors=False), mounting_of(bare)
     sin, cos = layout.sin_angle, layout.cos_angle
@@ -89,7 +90,7 @@ def _nominal(design: Design) -> _Nominal:
         offset=np.asarray(layout.offset, dtype=float),
         sense=design.sense,
         angle=np.asarray(layout.shaft_angle, dtype=float),
-        sign=np.where(np.asarray(layout.shaft_angle) < 0.0, -1.0, 1.0),
+        sign=np.where(np.where(layout.parallel, lean, layout.shaft_angle) < 0.0, -1.0, 1.0),
         arm=np.stack(np.broadcast_arrays(layout.offset - x, -second, z * sin - y * cos)),
         centre_line=line,
     )
@@ -111,7 +112,11 @@ def _turned(nominal: _Nominal, turn: Any, tilt: Any) -> _Turned:
         (-down * np.sin(middle) - aside * np.cos(middle)) * step + change * cos,
     )
     normal = np.sqrt((cos_tilt * sin) ** 2 + sin_tilt**2)
-    x = nominal.sign * cos_tilt * sin / normal, -nominal.sign * sin_tilt / normal
+    # Axes that stay parallel keep their line of centres.
+    x = (
+        np.where(normal == 0.0, 1.0, nominal.sign * cos_tilt * sin / normal),
+        np.where(normal == 0.0, 0.0, -nominal.sign * sin_tilt / normal),
+    )
     return _Turned(np.stack(np.broadcast_arrays(*moved)), x, (-x[1], x[0]), normal, cos_tilt * cos)
 
 
@@ -121,7 +126,7 @@ def _widened(nominal: _Nominal, turn: Any, tilt: Any) -> Complex:
     angle = nominal.sign * (nominal.angle + turn)
     sin, cos, sin_tilt, cos_tilt = np.sin(angle), np.cos(angle), np.sin(tilt), np.cos(tilt)
     normal = np.sqrt((cos_tilt * sin) ** 2 + sin_tilt**2)
-    rise = sin_tilt * sin_tilt / (normal + cos_tilt * sin)
+    rise = np.where(sin_tilt == 0.0, 0.0, sin_tilt * sin_tilt / (normal + cos_tilt * sin))
     return np.asarray(np.arctan(rise * cos / (normal * sin + cos_tilt * cos * cos)))
 
 
@@ -137,7 +142,7 @@ def _feet(nominal: _Nominal, turned: _Turned, moved: Complex) -> tuple[Complex, 
     as it was moved, to the new ones."""
     first, second = turned.y
     across = (nominal.offset + moved[0]) * first + moved[1] * second
-    gear = -across / (nominal.sign * turned.normal)
+    gear = np.where(turned.normal == 0.0, 0.0, -across / (nominal.sign * turned.normal))
     return moved[2] + gear * turned.along, gear
 
 
@@ -164,7 +169,8 @@ def from_mesh(design: Design, errors: MeshErrors) -> Errors:
         NaN where the pair has no pitch point, or its axes are turned past parallel. They may pass the
         limits of those that users give.
     """
-    return _made(Errors(), _about_perpendicular(_nominal(design), errors))
+    nominal = _nominal(design, design.sense * errors.in_plane)
+    return _made(Errors(), _about_perpendicular(nominal, errors))
 
 
 def _about_perpendicular(nominal: _Nominal, errors: MeshErrors) -> dict[str, Complex]:
@@ -187,8 +193,9 @@ def by_mesh_errors(design: Design, rates: FloatArray) -> FloatArray:
     about the common perpendicular, under the errors that a design has, in the orders of their classes.
 
     By the chain rule, with derivatives of `from_mesh` from a complex step, exact to rounding; NaN where
-    `at_mesh` gives none."""
-    nominal, own = _nominal(design), at_mesh(design)
+    `at_mesh` gives none, and by a tilt of axes that are parallel under these errors."""
+    own = at_mesh(design)
+    nominal = _nominal(design, design.sense * own.in_plane)
     last = _Nominal(**{name: np.asarray(value)[..., None] for name, value in vars(nominal).items()})
     steps = COMPLEX_STEP * 1j * np.eye(len(fields(MeshErrors)))
     moved = {
@@ -196,6 +203,9 @@ def by_mesh_errors(design: Design, rates: FloatArray) -> FloatArray:
     }
     found = _about_perpendicular(last, unchecked(own, **moved))
     by = np.stack(np.broadcast_arrays(*found.values()), axis=-2).imag / COMPLEX_STEP
+    still = (nominal.angle + nominal.sense * own.in_plane == 0.0) & (np.asarray(own.out_of_plane) == 0.0)
+    tilted = np.array([field.name == "out_of_plane" for field in fields(MeshErrors)])
+    by = np.where(still[..., None, None] & tilted, np.nan, by)
     batch, more = design.batch_shape, rates.ndim - 1 - len(design.batch_shape)
     by = np.broadcast_to(by, (*batch, *by.shape[-2:])).reshape(*batch, *[1] * more, *by.shape[-2:])
     return np.asarray((rates[..., None, :] @ by)[..., 0, :])
@@ -222,7 +232,7 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
     MeshErrors
         NaN where there are none: no pitch point, or an offset that no tilt gives.
     """
-    nominal, errors = _nominal(design), design.errors
+    nominal, errors = _nominal(design, design.sense * design.errors.shaft_angle), design.errors
     line = nominal.centre_line
     with np.errstate(invalid="ignore", divide="ignore"):
         tilted = np.abs(line[0]) > 0.5
@@ -258,6 +268,7 @@ def _turn(nominal: _Nominal, errors: Errors, tilt: Any) -> FloatArray:
     error = nominal.sense * errors.shaft_angle
     whole = nominal.sign * (nominal.angle + error)
     rise = -(np.sin(tilt) ** 2) / (np.sqrt(np.sin(whole - tilt) * np.sin(whole + tilt)) + np.sin(whole))
+    rise = np.where(np.asarray(tilt) == 0.0, 0.0, rise)
     # What the tilt takes from the angle, as a difference of two angles of the tangents
     # (sin D' + rise, cos D') and (sin D', cos D').
     less = np.arctan2(rise * np.cos(whole), 1.0 + rise * np.sin(whole))

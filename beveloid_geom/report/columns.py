@@ -31,7 +31,11 @@ MM, ANGLE, SWING, SPEED = Column("mm"), Column("rad", "deg"), Column("rad", "arc
 PLACES = ("enter", "middle", "leave")
 COLUMNS: dict[str, Column] = {
     **dict.fromkeys(
-        ("l", "l1", "l2", "u1", "u2", "x", "y", "z", "r", "point", "least", "separation", "backlash"), MM
+        (
+            *("l", "l1", "l2", "u1", "u2", "x", "y", "z", "r"),
+            *("point", "least", "separation", "backlash", "length"),
+        ),
+        MM,
     ),
     **{f"{name}_{place}": Column("mm", digits=3) for name in ("z", "r") for place in PLACES},
     "z1": Column("mm", heading="pinion z"),
@@ -52,7 +56,7 @@ COLUMNS: dict[str, Column] = {
     "film_ratio": Column(heading="contact ratio in a film"),
     **dict.fromkeys(("speed", "profile", "lengthwise", "sliding"), SPEED),
     **dict.fromkeys(("specific", "specific_total"), Column(digits=3)),
-    "contact_ratio": Column(digits=6),
+    **dict.fromkeys(("contact_ratio", "ratio"), Column(digits=6)),
     "area": Column("mm^2"),
     **dict.fromkeys(("major", "minor", "off_centre"), MM),
     **dict.fromkeys(("diameter", "thickness", "height", "dimension", "beside"), MM),

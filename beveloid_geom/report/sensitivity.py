@@ -12,9 +12,10 @@ import numpy as np
 from ..analysis.errors import ANGLES, place_of
 from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
 from ..arrays import FloatArray
+from ..contact.parallel.lines import touches_along_lines
 from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
-from ..findings.path import first_contact_fault
+from ..findings.path import ALONG_LINES, first_contact_fault
 from ..operation.backlash import backlash_by_errors
 from ..pair.mesh_errors import by_mesh_errors
 from ..status import Limit, Status
@@ -49,12 +50,14 @@ def steps_of(errors: Sequence[str]) -> list[Step]:
 @dataclass(frozen=True, eq=False)
 class SensitivityReport:
     """The `found` sensitivity of one flank of a single design, and the derivatives of its least normal
-    backlash by the same errors, NaN where that is not known."""
+    backlash by the same errors, NaN where that is not known; whether the flanks touch along lines
+    (`along_lines`), which have none."""
 
     name: str
     design: Design
     found: Sensitivity
     backlash_by: FloatArray
+    along_lines: bool = False
 
     @property
     def reason(self) -> str | None:
@@ -138,7 +141,7 @@ class SensitivityReport:
         rows.append(("least normal backlash, mm", self.backlash_by))
         for words, rates in rows:
             text += f"  {words:<34}" + "".join(f"{value:z16.6f}" for value in rates * sizes) + "\n"
-        return text
+        return text + (line("no derivatives", ALONG_LINES) if self.along_lines else "")
 
 
 def sensitivity_report(
@@ -147,9 +150,11 @@ def sensitivity_report(
     """Find the sensitivity of one flank of a single design, to errors where it has its own measured, unless
     told."""
     at = design.errors_at if errors_at is None else errors_at
-    found = path_sensitivity(design, flank, at)
+    found, lines = path_sensitivity(design, flank, at), bool(touches_along_lines(design, flank))
     if first_contact_fault(design):
-        return SensitivityReport(name, design, found, np.full(len(found.errors), np.nan))
+        return SensitivityReport(name, design, found, np.full(len(found.errors), np.nan), lines)
     backlash = backlash_by_errors(design)
     backlash = by_mesh_errors(design, backlash) if at == "mesh" else backlash
-    return SensitivityReport(name, design, found, backlash)
+    if lines:  # either sense of a shaft angle takes backlash
+        backlash = np.where([error in ANGLES for error in found.errors], np.nan, backlash)
+    return SensitivityReport(name, design, found, backlash, lines)

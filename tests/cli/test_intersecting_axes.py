@@ -171,7 +171,7 @@ def test_meshes_are_written(tmp_path: Path) -> None:
             ("tca", "--offset-error", "61"),
             "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
         ),
-        (("tca", "--shaft-angle-error-deg", "-4"), "must be at least -3.5 deg"),
+        (("tca", "--shaft-angle-error-deg", "-6"), "must be between -5 and 5 deg"),
         (
             ("tolerance", "--offset-tolerance", "60"),
             "tolerance of offset must be less than 60 mm on this pair",

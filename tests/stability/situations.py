@@ -195,10 +195,10 @@ SITUATIONS = (
         "shaft angle 1, 0.5 deg", late(lambda: nearly_parallel(1.0), lambda: nearly_parallel(0.5)), PATHS
     ),
     Situation(
-        "parallel axes",
+        "parallel axes, base helix angles not opposite",
         of(at_shaft_angle(PLAIN, 0.0)),
         STATUS,
-        "teeth on parallel axes touch along lines",
+        "on parallel axes base helix angles must be opposite",
         in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.0"),
     ),
     Situation(
