@@ -28,7 +28,7 @@ from ..support.quadratic_step import quadratic_step
 from .separation import Pose
 
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
-PASSES, LAST_STEP = 60, 1e-8
+PASSES, LAST_STEP = 60, 1e-7
 """Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
 PENALTY = 150.0
 """Over the tooth depth: what the square of being outside a limit costs, beside the multiplier times it.
@@ -326,7 +326,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         if count in MEETINGS:
             near = np.flatnonzero(better & ~boxed)
             units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
-            doubled[near] = _doubled(np.array((*units, *active[:, near], owner[going[near]])))
+            doubled[near] = repeated(np.array((*units, *active[:, near], owner[going[near]])))
         done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
         if not done.any():
             continue
@@ -344,7 +344,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
     return replace(least, limit=limit)
 
 
-def _doubled(columns: FloatArray) -> Mask:
+def repeated(columns: FloatArray) -> Mask:
     """Say which columns (k, n) are the same as one before them."""
     order = np.lexsort(columns)
     doubled = np.zeros(order.size, dtype=bool)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray, Integers, Mask
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -30,9 +30,10 @@ from .first_contact import (
     Found,
     Grids,
     Mesh,
+    Numbered,
     first_contact,
     found_at,
-    found_with_pairs,
+    found_with_others,
     grids_of,
     in_step,
     mesh_of,
@@ -51,7 +52,9 @@ from .pieces import (
     fitted,
     held_to,
     holding,
+    order_of,
     put_together,
+    samples_of,
     tails_of,
 )
 
@@ -189,7 +192,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
 
 def cycle_and_pairs(
     design: Design, flank: str, harmonics: int, each: bool = True
-) -> tuple[MeshCycle, Grids, Samples, tuple[Integers, Found]]:
+) -> tuple[MeshCycle, Grids, Samples, Numbered]:
     """Give the mesh cycle with the points scanned and its samples; and the contacts of `each` tooth pair that
     is not much later than the first, alone, with the numbers of their samples."""
     if harmonics < 1:
@@ -199,10 +202,10 @@ def cycle_and_pairs(
     grids, shape = grids_of(mesh, design, flank), start.shape
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
-    case, roll = _samples_of(mesh)
-    first, position, alone = found_with_pairs(mesh.at(case, roll), grids, each=each)
-    samples = Samples(case, roll, np.zeros(case.size, dtype=bool), first)
-    pieces, status = _pieces_of(mesh, grids, samples)
+    case, roll = _rolls_of(mesh)
+    first, near, alone = found_with_others(mesh.at(case, roll), grids, each=each)
+    samples = samples_of(case, roll, first)
+    pieces, status = _pieces_of(mesh, grids, samples, samples_of(case[near[0]], roll[near[0]], near[1]))
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     waves, swing, edges = _sums(mesh, pieces, harmonics)
     waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
@@ -224,7 +227,7 @@ def cycle_and_pairs(
         mesh=mesh,
         phase=phase,
     )
-    return cycle, grids, samples, (position, alone)
+    return cycle, grids, samples, alone
 
 
 @kept(1)
@@ -250,10 +253,10 @@ def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
-    return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
+    return samples_of(case, roll, found_at(mesh.at(case, roll), grids))
 
 
-def _samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
+def _rolls_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
     """Give cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls
     of a mesh on, of which each is a case: `number` a pitch, and its end."""
     share, cases = np.linspace(0.0, 1.0, number + 1), mesh.roll.size
@@ -261,19 +264,20 @@ def _samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray
     return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
 
 
-def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
+def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tuple[Pieces, Integers]:
     """Give pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the
     status of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no
-    pieces. `samples`: the first contacts at `_samples_of` the mesh."""
-    pieces, status = _divided(mesh, grids, samples)
+    pieces. `samples`: the first contacts at `_rolls_of` the mesh; `near`: all contacts found there."""
+    pieces, status = _divided(mesh, grids, samples, near)
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
-        case, roll = _samples_of(mesh, CLOSE_SAMPLES)
-        closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
+        case, roll = _rolls_of(mesh, CLOSE_SAMPLES)
+        closer = _sampled(mesh, grids, case[lost[case]], roll[lost[case]])
+        closer, again = _divided(mesh, grids, closer, near)
         pieces, status = in_order([pieces, closer]), np.where(lost, again, status)
     return pieces, status
 
 
-def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
+def _divided(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tuple[Pieces, Integers]:
     """Give pieces with the carriers of the samples, divided until all hold, and the status of all cases."""
     cases = mesh.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
@@ -284,13 +288,20 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
         if not 0 < samples.case.size <= MOST * cases:
             break
         pieces = fitted(mesh, samples)
-        checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
-        jumps, samples = _overtaken(mesh, samples, pieces)
-        bad = np.union1d(np.flatnonzero(~good.all(axis=1)), np.append(jumps, jumps + 1))
-        back = _coming_back(mesh, pieces)
-        failed = np.isin(np.arange(cases), np.append(pieces.case[bad], back.case))
+        if count == 0:  # many samples know it better than few checks
+            piece = pieces.number(mesh, samples.case, samples.roll)
+            samples, bad = _checked(mesh, pieces, piece, samples, True)
+            checks = samples.pick(slice(0))
+        else:
+            piece, roll = np.arange(pieces.case.size).repeat(CHECKS.size), pieces.rolls(CHECKS).ravel()
+            checks = _sampled(mesh, grids, pieces.case[piece], roll)
+            checks, bad = _checked(mesh, pieces, piece, checks, count < ROUNDS // 2)
+        jumps, mended, samples = _overtaken(mesh, samples, pieces)
+        bad = np.union1d(bad, np.append(jumps, jumps + 1))
+        early = _earlier(mesh, pieces, near)
+        failed = np.isin(np.arange(cases), np.concatenate((pieces.case[bad], mended, early.case)))
         if failed.any():
-            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(back)
+            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(early)
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
@@ -308,83 +319,103 @@ def _between(
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
 
 
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, Mask]:
-    """Give first contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if
-    `strict`, their places known. A piece may be earlier, within all limits: a search missed its contact, and
-    what it found is left out."""
-    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
-    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
-    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
-    behind = values[0] - checks.found.f.reshape(roll.shape)
-    earlier = np.asarray(behind < -bound)
+def _checked(
+    mesh: Mesh, pieces: Pieces, piece: Integers, checks: Samples, strict: bool
+) -> tuple[Samples, Integers]:
+    """Give first contacts `checks` (n,) as samples that cut pieces where the `piece` there (n,) is not as
+    early; and which pieces are not or, if `strict`, whose places are not known. A piece may be earlier, within
+    all limits: a search missed its contact, and what it found is left out."""
+    values, bound = pieces.values_at(piece, checks.roll), CHECKED * mesh.lever
+    behind = values[0] - checks.found.f
+    good, earlier = np.abs(behind) <= bound, np.asarray(behind < -bound)
     if earlier.any():
-        piece = each.repeat(roll.shape[1])
-        there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
-        earlier &= within.reshape(roll.shape)
-        earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
+        row = np.flatnonzero(earlier)
+        carriers = pieces.limit[:, piece[row]], pieces.pair[piece[row]]
+        there, within = _moved(mesh, checks.case[row], checks.roll[row], values[1:3, row], *carriers)
+        earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
     sizes = np.array((mesh.lever, *[mesh.own.tip - mesh.own.root] * (QUANTITIES - 1)))
     most = PLACED * sizes if strict else np.full(QUANTITIES, np.inf)
-    placed = np.asarray((tails_of(pieces) <= most[:, None]).all(axis=0))
-    good = np.asarray(((np.abs(behind) <= bound) | earlier) & placed[:, None])
-    checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), good
+    bad = ~(tails_of(pieces) <= most[:, None]).all(axis=0)
+    bad[piece[~good & ~earlier]] = True
+    checks = replace(checks, cut=checks.cut | ~good)
+    return checks.pick(~earlier), np.flatnonzero(bad)
 
 
 def _moved(
-    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
+    mesh: Mesh, case: Integers, roll: FloatArray, place: FloatArray, limit: Codes, pair: Integers
 ) -> tuple[FloatArray, Mask]:
-    """Give contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
-    whether they lie within the limits."""
+    """Give contacts of tooth pairs (n,) near places (2, n) at rolls, held to the limits (2, n): f, s1, z1, s2,
+    z2 (5, n), and whether they lie within the others."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        values = held_to(task, place, pieces.limit[:, piece])
-        margin = np.where(holding(pieces.limit[:, piece]), 0.0, values[QUANTITIES:])
+        task = mesh.at(case, roll).task(np.arange(case.size), pair)
+        values = held_to(task, place, limit)
+        margin = np.where(holding(limit), 0.0, values[QUANTITIES:])
     return values[:QUANTITIES], np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
 
 
-def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
-    """Give contacts beside the pieces, carried as these, that are earlier than the pieces there: a carrier
-    that comes back for less than the distance of two samples is not seen by those."""
+def _earlier(mesh: Mesh, pieces: Pieces, near: Samples) -> Samples:
+    """Give contacts that are earlier than the pieces at the same roll, which the samples do not see: carried as
+    a piece beside it, that comes back for less than the distance of two samples, or as one `near` a sample,
+    where one piece takes over from another between."""
     piece = np.arange(pieces.case.size).repeat(CLOSE_SAMPLES)
     share = np.tile(np.arange(CLOSE_SAMPLES) / CLOSE_SAMPLES, pieces.case.size)
     roll = mesh.roll[pieces.case[piece]] + mesh.pitch[0] * share
     away = np.maximum(pieces.low[piece] - roll, roll - pieces.high[piece])
     beside = (away > 0.0) & (away < AWAY * (pieces.high - pieces.low)[piece])
     piece, roll = piece[beside], roll[beside]
-    case = pieces.case[piece]
-    values, within = _moved(mesh, case, roll, pieces, piece, pieces.values_at(piece, roll)[1:3])
+    place, (row, end) = pieces.values_at(piece, roll)[1:3], _at_ends(mesh, pieces, near)
+    case, roll = np.append(pieces.case[piece], near.case[row]), np.append(roll, pieces.high[end])
+    place = np.append(place, near.found.place[:, row], axis=1)
+    limit = np.append(pieces.limit[:, piece], near.found.limit[:, row], axis=1)
+    pair = np.append(pieces.pair[piece], near.found.pair[row])
+    values, within = _moved(mesh, case, roll, place, limit, pair)
     there = pieces.values_at(pieces.number(mesh, case, roll), roll, 1)[0]
     row = np.flatnonzero(within & (values[0] < there - CHECKED * mesh.lever))
-    values, piece = values[:, row], piece[row]
-    found = Found(
-        f=values[0],
-        place=values[1:3],
-        meeting=values[3:],
-        limit=pieces.limit[:, piece],
-        pair=pieces.pair[piece],
-        status=np.full(row.size, FirstStatus.SOLVED, dtype=np.int8),
+    values, solved = values[:, row], np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
+    found = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
+    return samples_of(case[row], roll[row], found)
+
+
+def _at_ends(mesh: Mesh, pieces: Pieces, near: Samples) -> tuple[Integers, Integers]:
+    """Give contacts `near` samples (n,) and the pieces at whose ends, the next before and after their roll, they
+    may touch earlier: those no further than the next sample."""
+    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
+    after = np.searchsorted(
+        order_of(mesh, pieces.case[inner], pieces.high[inner]), order_of(mesh, near.case, near.roll)
     )
-    return Samples(case[row], roll[row], np.zeros(row.size, dtype=bool), found)
+    row = np.tile(np.arange(near.case.size), 2)
+    nearest = np.append(after - 1, after)
+    known = (nearest >= 0) & (nearest < inner.size)
+    row, end = row[known], inner[nearest[known]]
+    away = np.abs(pieces.high[end] - near.roll[row])
+    close = (near.case[row] == pieces.case[end]) & (away <= mesh.pitch[0] / SAMPLES)
+    return row[close], end[close]
 
 
-def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:
-    """Give pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed;
-    and the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
+def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Integers, Samples]:
+    """Give pieces at whose end the curve jumps, as a contact between was not seen; cases in which it jumped as
+    an earlier one was missed; and the samples, those of the pieces behind carried as their neighbours if these
+    are earlier."""
     inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
     ends = np.stack([pieces.values_at(inner + k, pieces.high[inner]) for k in (0, 1)])
     jump, found = ends[0, 0] - ends[1, 0], samples.found
     jumps = np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever)
+    if not jumps.size:
+        return jumps, jumps, samples
     early = (jump[jumps] > 0.0).astype(int)
     own = pieces.number(mesh, samples.case, samples.roll)
     which, row = np.nonzero(own == (inner[jumps] + 1 - early)[:, None])
     piece, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
-    values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
+    carriers = pieces.limit[:, piece], pieces.pair[piece]
+    values, within = _moved(mesh, samples.case[row], samples.roll[row], place, *carriers)
     better = np.flatnonzero(within & (values[0] < found.f[row]))
     better = better[np.argsort(-values[0, better], kind="stable")]  # of two neighbours the earlier comes last
-    row, values, piece = row[better], values[:, better], piece[better]
+    row, values, piece, which = row[better], values[:, better], piece[better], which[better]
+    which = which[values[0] < found.f[row] - CHECKED * mesh.lever]
     found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
     found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[jumps], samples
+    jumps = inner[jumps]
+    return np.delete(jumps, which), pieces.case[jumps[which]], samples
 
 
 def in_order(parts: list[Pieces]) -> Pieces:
