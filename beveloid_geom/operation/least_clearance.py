@@ -37,9 +37,8 @@ FEASIBLE, NOISE = 1e-10, 1e-12
 """Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 OVERLAP = 0.25
 """Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
-MEETINGS, ALIKE = (1, 2, 3), 1e-3
-"""After which steps searches are looked for that go the same way; shares of the first steps, within which
-places count as the same."""
+ALIKE = 1e-3
+"""Shares of the first steps, within which places of searches count as the same."""
 BLOCK = 2048
 
 
@@ -233,6 +232,30 @@ def square(rows: FloatArray) -> FloatArray:
     return rows[..., [[0, 1], [1, 2]], :]
 
 
+def clearance_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give the clearance f (n,), its slope (2, n) by s1 and z1, and s2 where places (s1, z1) meet, mm."""
+    other, cut = task.other, cut_at(task.own, s, z)
+    seen = _seen(task, z, cut)
+    x, y, high = seen[:, 0]
+    square = x * x + y * y
+    other_s = profile_at(other, square, high)
+    met = cut_at(other, other_s, high)
+    f, cos, sin = _turn(task, x, y, met)
+    normal = _turned(np.array((met.nx, met.ny, met.nz)) / met.ny, cos / square, sin / square)
+    scale = other.sigma * task.lever / other.pitch_radius
+    return f, scale * (normal[:, None] * seen[:, 1:3]).sum(axis=0), other_s
+
+
+def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give f of points at x, y from the points of the gear's surface that they meet, and cosine and sine, over
+    r^2, of the angle from those before they turn."""
+    other, cos, sin = task.other, x * met.x + y * met.y, y * met.x - x * met.y
+    # Angle between the point and the cut point as one arctangent, small at contact.
+    turn = np.arctan2(sin, cos) - met.phi - task.start
+    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    return task.counted(angle) * task.lever, cos, sin
+
+
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     """Give the clearance and its derivatives at places (s1, z1), each (n,), mm."""
     other = task.other
@@ -242,10 +265,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     squares, moves = _squares_seen(seen), seen[:, 1:3]
     other_s = profile_at(other, squares[0], high)
     met, by_other = cut_with_turn(other, other_s, high)
-    cos, sin = x * met.x + y * met.y, y * met.x - x * met.y
-    # Angle between the point and the cut point as one arctangent, small at contact.
-    turn = np.arctan2(sin, cos) - met.phi - task.start
-    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    f, cos, sin = _turn(task, x, y, met)
     cos, sin = cos / squares[0], sin / squares[0]
     own = np.array((met.nx, met.ny, met.nz)) / met.ny
     normal, bent = _turned(own, cos, sin), _turned((by_other - by_other[1] * own) / met.ny, cos, sin)
@@ -263,7 +283,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     bend[1] += 0.5 * (moves * change[:, ::-1]).sum(axis=(0, 1))
     rows = _limits(task, s, z, (_squares(cut, bends), squares), seen[2])
     return Local(
-        f=task.counted(angle) * task.lever,
+        f=f,
         slope=scale * slope,
         bend=scale * bend,
         margin=rows[:, 0],
@@ -304,6 +324,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
     going = np.flatnonzero(np.isfinite(here.f))
     task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
     weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
+    unit = ALIKE * box.max(axis=1, initial=0.0, keepdims=True)
     for count in range(PASSES):
         # Longer steps along the profile only where it is convex, off the fillets.
         size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
@@ -323,10 +344,12 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
             here = here.where_not(better, there)
         reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
         found, doubled = small & better, np.zeros(going.size, dtype=bool)
-        if count in MEETINGS:
-            near = np.flatnonzero(better & ~boxed)
-            units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
-            doubled[near] = repeated(np.array((*units, *active[:, near], owner[going[near]])))
+        if count:  # those that come where another is going, or has ended
+            near, met = np.flatnonzero(better & ~boxed & ~found), np.flatnonzero(least.converged)
+            ways = np.concatenate((least.place[:, met], place[:, near]), axis=1) / unit
+            limits = np.concatenate((least.limit[:, met], active[:, near]), axis=1)
+            owners = owner[np.append(met, going[near])]
+            doubled[near] = repeated(np.array((*np.rint(ways), *limits, owners)))[met.size :]
         done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
         if not done.any():
             continue

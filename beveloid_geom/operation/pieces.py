@@ -25,7 +25,7 @@ from ..support.chebyshev import basis_of, evaluate, greatest, polynomials
 from .first_contact import TOGETHER, Found, Mesh
 from .least_clearance import Local, Task, local_at, square
 
-SAMPLES = 32
+SAMPLES = 24
 """Rolls of a pitch at which first contacts tell the carriers."""
 DEGREE, PASSES, LAST_STEP, EXACT = 20, 12, 1e-7, 1e-12
 """Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last, and

@@ -27,7 +27,7 @@ from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..status import Limit
 from ..support.read_only import kept
-from .least_clearance import Task, limits_at, local_at
+from .least_clearance import Task, clearance_at, limits_at
 from .separation import met_by
 
 STARTS, STATIONS = 3, 8
@@ -333,8 +333,8 @@ def _edge_starts(
     if not row.size:
         return row, periods, place, np.zeros(0)
     place = _on_edge(chosen, place, tip)
-    here = local_at(chosen, *place)
-    close = (here.f <= bound[1][row]) & (-INWARDS[tip] * here.slope[0] < TIP_SLOPE)
+    f, slope, _ = clearance_at(chosen, *place)
+    close = (f <= bound[1][row]) & (-INWARDS[tip] * slope[0] < TIP_SLOPE)
     return row[close], periods[close], place[:, close], INWARDS[tip[close]]
 
 
@@ -368,8 +368,7 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     if close.size:
         near = task.pick(close)
         edge = _on_edge(near, edge, tip)
-        meeting = local_at(near, *edge).meeting
-        gap = np.where(tip == 0, edge[0] - own.joint, meeting[0] - task.other.joint)
+        gap = np.where(tip == 0, edge[0] - own.joint, clearance_at(near, *edge)[2] - task.other.joint)
     away, parts = np.abs(edge[0] - place[0, close]), []
     for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
         row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
