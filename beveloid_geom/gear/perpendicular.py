@@ -120,10 +120,16 @@ def feet(
     return Feet(foot.l, foot.u, foot.z, foot.distance, normal, foot.margin, status)
 
 
-def foot_on(sheet: Sheet, point: Vector, near: tuple[FloatArray, FloatArray] | None = None) -> Foot:
+def foot_on(
+    sheet: Sheet,
+    point: Vector,
+    near: tuple[FloatArray, FloatArray] | None = None,
+    last_step: float = LAST_STEP,
+) -> Foot:
     """Find the feet on a flank of perpendiculars from points by components; `near`: l and phi to start from,
-    else those of the unmodified flank's foot. To be called where errors of numbers are ignored."""
-    rack, last = sheet.rack, LAST_STEP * np.asarray(sheet.module)
+    else those of the unmodified flank's foot; `last_step` as LAST_STEP. To be called where errors of numbers
+    are ignored."""
+    rack, last = sheet.rack, last_step * np.asarray(sheet.module)
     l, phi = _unmodified_foot(rack, *point) if near is None else near
     for _ in range(NEWTON_LIMIT):
         step_l, step_phi, regular = _newton_step(rack, point, l, phi)

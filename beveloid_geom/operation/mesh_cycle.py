@@ -12,6 +12,7 @@ search is asked again: a piece that is late there, or does not meet the next, is
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -22,7 +23,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
-from ..support.chebyshev import evaluate
+from ..support.chebyshev import evaluate, polynomials, with_derivative
 from ..support.few_lines import few_lines, html_table
 from ..support.read_only import kept
 from .first_contact import (
@@ -70,6 +71,9 @@ CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
 CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 """Where first contacts are looked for besides in pieces that fail."""
+LEAST, ASIDE = 1e-17, 1e-7
+"""rad: coefficients that do not count in a gear roll; how far aside a piece is taken that ends or begins at a
+roll."""
 CHECKED = 3e-11
 """rad of the gear's roll by which a piece may lie behind a first contact."""
 CLOSE_SAMPLES = 64
@@ -145,10 +149,30 @@ class MeshCycle:
         """Give the gear roll (rad) of a single design at pinion rolls of any shape, rad."""
         if self.status != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
-        roll, mesh = np.asarray(pinion_roll).ravel(), self.mesh
-        f = self.located(np.zeros(roll.size, dtype=np.int64), roll, 1)[2][0]
-        turned = mesh.phase - mesh.pitch[1] / mesh.pitch[0] * roll + mesh.other.sigma * f / mesh.lever
-        return np.asarray(turned.reshape(np.shape(pinion_roll)))
+        roll = np.ravel(pinion_roll)
+        return np.asarray(self.gear_motion(roll, roll)[0].reshape(np.shape(pinion_roll)))
+
+    def gear_motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
+        """Give the gear's roll (rad) of a single design, solved, and its rate over the pinion's (2, n) at rolls
+        (n,), rad; at a change of the carrier those on the side `towards` (n,)."""
+        low, high, series = self._motion
+        aside = np.minimum(np.maximum(0.25 * (towards - roll), -ASIDE), ASIDE)
+        turned = np.remainder(roll + aside - self.mesh.roll, self.pitch)
+        piece = np.maximum(low.searchsorted(turned, side="right") - 1, 0)
+        low, length = low[piece], (high - low)[piece]
+        powers = polynomials(2.0 * (turned - aside - low) / length - 1.0, series.shape[2] - 1)
+        phase, rate = ((row.T.take(piece, axis=1) * powers).sum(axis=0) for row in series)
+        ratio = self.mesh.pitch[1] / self.mesh.pitch[0]
+        return np.array((phase - ratio * roll, 2.0 * rate / length - ratio))
+
+    @cached_property
+    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Begin and end (n,) of the pieces after `start`, and coefficients (2, n, k) of gear roll plus N1/N2
+        pinion roll, rad, and of its derivative, but for those that do not count."""
+        series, start = self.phase_series(), self.mesh.roll
+        last = np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1]
+        both = with_derivative(series[None, :, : last + 1])
+        return self.pieces.low - start, self.pieces.high - start, both
 
     def phase_series(self) -> FloatArray:
         """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""

@@ -46,10 +46,13 @@ class Operation:
     span: tuple[float, float]
     gear_roll: Callable[[FloatArray], FloatArray]
     kinks: FloatArray = field(default_factory=lambda: np.zeros(0))
+    exact: Callable[[FloatArray, FloatArray], FloatArray] | None = None
 
     def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
-        """Give the gear's roll (rad) and, by differences, its rate over the pinion's (2, n) at rolls (n,),
-        rad. At a kink it is the rate on the side `towards` (n,)."""
+        """Give the gear's roll (rad) and its rate over the pinion's (2, n) at rolls (n,), rad: `exact`, if that
+        is known, or by differences. At a kink it is the rate on the side `towards` (n,)."""
+        if self.exact is not None:
+            return self.exact(roll, towards)
         beside = roll + np.minimum(np.maximum(0.25 * (towards - roll), -STEP), STEP)
         here, there = self.gear_roll(np.array((roll, beside)))
         return np.array((here, (there - here) / (beside - roll)))
@@ -102,4 +105,5 @@ def first_contact_operation(design: Design, flank: str) -> Operation:
         )
     turns = np.arange(np.floor((start - cycle.start) / pitch), np.ceil((stop - cycle.start) / pitch))
     kinks = (cycle.changes + pitch * turns[:, None]).ravel()
-    return Operation((start, stop), cycle.gear_roll, kinks[(kinks > start) & (kinks < stop)])
+    kinks = kinks[(kinks > start) & (kinks < stop)]
+    return Operation((start, stop), cycle.gear_roll, kinks, cycle.gear_motion)

@@ -38,7 +38,7 @@ SPARE, TIP_SPARE = 0.05, 0.01
 scanned and still be a start."""
 TIPS, INWARDS = np.array((Limit.GEAR_TIP, Limit.PINION_TIP)), np.array((1.0, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
-EDGE_PASSES = 3
+EDGE_PASSES = 2
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the clearance falls faster than this from it along the profile."""
 FURTHEST = 2.0

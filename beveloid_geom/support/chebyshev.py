@@ -20,7 +20,7 @@ from .read_only import kept
 NOISE, CUT = 2e-14, 3e-15
 """Relative to the quantities' scale: level to which the last coefficients must have fallen for a
 curve to count as resolved, and level below which trailing coefficients are not needed."""
-SMALL = 4000
+SMALL = 1500
 """Operations below which polynomials come from a cosine."""
 HALVINGS, LEAST_STEP = 60, 1e-15
 """Passes of an inversion at most, and the step that ends it."""
