@@ -34,7 +34,7 @@ and an edge are found, as what a secant leaves is far less; and what halving goe
 LAST_STEP = 1e-3
 """Modules below which a step towards a foot is the last: the distance, least at the foot, is then right to its
 fourth power, and the foot to about a hundred-thousandth of a micrometre."""
-BLOCK = 8192
+BLOCK = 4096
 """Points taken at a time, so that the arrays stay in the cache."""
 ROUNDING = 1e-12
 """Relative: what counts as whole."""
