@@ -125,13 +125,14 @@ class Samples:
     def near(self) -> Mask:
         """Say near which samples (k, n) the least may be: all, if there is none, else those lower than the
         ones beside them, those from which the separation falls while the foot leaves the mating flank, and
-        those at which the foot comes nearest to that without being on it."""
+        those at which the foot comes nearest to that without being on it. Next to samples that were not asked
+        for there is none."""
         on, known = np.isfinite(self.table), self.place >= 0
-        low, margin, apart = on & _least(self.table), *np.full((2, *on.shape), np.nan)
-        margin[known] = self.rows[MARGIN, self.place[known]]
-        apart[known] = self.rows[DISTANCE, self.place[known]]
-        found = low | (~on & (margin > -self.room) & _least(-np.nan_to_num(margin, nan=-np.inf)))
-        falls = ~on[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), ~on[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
+        low, off, beyond, apart = on & _least(self.table, known), known & ~on, *np.full((2, *on.shape), np.nan)
+        beyond[known], apart[known] = self.rows[:2][::-1, self.place[known]] * ((-1.0,), (1.0,))
+        beyond = np.where(np.isnan(beyond), np.inf, beyond)
+        found = low | (off & (beyond < self.room) & _least(beyond, known))
+        falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
         count, near = len(low), np.pad(found, ((BESIDE, BESIDE), (0, 0)))
@@ -139,9 +140,9 @@ class Samples:
         return np.asarray(near | ~low.any(axis=0))
 
 
-def _least(values: FloatArray) -> Mask:
-    """Say which values (k, n) are not above those beside them."""
-    wide = np.pad(values, ((1, 1), (0, 0)), constant_values=np.inf)
+def _least(values: FloatArray, known: Mask) -> Mask:
+    """Say which values (k, n) are not above those beside them, if these are `known`."""
+    wide = np.pad(np.where(known, values, -np.inf), ((1, 1), (0, 0)), constant_values=np.inf)
     return np.asarray((values <= wide[:-2]) & (values <= wide[2:]))
 
 
