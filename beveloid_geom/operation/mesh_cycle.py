@@ -387,7 +387,10 @@ def _earlier(mesh: Mesh, pieces: Pieces, near: Samples) -> Samples:
     away = np.maximum(pieces.low[piece] - roll, roll - pieces.high[piece])
     beside = (away > 0.0) & (away < AWAY * (pieces.high - pieces.low)[piece])
     piece, roll = piece[beside], roll[beside]
-    place, (row, end) = pieces.values_at(piece, roll)[1:3], _at_ends(mesh, pieces, near)
+    (row, end), ends = _at_ends(mesh, pieces, near), pieces.rolls(np.array((-1.0, 0.0, 1.0)))
+    first, middle, last = pieces.values(np.arange(pieces.case.size), ends)[1:3, piece].transpose(2, 0, 1)
+    way = (roll - ends[piece, 1]) / (ends[piece, 2] - ends[piece, 1])  # on along a parabola
+    place = middle + 0.5 * way * (last - first + way * (first - 2.0 * middle + last))
     case, roll = np.append(pieces.case[piece], near.case[row]), np.append(roll, pieces.high[end])
     place = np.append(place, near.found.place[:, row], axis=1)
     limit = np.append(pieces.limit[:, piece], near.found.limit[:, row], axis=1)

@@ -242,11 +242,12 @@ def _starts(
     roll = pieces.rolls(basis_of(DEGREE).nodes)
     order = order_of(mesh, samples.case, samples.roll)
     after = np.searchsorted(order, order_of(mesh, pieces.case.repeat(roll.shape[1]), roll.ravel()))
-    ends = [run.repeat(roll.shape[1]) for run in runs]
-    before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
+    first, last = (run.repeat(roll.shape[1]) for run in runs)
+    before = np.maximum(np.minimum(after, last) - 1, first)
+    after = np.minimum(before + 1, last)
     step = samples.roll[after] - samples.roll[before]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), 0.0, 1.0)
+        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), -1.0, 2.0)
     place = samples.found.place[:, before]
     place = place + share * (samples.found.place[:, after] - place)
     if former is None:
