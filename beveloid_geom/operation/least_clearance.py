@@ -60,9 +60,10 @@ class Task:
         """Give the depth of the pinion's teeth, mm: what small lengths are shares of."""
         return self.own.tip - self.own.root
 
-    def pick(self, index: Integers | slice) -> Task:
+    def pick(self, index: Integers) -> Task:
         """Give the tasks `index`."""
-        return replace(self, pose=self.pose.at(index), roll=self.roll[index], start=self.start[index])
+        own, other, lever, pose, roll, start, period = vars(self).values()
+        return Task(own, other, lever, pose.at(index), roll.take(index), start.take(index), period)
 
     @property
     def earliest(self) -> float:
@@ -101,7 +102,7 @@ class Local:
 
     def pick(self, index: Integers) -> Local:
         """Give the places with the numbers `index`."""
-        return Local(*(value[..., index] for value in vars(self).values()))
+        return Local(*(value.take(index, axis=-1) for value in vars(self).values()))
 
     def where_not(self, moved: Mask, there: Local) -> Local:
         """Give these places, but those `there` where `moved` (n,)."""
@@ -123,7 +124,7 @@ class Least:
 
     def pick(self, index: Integers) -> Least:
         """Give the results with the numbers `index`."""
-        return Least(*(value[..., index] for value in vars(self).values()))
+        return Least(*(value.take(index, axis=-1) for value in vars(self).values()))
 
     def and_also(self, *others: Least) -> Least:
         """Give these and others, in order."""
@@ -304,8 +305,9 @@ def least_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Inte
     lead to the same place one is followed there, the others end as `outside` as can be."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, max(1, place.shape[1]), BLOCK):
-            block = slice(start, start + BLOCK)
+        every = np.arange(place.shape[1])
+        for start in range(0, max(1, every.size), BLOCK):
+            block = every[start : start + BLOCK]
             parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
     return parts[0].and_also(*parts[1:])
 
@@ -322,7 +324,8 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         converged=np.zeros(n, dtype=bool),
     )
     going = np.flatnonzero(np.isfinite(here.f))
-    task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
+    if going.size < n:
+        task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
     weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
     unit = ALIKE * box.max(axis=1, initial=0.0, keepdims=True)
     for count in range(PASSES):
@@ -361,8 +364,8 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
         if not stays.size:
             break
-        task, place, box, here = task.pick(stays), place[:, stays], box[:, stays], here.pick(stays)
-        going, weight, reach = going[stays], weight[:, stays], reach[stays]
+        task, here, going, reach = task.pick(stays), here.pick(stays), going[stays], reach[stays]
+        place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
 

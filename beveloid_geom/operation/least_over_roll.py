@@ -128,7 +128,11 @@ class Samples:
         those at which the foot comes nearest to that without being on it. Next to samples that were not asked
         for there is none."""
         on, known = np.isfinite(self.table), self.place >= 0
-        low, off, beyond, apart = on & _least(self.table, known), known & ~on, *np.full((2, *on.shape), np.nan)
+        low, off, beyond, apart = (
+            on & _least(self.table, known),
+            known & ~on,
+            *np.full((2, *on.shape), np.nan),
+        )
         beyond[known], apart[known] = self.rows[:2][::-1, self.place[known]] * ((-1.0,), (1.0,))
         beyond = np.where(np.isnan(beyond), np.inf, beyond)
         found = low | (off & (beyond < self.room) & _least(beyond, known))

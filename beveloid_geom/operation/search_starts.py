@@ -298,8 +298,10 @@ def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[
     for axis in (1, 2):
         best = f.argmin(axis=axis)
         line = f.min(axis=axis)
-        wide = np.pad(line, ((0, 0), (1, 1)), constant_values=np.inf)
-        line = np.where((line <= wide[:, :-2]) & (line <= wide[:, 2:]), line, np.inf)
+        low = np.ones(line.shape, dtype=bool)
+        low[:, 1:] = line[:, 1:] <= line[:, :-1]
+        low[:, :-1] &= line[:, :-1] <= line[:, 1:]
+        line = np.where(low, line, np.inf)
         chosen = line.argsort(axis=1)[:, : max(STARTS, shape[1] // STATIONS)]
         other = np.take_along_axis(best, chosen, axis=1)
         points.append(other * shape[1] + chosen if axis == 1 else chosen * shape[1] + other)

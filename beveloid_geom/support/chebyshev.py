@@ -152,7 +152,10 @@ def greatest(coefficients: FloatArray, low: FloatArray, high: FloatArray) -> Flo
         _, rate, bend = evaluate(both, best)
         outward = np.where(rate > 0.0, high, low)
         with np.errstate(invalid="ignore", divide="ignore"):
-            best = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
+            following = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
+        best, step = following, np.abs(following - best).max(initial=0.0)
+        if step <= LEAST_STEP:
+            break
     return best
 
 
