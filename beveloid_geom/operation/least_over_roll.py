@@ -189,22 +189,18 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     start = samples.rows[:, samples.place[best[met], met]]
-    ways = []
-    for way in (-1, 1):
-        beside = np.clip(best[met] + way, 0, len(rolls) - 1)
-        inner, towards = beside != best[met], rolls[beside]
-        other = rolls[np.clip(best[met] - way, 0, len(rolls) - 1)]
-        _, rate = mating.operation.motion(at[met], np.where(inner, towards, other))
-        fall = -way * mating.slope(start, rate)
-        status[met[(fall > 0.0) & ~inner]] = PatternStatus.END_OF_ROLL
-        leaves = np.isinf(samples.table[beside, met])
-        for edge, wanted in ((False, fall > 0.0), (True, leaves)):
-            down = np.flatnonzero(inner & wanted)
-            end = samples.rows[:2, samples.place[beside[down], met[down]]]
-            span = np.array((at[met[down]], towards[down]))
-            ways.append((down, span, fall[down], end, np.full(down.size, edge)))
-    down, span, fall, end, to_edge = (np.concatenate(parts, axis=-1) for parts in zip(*ways, strict=True))
-    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge)
+    way = np.array(((-1,), (1,)))
+    beside = np.clip(best[met] + way, 0, len(rolls) - 1)
+    inner, towards = beside != best[met], rolls[beside]
+    sides = np.where(inner, towards, towards[::-1])
+    _, rate = mating.operation.motion(np.tile(at[met], 2), sides.ravel())
+    fall = -way * mating.slope(start, rate.reshape(sides.shape))
+    status[met[((fall > 0.0) & ~inner).any(axis=0)]] = PatternStatus.END_OF_ROLL
+    leaves = np.isinf(samples.table[beside, met])
+    to_edge, side, down = np.nonzero(inner & (fall > 0.0, leaves))
+    end = samples.rows[:2, samples.place[beside[side, down], met[down]]]
+    span, fall = np.array((at[met[down]], towards[side, down])), fall[side, down]
+    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge > 0)
     order = np.argsort(-found, kind="stable")  # of two ways the lower comes last
     order = order[found[order] < least[met[down[order]]]]
     point = met[down[order]]
@@ -228,39 +224,38 @@ def _way_down(
     `end`. At the start the separation falls by `fall` (n,), mm/rad.
 
     Shares t of the way are looked for: `low` and beyond that the least is, not beyond `high`."""
-    n, length = len(points), span[1] - span[0]
-    t, low, high = np.zeros(n), np.zeros(n), np.ones(n)
-    f = start[DISTANCE].copy()
+    n, (begin, whole) = len(points), (span[0], span[1] - span[0])
+    length, found, reached, going = whole, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
+    f, t, low, high = start[DISTANCE], *np.zeros((2, n)), np.ones(n)
     left = np.array((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
     by_t = np.array((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
-    edge, going = np.zeros(n, dtype=bool), np.arange(n)
     for count in range(PASSES):
         with np.errstate(invalid="ignore", divide="ignore"):
-            ends = np.where(by_t[:, going] < 0.0, t[going] - left[:, going] / by_t[:, going], np.inf)
-        ends[1, to_edge[going]] = np.inf
-        new, edge[going] = ends.min(axis=0), ends[0] < ends[1]
-        halved = ~((new >= low[going]) & (new <= high[going])) | (count % 8 == 7)
-        new = np.where(halved, 0.5 * (low[going] + high[going]), new)
-        step = new - t[going]
-        found = ~halved & (np.abs(step) <= np.where(edge[going], REACHED, STAND))
-        found |= high[going] - low[going] <= HALVED
-        done, step = going[found], step[found]
-        f[done] -= step * (left[1, done] + 0.5 * step * np.nan_to_num(by_t[1, done]))
-        t[done] = new[found]
-        going, new = going[~found], new[~found]
-        if not going.size:
-            break
-        roll, towards = span[0, going] + new * length[going], span[(new < 0.5).astype(int), going]
+            ends = np.where(by_t < 0.0, t - left / by_t, np.inf)
+        ends[1, to_edge] = np.inf
+        new, edge = np.minimum(*ends), ends[0] < ends[1]
+        halved = ~((new >= low) & (new <= high)) | (count % 8 == 7)
+        new = np.where(halved, 0.5 * (low + high), new)
+        step = new - t
+        ended = ~halved & (np.abs(step) <= np.where(edge, REACHED, STAND)) | (high - low <= HALVED)
+        if ended.any() or count == PASSES - 1:
+            f = np.where(ended, f - step * (left[1] + 0.5 * step * np.nan_to_num(by_t[1])), f)
+            found[:, going], reached[going] = (f, np.where(ended, new, t)), edge
+            stays = np.flatnonzero(~ended)
+            if not stays.size:
+                break
+            points, going, to_edge = points[stays], going[stays], to_edge[stays]
+            rows = np.array((f, t, new, length, low, high)).take(stays, axis=1)
+            f, t, new, length, low, high = rows
+            span, left, by_t = (row.take(stays, axis=1) for row in (span, left, by_t))
+        roll, towards = span[0] + new * length, np.where(new < 0.5, span[1], span[0])
         gear_roll, rate = mating.operation.motion(roll, towards)
-        rows = mating.at(points[going], mating.turned(roll, gear_roll))
-        after = np.array((rows[MARGIN], -length[going] * mating.slope(rows, rate)))
+        rows = mating.at(points, mating.turned(roll, gear_roll))
+        after = np.array((rows[MARGIN], -length * mating.slope(rows, rate)))
         lost = np.isnan(rows[DISTANCE])
-        inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge[going])
-        low[going] = np.where(inside, new, low[going])
-        high[going] = np.where(
-            inside, high[going], np.where(lost, low[going] + 0.999 * (new - low[going]), new)
-        )
-        here, new, after, rows = going[~lost], new[~lost], after[:, ~lost], rows[:, ~lost]
-        by_t[:, here] = (after - left[:, here]) / (new - t[here])
-        t[here], f[here], left[:, here] = new, rows[DISTANCE], after
-    return f, span[0] + t * length, edge
+        inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge)
+        high = np.where(inside, high, np.where(lost, low + 0.999 * (new - low), new))
+        low = np.where(inside, new, low)
+        by_t = np.where(lost, by_t, (after - left) / (new - t))
+        t, f, left = np.where(lost, t, new), np.where(lost, f, rows[DISTANCE]), np.where(lost, left, after)
+    return found[0], begin + found[1] * whole, reached
