@@ -71,7 +71,7 @@ CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
 CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 """Where first contacts are looked for besides in pieces that fail."""
-LEAST, ASIDE = 1e-17, 1e-7
+LEAST, ASIDE = 2e-16, 1e-7
 """rad: coefficients that do not count in a gear roll; how far aside a piece is taken that ends or begins at a
 roll."""
 CHECKED = 3e-11
@@ -160,19 +160,19 @@ class MeshCycle:
         turned = np.remainder(roll + aside - self.mesh.roll, self.pitch)
         piece = np.maximum(low.searchsorted(turned, side="right") - 1, 0)
         low, length = low[piece], (high - low)[piece]
-        powers = polynomials(2.0 * (turned - aside - low) / length - 1.0, series.shape[2] - 1)
-        phase, rate = ((row.T.take(piece, axis=1) * powers).sum(axis=0) for row in series)
+        powers = polynomials(2.0 * (turned - aside - low) / length - 1.0, len(series) - 1)
+        phase, rate = (series.take(piece, axis=2) * powers[:, None]).sum(axis=0)
         ratio = self.mesh.pitch[1] / self.mesh.pitch[0]
         return np.array((phase - ratio * roll, 2.0 * rate / length - ratio))
 
     @cached_property
     def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Begin and end (n,) of the pieces after `start`, and coefficients (2, n, k) of gear roll plus N1/N2
+        """Begin and end (n,) of the pieces after `start`, and coefficients (k, 2, n) of gear roll plus N1/N2
         pinion roll, rad, and of its derivative, but for those that do not count."""
         series, start = self.phase_series(), self.mesh.roll
         last = np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1]
         both = with_derivative(series[None, :, : last + 1])
-        return self.pieces.low - start, self.pieces.high - start, both
+        return self.pieces.low - start, self.pieces.high - start, both.transpose(2, 0, 1).copy()
 
     def phase_series(self) -> FloatArray:
         """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
