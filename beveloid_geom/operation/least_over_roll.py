@@ -14,6 +14,7 @@ first on the way down from the least of the samples. Secants lead there, of both
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,8 +27,6 @@ from .separation import Pose, pose_of, seen_by_other
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-BESIDE = 1
-"""Samples looked at on either side of where the least may be."""
 PASSES, STAND, REACHED, HALVED = 60, 2e-3, 1e-5, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
@@ -73,6 +72,11 @@ class Mating:
         both = roll, gear_roll
         own, mate = both[self.member], both[1 - self.member]
         return np.array((np.cos(own), np.sin(own), np.cos(mate), np.sin(mate)))
+
+    @cached_property
+    def poses(self) -> FloatArray:
+        """Give the poses at the rolls sampled, (4, k)."""
+        return self.turned(self.rolls, self.operation.gear_roll(self.rolls))
 
     def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
         (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
@@ -128,20 +132,17 @@ class Samples:
         those at which the foot comes nearest to that without being on it. Next to samples that were not asked
         for there is none."""
         on, known = np.isfinite(self.table), self.place >= 0
-        low, off, beyond, apart = (
-            on & _least(self.table, known),
-            known & ~on,
-            *np.full((2, *on.shape), np.nan),
-        )
-        beyond[known], apart[known] = self.rows[:2][::-1, self.place[known]] * ((-1.0,), (1.0,))
-        beyond = np.where(np.isnan(beyond), np.inf, beyond)
+        low, off = on & _least(self.table, known), known & ~on
+        apart, margin = np.append(self.rows[:2], [[np.nan], [-np.inf]], axis=1)[:, self.place]
+        beyond = np.where(np.isnan(margin), np.inf, -margin)
         found = low | (off & (beyond < self.room) & _least(beyond, known))
         falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
-        count, near = len(low), np.pad(found, ((BESIDE, BESIDE), (0, 0)))
-        near = np.logical_or.reduce([near[k : k + count] for k in range(2 * BESIDE + 1)])
-        return np.asarray(near | ~low.any(axis=0))
+        near = found | ~low.any(axis=0)
+        near[1:] |= found[:-1]
+        near[:-1] |= found[1:]
+        return near
 
 
 def _least(values: FloatArray, known: Mask) -> Mask:
@@ -164,13 +165,12 @@ class LeastSeparation:
 def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Samples:
     """Sample points (n, 3) at all rolls, or at those that are `near` (k, n); at all too if the least of these
     is not between others."""
-    rolls, count, n = mating.rolls, len(mating.rolls), len(points)
-    poses = mating.turned(rolls, mating.operation.gear_roll(rolls))
+    count, n = len(mating.rolls), len(points)
     table, place, parts, done = np.full((count, n), np.inf), np.full((count, n), -1), [np.empty((4, 0))], 0
     asked = np.ones((count, n), dtype=bool) if near is None else near
     while asked.any():
         at, column = np.nonzero(asked)
-        parts.append(mating.at(points[column], poses[:, at]))
+        parts.append(mating.at(points[column], mating.poses.take(at, axis=1)))
         table[at, column] = mating.valid(parts[-1])
         place[at, column] = done + np.arange(at.size)
         done += at.size
