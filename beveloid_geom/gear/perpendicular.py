@@ -128,10 +128,11 @@ def foot_on(
     else those of the unmodified flank's foot; `last_step` as LAST_STEP. To be called where errors of numbers
     are ignored."""
     rack, last, rest = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
-    l, phi = (None, _unmodified_roll(rack, *point)) if near is None else near
-    for _ in range(NEWTON_LIMIT):
+    l, phi = (np.empty(0), _unmodified_roll(rack, *point)) if near is None else near
+    for count in range(NEWTON_LIMIT):
         slid = _slid(rack, point, phi, rest)
-        l = slid[0] if l is None else l  # of the unmodified flank's foot, as V.d = l
+        if count == 0 and near is None:
+            l = slid[0]  # of the unmodified flank's foot: V.d = l
         step_l, step_phi, regular = _newton_step(rack, slid, l)
         l, phi = l + step_l, phi + step_phi
         done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)

@@ -105,7 +105,7 @@ def certify(path: ContactPath) -> Certificate:
 
 
 def _curvature(path: ContactPath, mesh: Mesh) -> FloatArray:
-    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions of a path."""
+    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) along a path."""
     position = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore"):
         task = mesh.task(position, np.zeros_like(position))

@@ -177,9 +177,13 @@ def found_with_others(
             _solved(mesh, every[start : start + block], pairs, grids, each)
             for start in range(0, max(1, every.size), block)
         ]
-    first, *others = zip(*parts, strict=True)
-    near, alone = ((np.concatenate(at), _put_together(found)) for at, found in (zip(*x) for x in others))
-    return _put_together(first), near, alone
+    first, near, alone = zip(*parts, strict=True)
+    return _put_together(first), _numbered(near), _numbered(alone)
+
+
+def _numbered(parts: tuple[Numbered, ...]) -> Numbered:
+    position, found = zip(*parts, strict=True)
+    return np.concatenate(position), _put_together(found)
 
 
 def _put_together(parts: tuple[Found, ...]) -> Found:
@@ -224,16 +228,13 @@ def _solved(
     least, row, periods, distinct = _searched(task, scan, grids[1], known, mesh.module)
     turned = pair[row] - mesh.again * periods
     found = _chosen(mesh, positions, least, group[row], turned, best, bottom)
-    local = least.pick(distinct)
-    solved = np.full(distinct.size, FirstStatus.SOLVED, dtype=np.int8)
-    near = Found(local.f, local.place, local.meeting, local.limit, turned[distinct], solved)
-    numbered = position[row[distinct]], near
+    local, solved = least.pick(distinct), np.full(distinct.size, FirstStatus.SOLVED, dtype=np.int8)
+    others = Found(local.f, local.place, local.meeting, local.limit, turned[distinct], solved)
     if not each:
-        return found, numbered, (position[:0], near.pick(distinct[:0]))
+        return found, (position[row[distinct]], others), (position[:0], others.pick(distinct[:0]))
     lone = np.flatnonzero(periods == 0)
-    row = row[lone]
-    alone = _chosen(mesh, position, least.pick(lone), row, pair[row], own, scan.bottom)
-    return found, numbered, (position, alone)
+    alone = _chosen(mesh, position, least.pick(lone), row[lone], pair[row[lone]], own, scan.bottom)
+    return found, (position[row[distinct]], others), (position, alone)
 
 
 def _searched(

@@ -248,8 +248,8 @@ def clearance_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, 
 
 
 def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give f of points at x, y from the points of the gear's surface that they meet, and cosine and sine, over
-    r^2, of the angle from those before they turn."""
+    """Give f of points at x, y from the points of the gear's surface that they meet; and, times r^2, cosine
+    and sine of the angle from those before they turn."""
     other, cos, sin = task.other, x * met.x + y * met.y, y * met.x - x * met.y
     # Angle between the point and the cut point as one arctangent, small at contact.
     turn = np.arctan2(sin, cos) - met.phi - task.start

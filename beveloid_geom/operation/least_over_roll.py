@@ -31,8 +31,8 @@ PASSES, STAND, REACHED, HALVED = 60, 2e-3, 1e-5, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
 LAST_STEP = 1e-3
-"""Modules below which a step towards a foot is the last: the distance, least at the foot, is then right to its
-fourth power, and the foot to about a hundred-thousandth of a micrometre."""
+"""Modules below which a step towards a foot is the last: it leaves an error of its square over a radius, a
+few nm, and of the distance, which is least at the foot, of that squared."""
 BLOCK = 4096
 """Points taken at a time, so that the arrays stay in the cache."""
 ROUNDING = 1e-12

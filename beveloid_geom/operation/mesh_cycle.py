@@ -11,7 +11,7 @@ search is asked again: a piece that is late there, or does not meet the next, is
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Codes, FloatArray, Integers, Mask
+from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -41,7 +41,7 @@ from .first_contact import (
     middle_roll,
     result_of,
 )
-from .least_clearance import FEASIBLE
+from .overlooked import checked, earlier, overtaken
 from .pieces import (
     DEGREE,
     QUANTITIES,
@@ -51,12 +51,8 @@ from .pieces import (
     changes_of,
     extremes,
     fitted,
-    held_to,
-    holding,
-    order_of,
     put_together,
     samples_of,
-    tails_of,
 )
 
 Waves: TypeAlias = NDArray[np.complex128]
@@ -64,9 +60,6 @@ BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
 MOST = 1000
 """Samples of a case on the average beyond which no piece is divided any more."""
-PLACED = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
-"""What the last coefficients of f, over the lever, and of places, over the tooth depth, may reach while there
-are rounds left."""
 CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
 CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
@@ -74,12 +67,8 @@ CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 LEAST, ASIDE = 2e-16, 1e-7
 """rad: coefficients that do not count in a gear roll; how far aside a piece is taken that ends or begins at a
 roll."""
-CHECKED = 3e-11
-"""rad of the gear's roll by which a piece may lie behind a first contact."""
 CLOSE_SAMPLES = 64
-"""Rolls of a pitch that are searched where divisions do not end, or at which a carrier may come back."""
-AWAY = 1.0
-"""Lengths of a piece beyond its ends at which it is asked whether its carrier comes back."""
+"""Rolls of a pitch that are searched where divisions do not end."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
 """Pitches from a jump at which first contacts are looked for that have not been seen."""
 
@@ -153,8 +142,8 @@ class MeshCycle:
         return np.asarray(self.gear_motion(roll, roll)[0].reshape(np.shape(pinion_roll)))
 
     def gear_motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
-        """Give the gear's roll (rad) of a single design, solved, and its rate over the pinion's (2, n) at rolls
-        (n,), rad; at a change of the carrier those on the side `towards` (n,)."""
+        """Give the gear's roll (rad) of a single design, solved, and its rate over the pinion's (2, n) at
+        rolls (n,), rad; at a change of the carrier those on the side `towards` (n,)."""
         low, high, series = self._motion
         aside = np.minimum(np.maximum(0.25 * (towards - roll), -ASIDE), ASIDE)
         turned = np.remainder(roll + aside - self.mesh.roll, self.pitch)
@@ -295,8 +284,8 @@ def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tup
     pieces, status = _divided(mesh, grids, samples, near)
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
         case, roll = _rolls_of(mesh, CLOSE_SAMPLES)
-        closer = _sampled(mesh, grids, case[lost[case]], roll[lost[case]])
-        closer, again = _divided(mesh, grids, closer, near)
+        samples = _sampled(mesh, grids, case[lost[case]], roll[lost[case]])
+        closer, again = _divided(mesh, grids, samples, near)
         pieces, status = in_order([pieces, closer]), np.where(lost, again, status)
     return pieces, status
 
@@ -314,15 +303,15 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tuple
         pieces = fitted(mesh, samples)
         if count == 0:  # many samples know it better than few checks
             piece = pieces.number(mesh, samples.case, samples.roll)
-            samples, bad = _checked(mesh, pieces, piece, samples, True)
-            checks = samples.pick(slice(0))
+            samples, bad = checked(mesh, pieces, piece, samples, True)
+            checks = samples.pick(np.zeros(0, dtype=np.int64))
         else:
             piece, roll = np.arange(pieces.case.size).repeat(CHECKS.size), pieces.rolls(CHECKS).ravel()
             checks = _sampled(mesh, grids, pieces.case[piece], roll)
-            checks, bad = _checked(mesh, pieces, piece, checks, count < ROUNDS // 2)
-        jumps, mended, samples = _overtaken(mesh, samples, pieces)
+            checks, bad = checked(mesh, pieces, piece, checks, count < ROUNDS // 2)
+        jumps, mended, samples = overtaken(mesh, samples, pieces)
         bad = np.union1d(bad, np.append(jumps, jumps + 1))
-        early = _earlier(mesh, pieces, near)
+        early = earlier(mesh, pieces, near)
         failed = np.isin(np.arange(cases), np.concatenate((pieces.case[bad], mended, early.case)))
         if failed.any():
             checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(early)
@@ -341,108 +330,6 @@ def _between(
     beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start[:, None], stop[:, None])
     case = np.append(pieces.case[bad].repeat(CLOSER.size), pieces.case[jumps].repeat(BESIDE.size))
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
-
-
-def _checked(
-    mesh: Mesh, pieces: Pieces, piece: Integers, checks: Samples, strict: bool
-) -> tuple[Samples, Integers]:
-    """Give first contacts `checks` (n,) as samples that cut pieces where the `piece` there (n,) is not as
-    early; and which pieces are not or, if `strict`, whose places are not known. A piece may be earlier, within
-    all limits: a search missed its contact, and what it found is left out."""
-    values, bound = pieces.values_at(piece, checks.roll), CHECKED * mesh.lever
-    behind = values[0] - checks.found.f
-    good, earlier = np.abs(behind) <= bound, np.asarray(behind < -bound)
-    if earlier.any():
-        row = np.flatnonzero(earlier)
-        carriers = pieces.limit[:, piece[row]], pieces.pair[piece[row]]
-        there, within = _moved(mesh, checks.case[row], checks.roll[row], values[1:3, row], *carriers)
-        earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
-    sizes = np.array((mesh.lever, *[mesh.own.tip - mesh.own.root] * (QUANTITIES - 1)))
-    most = PLACED * sizes if strict else np.full(QUANTITIES, np.inf)
-    bad = ~(tails_of(pieces) <= most[:, None]).all(axis=0)
-    bad[piece[~good & ~earlier]] = True
-    checks = replace(checks, cut=checks.cut | ~good)
-    return checks.pick(~earlier), np.flatnonzero(bad)
-
-
-def _moved(
-    mesh: Mesh, case: Integers, roll: FloatArray, place: FloatArray, limit: Codes, pair: Integers
-) -> tuple[FloatArray, Mask]:
-    """Give contacts of tooth pairs (n,) near places (2, n) at rolls, held to the limits (2, n): f, s1, z1, s2,
-    z2 (5, n), and whether they lie within the others."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = mesh.at(case, roll).task(np.arange(case.size), pair)
-        values = held_to(task, place, limit)
-        margin = np.where(holding(limit), 0.0, values[QUANTITIES:])
-    return values[:QUANTITIES], np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
-
-
-def _earlier(mesh: Mesh, pieces: Pieces, near: Samples) -> Samples:
-    """Give contacts that are earlier than the pieces at the same roll, which the samples do not see: carried as
-    a piece beside it, that comes back for less than the distance of two samples, or as one `near` a sample,
-    where one piece takes over from another between."""
-    piece = np.arange(pieces.case.size).repeat(CLOSE_SAMPLES)
-    share = np.tile(np.arange(CLOSE_SAMPLES) / CLOSE_SAMPLES, pieces.case.size)
-    roll = mesh.roll[pieces.case[piece]] + mesh.pitch[0] * share
-    away = np.maximum(pieces.low[piece] - roll, roll - pieces.high[piece])
-    beside = (away > 0.0) & (away < AWAY * (pieces.high - pieces.low)[piece])
-    piece, roll = piece[beside], roll[beside]
-    (row, end), ends = _at_ends(mesh, pieces, near), pieces.rolls(np.array((-1.0, 0.0, 1.0)))
-    first, middle, last = pieces.values(np.arange(pieces.case.size), ends)[1:3, piece].transpose(2, 0, 1)
-    way = (roll - ends[piece, 1]) / (ends[piece, 2] - ends[piece, 1])  # on along a parabola
-    place = middle + 0.5 * way * (last - first + way * (first - 2.0 * middle + last))
-    case, roll = np.append(pieces.case[piece], near.case[row]), np.append(roll, pieces.high[end])
-    place = np.append(place, near.found.place[:, row], axis=1)
-    limit = np.append(pieces.limit[:, piece], near.found.limit[:, row], axis=1)
-    pair = np.append(pieces.pair[piece], near.found.pair[row])
-    values, within = _moved(mesh, case, roll, place, limit, pair)
-    there = pieces.values_at(pieces.number(mesh, case, roll), roll, 1)[0]
-    row = np.flatnonzero(within & (values[0] < there - CHECKED * mesh.lever))
-    values, solved = values[:, row], np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
-    found = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
-    return samples_of(case[row], roll[row], found)
-
-
-def _at_ends(mesh: Mesh, pieces: Pieces, near: Samples) -> tuple[Integers, Integers]:
-    """Give contacts `near` samples (n,) and the pieces at whose ends, the next before and after their roll, they
-    may touch earlier: those no further than the next sample."""
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    after = np.searchsorted(
-        order_of(mesh, pieces.case[inner], pieces.high[inner]), order_of(mesh, near.case, near.roll)
-    )
-    row = np.tile(np.arange(near.case.size), 2)
-    nearest = np.append(after - 1, after)
-    known = (nearest >= 0) & (nearest < inner.size)
-    row, end = row[known], inner[nearest[known]]
-    away = np.abs(pieces.high[end] - near.roll[row])
-    close = (near.case[row] == pieces.case[end]) & (away <= mesh.pitch[0] / SAMPLES)
-    return row[close], end[close]
-
-
-def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Integers, Samples]:
-    """Give pieces at whose end the curve jumps, as a contact between was not seen; cases in which it jumped as
-    an earlier one was missed; and the samples, those of the pieces behind carried as their neighbours if these
-    are earlier."""
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = np.stack([pieces.values_at(inner + k, pieces.high[inner]) for k in (0, 1)])
-    jump, found = ends[0, 0] - ends[1, 0], samples.found
-    jumps = np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever)
-    if not jumps.size:
-        return jumps, jumps, samples
-    early = (jump[jumps] > 0.0).astype(int)
-    own = pieces.number(mesh, samples.case, samples.roll)
-    which, row = np.nonzero(own == (inner[jumps] + 1 - early)[:, None])
-    piece, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
-    carriers = pieces.limit[:, piece], pieces.pair[piece]
-    values, within = _moved(mesh, samples.case[row], samples.roll[row], place, *carriers)
-    better = np.flatnonzero(within & (values[0] < found.f[row]))
-    better = better[np.argsort(-values[0, better], kind="stable")]  # of two neighbours the earlier comes last
-    row, values, piece, which = row[better], values[:, better], piece[better], which[better]
-    which = which[values[0] < found.f[row] - CHECKED * mesh.lever]
-    found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-    found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    jumps = inner[jumps]
-    return np.delete(jumps, which), pieces.case[jumps[which]], samples
 
 
 def in_order(parts: list[Pieces]) -> Pieces:

@@ -49,8 +49,8 @@ class Operation:
     exact: Callable[[FloatArray, FloatArray], FloatArray] | None = None
 
     def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
-        """Give the gear's roll (rad) and its rate over the pinion's (2, n) at rolls (n,), rad: `exact`, if that
-        is known, or by differences. At a kink it is the rate on the side `towards` (n,)."""
+        """Give the gear's roll (rad) and its rate over the pinion's (2, n) at rolls (n,), rad: the `exact`
+        ones, if known, or by differences. At a kink it is the rate on the side `towards` (n,)."""
         if self.exact is not None:
             return self.exact(roll, towards)
         beside = roll + np.minimum(np.maximum(0.25 * (towards - roll), -STEP), STEP)
@@ -97,7 +97,7 @@ def first_contact_operation(design: Design, flank: str) -> Operation:
     run_out = max(RUN_OUT, spread(design, flank)) * pitch
     reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
     start, stop = start - reach, stop + reach
-    cycle = mesh_cycle(design, flank)
+    cycle = mesh_cycle(design, flank, 1)
     if cycle.status != FirstStatus.SOLVED:
         status = FirstStatus(int(cycle.status)).name.lower().replace("_", " ")
         raise UnknownOperationError(

@@ -281,12 +281,12 @@ def order_of(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
     return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def held_to(task: Task, place: FloatArray, limit: Codes) -> FloatArray:
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = PASSES) -> FloatArray:
     """Give the contacts near places (2, n) that are held to the limits (2, n): f, places and the margins of
-    the eight limits (13, n), mm; NaN where Newton's method does not settle."""
+    the eight limits (13, n), mm; NaN where Newton's method does not settle within so many steps at `most`."""
     found = np.full((QUANTITIES + len(Limit), limit.shape[1]), np.nan)
     going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
-    for _ in range(PASSES + 1):
+    for _ in range(most + 1):
         here = local_at(task, *place)
         step = _newton_step(here, limit)
         size = np.abs(step).max(axis=0) / task.depth
