@@ -27,6 +27,8 @@ from .separation import Pose, pose_of, seen_by_other
 
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
+BESIDE = 3
+"""Samples looked at on either side of where the least may be."""
 PASSES, STAND, REACHED, HALVED = 60, 2e-3, 1e-5, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
@@ -140,8 +142,9 @@ class Samples:
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
         near = found | ~low.any(axis=0)
-        near[1:] |= found[:-1]
-        near[:-1] |= found[1:]
+        for k in range(1, BESIDE + 1):
+            near[k:] |= found[:-k]
+            near[:-k] |= found[k:]
         return near
 
 
@@ -237,7 +240,8 @@ def _way_down(
         halved = ~((new >= low) & (new <= high)) | (count % 8 == 7)
         new = np.where(halved, 0.5 * (low + high), new)
         step = new - t
-        ended = ~halved & (np.abs(step) <= np.where(edge, REACHED, STAND)) | (high - low <= HALVED)
+        small = np.abs(step) <= np.where(edge, REACHED, STAND)
+        ended = ~halved & small & (count > 0) | (high - low <= HALVED)
         if ended.any() or count == PASSES - 1:
             f = np.where(ended, f - step * (left[1] + 0.5 * step * np.nan_to_num(by_t[1])), f)
             found[:, going], reached[going] = (f, np.where(ended, new, t)), edge

@@ -187,7 +187,7 @@ def _found_on(side: _Side, cells: tuple[int, int], known: _Grid | None = None) -
     told by a grid `known` or a coarser one, if it is not coarse itself."""
     lines, near = [np.linspace(0.0, 1.0, n + 1) for n in cells], None if known is None else known.near
     if near is None and all(n >= least for n, least in zip(cells, CELLS[0], strict=True)):
-        coarse = [np.linspace(0.0, 1.0, min(n // 3, m) + 1) for n, m in zip(cells, CELLS[0], strict=True)]
+        coarse = [np.linspace(0.0, 1.0, min(n // 2, m) + 1) for n, m in zip(cells, CELLS[0], strict=True)]
         _, _, points = side.at(coarse[0][:, None], coarse[1])
         near = sampled(side.mating, points.reshape(-1, 3)).near.reshape(-1, *points.shape[:2])
     if near is not None:
