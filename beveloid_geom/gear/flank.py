@@ -229,7 +229,7 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
             moved = l + missing * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
             moved = np.where((moved >= low) & (moved <= high), moved, 0.5 * (low + high))
             step, l = np.abs(moved - l), moved
-            if not np.any(step > 1e-9 * target):
+            if not np.any(step > 1e-13 * target):
                 break
     return np.where((step <= 1e-9 * target) & (np.abs(missing) <= 1e-9 * target), l, np.nan)
 
