@@ -30,6 +30,7 @@ from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..gear.perpendicular import EDGE, Sheet, foot_on, sheet_of
 from ..status import FirstStatus, PatternStatus, Status
+from ..support.read_only import read_only
 from .first_contact import middle_roll, spread
 from .mesh_cycle import mesh_cycle
 from .separation import Pose, pose_of, seen_by_other
@@ -42,7 +43,7 @@ POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
 BESIDE = 3
 """Samples looked at on either side of where the least may be."""
-PASSES, STAND, REACHED, HALVED = 60, 2e-3, 1e-5, 1e-11
+PASSES, STAND, REACHED, HALVED = 60, 2e-4, 1e-7, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
 LAST_STEP = 1e-3
@@ -174,7 +175,7 @@ class Mating:
     @cached_property
     def poses(self) -> FloatArray:
         """Give the poses at the rolls sampled, (4, k)."""
-        return self.turned(self.rolls, self.operation.gear_roll(self.rolls))
+        return read_only(self.turned(self.rolls, self.operation.gear_roll(self.rolls)))
 
     def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
         (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose

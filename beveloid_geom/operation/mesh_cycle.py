@@ -25,7 +25,7 @@ from ..design.model import Design
 from ..status import FirstStatus
 from ..support.chebyshev import evaluate, polynomials, with_derivative
 from ..support.few_lines import few_lines, html_table
-from ..support.read_only import kept
+from ..support.read_only import kept, read_only
 from .first_contact import (
     FirstContact,
     Found,
@@ -159,9 +159,9 @@ class MeshCycle:
         """Begin and end (n,) of the pieces after `start`, and coefficients (k, 2, n) of gear roll plus N1/N2
         pinion roll, rad, and of its derivative, but for those that do not count."""
         series, start = self.phase_series(), self.mesh.roll
-        last = np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1]
+        last = max(1, np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1])
         both = with_derivative(series[None, :, : last + 1])
-        return self.pieces.low - start, self.pieces.high - start, both.transpose(2, 0, 1).copy()
+        return read_only((self.pieces.low - start, self.pieces.high - start, both.transpose(2, 0, 1).copy()))
 
     def phase_series(self) -> FloatArray:
         """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
