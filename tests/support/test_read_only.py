@@ -27,7 +27,7 @@ from beveloid_geom.gear.tooth_side import _kept_surface, surface_of
 from beveloid_geom.operation.backlash import _kept_backlash
 from beveloid_geom.operation.least_over_roll import first_contact_operation, mating_of
 from beveloid_geom.operation.mesh import _kept_phase
-from beveloid_geom.operation.mesh_cycle import _gauss_points, mesh_cycle
+from beveloid_geom.operation.mesh_cycle import _gauss_points
 from beveloid_geom.operation.search_starts import chart_of, grid_of
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
