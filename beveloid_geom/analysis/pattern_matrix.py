@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
+from ..operation.least_over_roll import first_contact_operation
 from ..operation.mesh_cycle import mesh_cycle
 from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..status import FirstStatus
@@ -88,6 +90,7 @@ def pattern_matrix(
     over: tuple[str, str] = ("offset", "shaft_angle"),
     flank: str = "right",
     *,
+    like: PatternMatrix | None = None,
     sizes: tuple[float, float] | None = None,
     cells: int = CELLS[0],
     separation: float = MARKING_SEPARATION,
@@ -109,14 +112,16 @@ def pattern_matrix(
     cells : {3, 5}
     separation, resolution, area_error
         Of each pattern, as in `contact_pattern`.
+    like : PatternMatrix, optional
+        That of the other flanks under the same errors: its backlash is that of both.
     progress : callable, optional
         Called with the number of cells done since.
 
     Raises
     ------
     ValueError
-        For a batch, errors without a name or a size, another number of cells, where a tool's rounds overlap,
-        and as `contact_pattern`.
+        For a batch, errors without a name or a size, another number of cells, `like` of other errors, where a
+        tool's rounds overlap, and as `contact_pattern`.
     """
     flank_sign(flank)
     check_names(over, "over")
@@ -131,14 +136,17 @@ def pattern_matrix(
     first, second = (size * np.linspace(-1.0, 1.0, cells) for size in sizes)
     values = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
     mountings = mounted(design, values, over)
-    cycle, backlash = mesh_cycle(mountings, flank, 1), mounted_backlash(mountings)
-    runs = (cycle.status == FirstStatus.SOLVED) & ~backlash.jammed
+    cycle = mesh_cycle(mountings, flank, 1)
+    backlash, jammed = _play_of(design, over, values, mountings, like)
+    runs = (cycle.status == FirstStatus.SOLVED) & ~jammed
+    settings: Any = {"resolution": resolution, "area_error": area_error}
     found: list[PatternCell | None] = []
-    for pair, good in zip(values.reshape(-1, 2), runs.ravel(), strict=True):
+    for k, (pair, good) in enumerate(zip(values.reshape(-1, 2), runs.ravel(), strict=True)):
         found.append(None)
         if good:
             alone = mounted(design, pair, over)
-            one = contact_pattern(alone, flank, separation, resolution=resolution, area_error=area_error)
+            operation = first_contact_operation(alone, flank, cycle, k)
+            one = contact_pattern(alone, flank, separation, operation=operation, **settings)
             ellipses = marked_ellipse(one.pinion, separation), marked_ellipse(one.gear, separation)
             found[-1] = PatternCell(one, ellipses)
         if progress is not None:
@@ -151,9 +159,23 @@ def pattern_matrix(
         first=first,
         second=second,
         status=cycle.status.astype(np.int8),
-        jammed=backlash.jammed,
-        normal_backlash=backlash.normal,
+        jammed=jammed,
+        normal_backlash=backlash,
         cycle_peak_to_peak=np.where(runs, cycle.peak_to_peak, np.nan),
         edge_share=np.where(runs, cycle.edge_share, np.nan),
         cells=tuple(found),
     )
+
+
+def _play_of(
+    design: Design, over: tuple[str, str], values: FloatArray, mountings: Design, like: PatternMatrix | None
+) -> tuple[FloatArray, Mask]:
+    """Give normal backlash, mm, of a matrix and whether it is jammed, (n, n), by a matrix of the same errors
+    if there is one. Raises ValueError for one of others."""
+    if like is None:
+        found = mounted_backlash(mountings)
+        return found.normal, found.jammed
+    alike = like.design is design and like.over == over
+    if not alike or not np.array_equal(like.added, values.reshape(-1, 2)):
+        raise ValueError("like must be a matrix of the same design under the same errors")
+    return like.normal_backlash, like.jammed

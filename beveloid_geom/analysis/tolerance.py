@@ -27,9 +27,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask, flank_sign
-from ..contact.path import path_of_contact
+from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design, ErrorsAt
-from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..operation.backlash_by_tangency import TangentBacklash, jammed, tangent_backlash
 from ..status import Limit, Status
 from ..support.few_lines import few_lines
 from .errors import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
@@ -191,7 +191,7 @@ class _Task:
     """A piece of work that pickles: `cases` mountings from the start of the unit `unit` on."""
 
     design: Design
-    flank: str
+    flanks: Sequence[str]
     tolerances: Tolerances
     seed: int
     unit: int
@@ -245,28 +245,22 @@ def tolerance_study(
     followed by their length take some 10 ms. In operation a mounting takes some 5 to 10 ms, as long as four
     to six paths of 101 positions.
     """
-    _check(design, tolerances, flank, seed)
-    if min(cases, units_per_task) < 1:
-        raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
     if not 0 <= operation <= cases:
         raise ValueError(f"operation must be 0 to {cases}, the number of mountings, got {operation}")
-    step = UNIT * (1 if executor is None else units_per_task)
-    tasks = [
-        _Task(design, flank, tolerances, seed, start // UNIT, min(step, cases - start))
-        for start in range(0, cases, step)
-    ]
-    spread = map if executor is None else executor.map
-    parts: list[Mountings] = []
-    for part in spread(_solved_task, tasks):
-        parts.append(part)
-        if progress is not None:
-            progress(part.status.size)
-    names = tolerances.names
-    own, found = np.zeros((1, len(names))), _joined(parts)
-    study = ToleranceStudy(flank, tolerances, seed, _solved(design, flank, own, names), found)
+    (study,) = tolerance_studies(
+        design,
+        tolerances,
+        (flank,),
+        cases,
+        seed=seed,
+        executor=executor,
+        units_per_task=units_per_task,
+        progress=progress,
+    )
     if not operation:
         return study
-    runs, first = [], found.errors[:operation]
+    names, spread = tolerances.names, map if executor is None else executor.map
+    own, runs, first = np.zeros((1, len(names))), [], study.mountings.errors[:operation]
     starts = range(0, operation, TOGETHER)
     together = [mounted(design, first[start : start + TOGETHER], names) for start in starts]
     for run in spread(partial(running, flank=flank), together):
@@ -274,6 +268,40 @@ def tolerance_study(
         if progress is not None:
             progress(RUNNING_COST * run.status.size)
     return replace(study, running=all_of(runs), nominal_running=running(mounted(design, own, names), flank))
+
+
+def tolerance_studies(
+    design: Design,
+    tolerances: Tolerances,
+    flanks: Sequence[str],
+    cases: int = 100_000,
+    *,
+    seed: int = 0,
+    executor: Executor | None = None,
+    units_per_task: int = 4,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[ToleranceStudy, ...]:
+    """Study several flanks in the same mountings, each as `tolerance_study` does, and their backlash, which
+    is that of both, once. Arguments and ValueError as there; `progress` counts a mounting of all as 1."""
+    for flank in flanks:
+        _check(design, tolerances, flank, seed)
+    if min(cases, units_per_task) < 1:
+        raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
+    step = UNIT * (1 if executor is None else units_per_task)
+    tasks = [
+        _Task(design, flanks, tolerances, seed, start // UNIT, min(step, cases - start))
+        for start in range(0, cases, step)
+    ]
+    spread = map if executor is None else executor.map
+    parts: list[list[Mountings]] = []
+    for part in spread(_solved_task, tasks):
+        parts.append(part)
+        if progress is not None:
+            progress(part[0].status.size)
+    names = tolerances.names
+    nominal = _solved(design, flanks, np.zeros((1, len(names))), names)
+    found = zip(flanks, nominal, map(_joined, zip(*parts, strict=True)), strict=True)
+    return tuple(ToleranceStudy(flank, tolerances, seed, own, all_) for flank, own, all_ in found)
 
 
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:
@@ -321,13 +349,13 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
     return np.asarray(drawn + 0.0)  # no -0.0 where there is no tolerance
 
 
-def _solved_task(task: _Task) -> Mountings:
-    """Give the mountings of a task, unit by unit: rounding depends on what is solved in one call."""
+def _solved_task(task: _Task) -> list[Mountings]:
+    """Give the mountings of a task by flank, unit by unit: rounding depends on what is solved in one call."""
     parts = []
     for k, start in enumerate(range(0, task.cases, UNIT)):
         errors = drawn_errors(task.tolerances, task.seed, task.unit + k, min(UNIT, task.cases - start))
-        parts.append(_solved(task.design, task.flank, errors, task.tolerances.names))
-    return _joined(parts)
+        parts.append(_solved(task.design, task.flanks, errors, task.tolerances.names))
+    return [_joined(of_flank) for of_flank in zip(*parts, strict=True)]
 
 
 def _joined(parts: Sequence[Mountings]) -> Mountings:
@@ -335,12 +363,19 @@ def _joined(parts: Sequence[Mountings]) -> Mountings:
     return Mountings(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _solved(design: Design, flank: str, errors: FloatArray, names: Sequence[str]) -> Mountings:
-    """Mountings with these drawn errors (n, names), in one call."""
+def _solved(
+    design: Design, flanks: Sequence[str], errors: FloatArray, names: Sequence[str]
+) -> list[Mountings]:
+    """Mountings with these drawn errors (n, names) by flank, in one call."""
     cases = mounted(design, errors, names)
-    path = path_of_contact(cases, flank, POINTS)
-    backlash = tangent_backlash(cases, {flank: path.ends})
+    paths = {flank: path_of_contact(cases, flank, POINTS) for flank in flanks}
+    backlash = tangent_backlash(cases, {flank: path.ends for flank, path in paths.items()})
+    return [_mountings(path, backlash, errors) for path in paths.values()]
+
+
+def _mountings(path: ContactPath, backlash: TangentBacklash, errors: FloatArray) -> Mountings:
     at = [0, POINTS // 2, POINTS - 1]
+    module = float(path.design.pinion.tool.normal_module)
     return Mountings(
         errors=errors,
         status=path.ends.status,
@@ -354,7 +389,7 @@ def _solved(design: Design, flank: str, errors: FloatArray, names: Sequence[str]
         gear_r=path.gear_r[:, at],
         normal_backlash=backlash.normal,
         tangency=backlash.status,
-        jammed=jammed(backlash.normal, float(design.pinion.tool.normal_module)),
+        jammed=jammed(backlash.normal, module),
     )
 
 

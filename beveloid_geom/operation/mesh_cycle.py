@@ -11,8 +11,8 @@ search is asked again: a piece that is late there, or does not meet the next, is
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -25,7 +25,7 @@ from ..design.model import Design
 from ..status import FirstStatus
 from ..support.chebyshev import evaluate, polynomials, with_derivative
 from ..support.few_lines import few_lines, html_table
-from ..support.read_only import kept, read_only
+from ..support.read_only import kept
 from .first_contact import (
     FirstContact,
     Found,
@@ -134,34 +134,35 @@ class MeshCycle:
         )
         return result_of(self.mesh.at(case, roll.ravel()), self.phase[case], found, roll.shape)
 
-    def gear_roll(self, pinion_roll: FloatArray) -> FloatArray:
-        """Give the gear roll (rad) of a single design at pinion rolls of any shape, rad."""
-        if self.status != FirstStatus.SOLVED:
+    def gear_roll(self, pinion_roll: FloatArray, case: int = 0) -> FloatArray:
+        """Give the gear roll (rad) of a single design, or of a SOLVED case of a batch, at pinion rolls
+        of any shape, rad."""
+        if self.status.flat[case] != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
         roll = np.ravel(pinion_roll)
-        return np.asarray(self.gear_motion(roll, roll)[0].reshape(np.shape(pinion_roll)))
+        return np.asarray(self.motion(case)(roll, roll)[0].reshape(np.shape(pinion_roll)))
 
-    def gear_motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
-        """Give the gear's roll (rad) of a single design, solved, and its rate over the pinion's (2, n) at
-        rolls (n,), rad; at a change of the carrier those on the side `towards` (n,)."""
-        low, high, series = self._motion
-        aside = np.minimum(np.maximum(0.25 * (towards - roll), -ASIDE), ASIDE)
-        turned = np.remainder(roll + aside - self.mesh.roll, self.pitch)
-        piece = np.maximum(low.searchsorted(turned, side="right") - 1, 0)
-        low, length = low[piece], (high - low)[piece]
-        powers = polynomials(2.0 * (turned - aside - low) / length - 1.0, len(series) - 1)
-        phase, rate = (series.take(piece, axis=2) * powers[:, None]).sum(axis=0)
-        ratio = self.mesh.pitch[1] / self.mesh.pitch[0]
-        return np.array((phase - ratio * roll, 2.0 * rate / length - ratio))
-
-    @cached_property
-    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Begin and end (n,) of the pieces after `start`, and coefficients (k, 2, n) of gear roll plus N1/N2
-        pinion roll, rad, and of its derivative, but for those that do not count."""
-        series, start = self.phase_series(), self.mesh.roll
+    def motion(self, case: int = 0) -> Callable[[FloatArray, FloatArray], FloatArray]:
+        """Give a function of rolls (n,), rad, that gives the gear's roll (rad) of a single design, or of a
+        SOLVED case of a batch, and its rate over the pinion's (2, n); at a change of the carrier those on the
+        side of other rolls (n,), its second argument."""
+        piece, start, pitch = np.flatnonzero(self.pieces.case == case), self.mesh.roll[case], self.pitch
+        low, high = self.pieces.low[piece] - start, self.pieces.high[piece] - start
+        series, ratio = self.phase_series()[piece], self.mesh.pitch[1] / self.mesh.pitch[0]
         last = max(1, np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1])
-        both = with_derivative(series[None, :, : last + 1])
-        return read_only((self.pieces.low - start, self.pieces.high - start, both.transpose(2, 0, 1).copy()))
+        both = with_derivative(series[None, :, : last + 1]).transpose(2, 0, 1).copy()
+
+        def at(roll: FloatArray, towards: FloatArray) -> FloatArray:
+            """Give roll and rate of the gear."""
+            aside = np.minimum(np.maximum(0.25 * (towards - roll), -ASIDE), ASIDE)
+            turned = np.remainder(roll + aside - start, pitch)
+            own = np.maximum(low.searchsorted(turned, side="right") - 1, 0)
+            length = (high - low)[own]
+            powers = polynomials(2.0 * (turned - aside - low[own]) / length - 1.0, len(both) - 1)
+            phase, rate = (both.take(own, axis=2) * powers[:, None]).sum(axis=0)
+            return np.array((phase - ratio * roll, 2.0 * rate / length - ratio))
+
+        return at
 
     def phase_series(self) -> FloatArray:
         """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""

@@ -30,7 +30,9 @@ SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
 MM, ANGLE, SWING, SPEED = Column("mm"), Column("rad", "deg"), Column("rad", "arcsec"), Column("mm/rad")
 PLACES = ("enter", "middle", "leave")
 COLUMNS: dict[str, Column] = {
-    **dict.fromkeys(("l", "l1", "l2", "u1", "u2", "z", "r", "point", "least", "separation", "backlash"), MM),
+    **dict.fromkeys(
+        ("l", "l1", "l2", "u1", "u2", "x", "y", "z", "r", "point", "least", "separation", "backlash"), MM
+    ),
     **{f"{name}_{place}": Column("mm", digits=3) for name in ("z", "r") for place in PLACES},
     "z1": Column("mm", heading="pinion z"),
     "z2": Column("mm", heading="gear z"),
@@ -53,6 +55,8 @@ COLUMNS: dict[str, Column] = {
     "contact_ratio": Column(digits=6),
     "area": Column("mm^2"),
     **dict.fromkeys(("major", "minor", "off_centre"), MM),
+    **dict.fromkeys(("diameter", "thickness", "height", "dimension", "beside"), MM),
+    "swivel": ANGLE,
     "pair": Column(digits=0),
     "deviation": Column("mm", "um", 3),
     "force": Column("N", digits=2),

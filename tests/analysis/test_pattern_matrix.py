@@ -92,6 +92,20 @@ def test_refusals(arguments: dict[str, object], words: str) -> None:
         pattern_matrix(table1(), **arguments)  # type: ignore[arg-type]
 
 
+def test_the_backlash_of_the_other_flanks_matrix_is_taken() -> None:
+    design, over = table1((0.0005, -0.001)), ("shaft_angle", "gear_axial")
+    left = pattern_matrix(design, over, "left", resolution=COARSE)
+    right, alone = (pattern_matrix(design, over, resolution=COARSE, like=like) for like in (left, None))
+    assert right.normal_backlash is left.normal_backlash
+    for name in ("normal_backlash", "jammed", "cycle_peak_to_peak"):
+        np.testing.assert_array_equal(getattr(right, name), getattr(alone, name))
+    for other in (replace(left, over=("offset", "gear_axial")), replace(left, first=2.0 * left.first)):
+        with pytest.raises(ValueError, match="same design under the same errors"):
+            pattern_matrix(design, over, like=other)
+    with pytest.raises(ValueError, match="same design under the same errors"):
+        pattern_matrix(table1((0.0005, -0.001)), over, like=left)
+
+
 def test_a_batch_is_refused() -> None:
     design: Design = replace(table1(), errors=Errors(offset=np.zeros(2)))
     with pytest.raises(ValueError, match="takes a single design"):

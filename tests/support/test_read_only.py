@@ -48,7 +48,6 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
     "beveloid_geom.operation.mesh._kept_phase": lambda: _kept_phase(TABLE, "right"),
     "beveloid_geom.operation.mesh_cycle._gauss_points": _gauss_points,
-    "beveloid_geom.operation.mesh_cycle.MeshCycle._motion": lambda: mesh_cycle(TABLE)._motion,
     "beveloid_geom.operation.least_over_roll.Mating.poses": lambda: (
         mating_of(TABLE, "right", 0, first_contact_operation(TABLE, "right")).poses
     ),

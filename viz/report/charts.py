@@ -25,9 +25,10 @@ from beveloid_geom.report.path import ContactReport
 from beveloid_geom.report.sensitivity import SensitivityReport, steps_of
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport
 
-from ..parts import charts, flat
+from ..parts import charts, flat, motion_graph
 from ..parts.charts import Quantity
 from ..parts.flat import FlatFlank
+from ..parts.motion_graph import MotionGraph
 from ..parts.solved import FLANKS, points_on
 from ..stage import theme
 from .data import FlankResults
@@ -191,6 +192,16 @@ def pressure_chart(report: ContactReport) -> Figure | None:
         axes.invert_xaxis()
     axes.set(xlabel="pinion roll (deg)", ylabel="pressure (MPa)")
     chart.legend(loc="outside upper left", ncols=2, **LEGEND)
+    return chart
+
+
+def motion_chart(graph: MotionGraph) -> Figure:
+    """Draw the transmission error of every tooth pair alone, and of the one that runs."""
+    chart = new_chart(280.0)
+    axes = chart.add_subplot()
+    motion_graph.draw(axes, graph)
+    axes.xaxis.set_major_locator(MultipleLocator(0.5))
+    chart.legend(handles=motion_graph.legend(), loc="outside upper left", ncols=2, **LEGEND)
     return chart
 
 

@@ -6,6 +6,8 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,16 +30,20 @@ from beveloid_geom.cli.options import (
 )
 from beveloid_geom.support.whole_file import require_replaceable, whole_file
 
-from ..options import command, option, writing
+from ..options import command, option, usable_cores, writing
 from .origin import Origin
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from beveloid_geom import Design
 
     from .data import PageData, Settings
 
 DEFAULT_OUT = Path("outputs/report.html")
 SUFFIXES = (".html", ".htm")
+WORTH = 8
+"""Units of mountings for which a process of their own is worth its start."""
 
 
 @command("render-report")
@@ -148,19 +154,43 @@ def _epoch() -> datetime | None:
     return None if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
 
+@contextmanager
+def _helpers(cases: int) -> Iterator[Executor | None]:
+    """Start processes that solve mountings, if there are cores for them and enough of these."""
+    from beveloid_geom.analysis.tolerance import UNIT
+    from beveloid_geom.support.workers import workers
+
+    number = min(usable_cores() - 1, cases // (WORTH * UNIT))
+    if number < 1:
+        yield None
+        return
+    from concurrent.futures.process import BrokenProcessPool
+
+    try:
+        with workers(number) as pool:
+            yield pool
+    except BrokenProcessPool:
+        fault = "a process ended before its time, memory may be short: try fewer --cases"
+        raise Refusal([fault]) from None
+
+
 def _made(origin: Origin, design: Design, settings: Settings) -> tuple[PageData, str]:
     """Make the page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
     from .data import compute
 
-    with tqdm(total=settings.steps + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
+    steps = settings.steps + 2
+    with (
+        _helpers(settings.cases) as pool,
+        tqdm(total=steps, desc="report", unit="step", file=sys.stderr, disable=None) as bar,
+    ):
 
         def progress(stage: str) -> None:
             bar.set_postfix_str(stage)
             bar.update()
 
-        data = compute(origin.name, design, settings, progress)
+        data = compute(origin.name, design, settings, progress, pool)
         progress("charts")
         from .page import draw_charts, page_text
 
