@@ -23,8 +23,9 @@ from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pairs, in_order
-from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
+from .mesh_cycle import MeshCycle, cycle_and_pairs, in_order
+from .overlooked import CHECKED
+from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted, samples_of
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
@@ -151,7 +152,7 @@ def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found)
     order = once[np.lexsort((turned[once], samples.case[position[once]]))]
     rows = {name: value[..., order] for name, value in vars(found).items()}
     alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
-    return Samples(samples.case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
+    return samples_of(samples.case[position[order]], turned[order], alone)
 
 
 def _pieces_alone(
@@ -190,7 +191,7 @@ def _pieces_alone(
         elif run.size:
             found = found_at(runs.at(run, roll), grids, 0)
             followed[case[run[found.status != FirstStatus.SOLVED]]] = False
-            samples = samples.and_also(Samples(run, roll, np.zeros(run.size, dtype=bool), found))
+            samples = samples.and_also(samples_of(run, roll, found))
     pieces = in_order([replace(part, case=case[part.case]) for part in parts])
     return pieces.pick(followed[pieces.case]), followed
 

@@ -27,8 +27,16 @@ from ..gear.flank import flank_point, place_at
 from ..status import PatternStatus
 from ..support.few_lines import few_lines
 from ..support.marked_area import marked_area
-from .least_over_roll import Mating, least_separation, mating_of, sampled, whole
-from .operating_rolls import Operation, first_contact_operation, given_operation
+from .least_over_roll import (
+    Mating,
+    Operation,
+    first_contact_operation,
+    given_operation,
+    least_separation,
+    mating_of,
+    sampled,
+    whole,
+)
 
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
