@@ -128,9 +128,13 @@ def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     for row, wanted in zip(case[:200], printed, strict=True):
         assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
-    ends, edges = found["pattern"]["toe_or_heel"], found["edges_carry"]
-    assert f"of the first 64, patterns of {ends} end at a toe or heel, edges carry in {edges}" in words(page)
-    assert "translucent" in words(page)
+    said = words(page).partition("In operation, of the first 64 mountings, as designed and modified:")[2]
+    for count, what in (
+        (found["pattern"]["toe_or_heel"], "toe or heel in "),
+        (found["edges_carry"], "carry in "),
+    ):
+        left = said.partition(what)[2].partition(" on left flanks")[0]
+        assert left.split(" and ")[1].split(", ")[1] == str(count)
     assert "20 mountings (seed 0) are drawn" in words(page)
     assert "200 mountings each" in words(page)
 
