@@ -200,8 +200,8 @@ def map_of(
 ) -> DesignMap:
     """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
 
-    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. A cell takes as
-    long as 1 to 20 paths of 101 positions, most of it for the errors, with `operation` 20 to 30 more.
+    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. A cell takes
+    as long as 1 to 20 paths of 101 positions, most of it for the errors, with `operation` 20 to 30 more.
     `progress` is called with the number of cells done since.
 
     Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors

@@ -10,7 +10,7 @@ import pytest
 
 from beveloid_geom import Errors, mesh_cycle
 from beveloid_geom.operation import mesh_cycle as module
-from beveloid_geom.operation.pieces import Pieces
+from beveloid_geom.operation.pieces import Pieces, fitted
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
 
@@ -18,7 +18,7 @@ from tests.oracle.table1 import table1
 def test_a_piece_that_is_late_makes_its_mounting_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two mountings all pieces of the first are made 10 nm later than what touches: the checks see it."""
     design = table1((0.001, -0.001), Errors(offset=np.array([0.0, 0.02])))
-    sound, fitted = mesh_cycle(design), module.fitted
+    sound = mesh_cycle(design)
 
     def late(*arguments: Any) -> Pieces:
         pieces = fitted(*arguments)
