@@ -44,9 +44,9 @@ Bounds: TypeAlias = tuple[float, float]
 OVER: tuple[Over, ...] = ("parabola", "mounting", "shift")
 UNITS = {"parabola": "1/mm", "mounting": "mm", "shift": ""}
 """Units of the values of both members."""
-PARABOLA = 0.006
-"""Greatest coefficient of a usual map times the module: 0.001 1/mm on Table 1, up to the modified pair of
-the paper's Figs. 12 to 15. Beyond, paths change slowly along a1 = -a2, and across are of no use."""
+PARABOLA = 0.012
+"""Greatest coefficient of a usual map times the module: 0.002 1/mm on Table 1, as far as the paper's
+Figs. 9 to 11 go."""
 FACE = 0.6
 """Greatest change of mounting of a usual map, in greater face widths: beyond half of one paths are lost."""
 SHIFT = 0.3
@@ -200,9 +200,9 @@ def map_of(
 ) -> DesignMap:
     """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
 
-    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. About 0.4 to
-    20 ms a cell, most of it for the errors; `operation` takes about 30 ms a cell more. `progress` is
-    called with the number of cells done since.
+    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. A cell takes
+    as long as 1 to 20 paths of 101 positions, most of it for the errors, with `operation` 20 to 30 more.
+    `progress` is called with the number of cells done since.
 
     Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors
     that are not finite or all 0, and steps below 2."""

@@ -34,6 +34,10 @@ from .words import (
     unit_of,
 )
 
+LEAST = {
+    "shift": "least shift under errors",
+    "transmission_error": "least error of all teeth under any error",
+}
 POINTS = 21
 """Positions of the path that are certified."""
 WIDTH = 36
@@ -94,7 +98,7 @@ class OptimumReport:
     def summary(self) -> str:
         """Write aim, coefficients, and the figures found beside those given."""
         found, contact = self.optimum, self.contact
-        text = f"Parabola coefficients for {self.name}, {self.flank} flanks: least shift under errors\n"
+        text = f"Parabola coefficients for {self.name}, {self.flank} flanks: {LEAST[self.aim.least]}\n"
         text += head_lines(self.design) + line("aim", _aim_words(self.aim))
         text += line("errors of the aim", error_words(self.aim.errors))
         coefficients = found.pinion_parabola, found.gear_parabola
@@ -120,6 +124,7 @@ def _aim_words(aim: Aim) -> str:
     if math.isfinite(aim.peak_to_peak):
         limit = ARCSEC * aim.peak_to_peak
         words += f", transmission error at most {limit:g} arcsec peak to peak"
+    words += f", shift at most {aim.shift:g} mm" if math.isfinite(aim.shift) else ""
     words += "" if aim.edges else ", no edge carries, with these errors or without"
     bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
     return words + bounds

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 VALUES = click.Choice(["parabola", "mounting", "shift"])
 OVER = "Parabola coefficients, changes of the mounting distances, or profile shift coefficients."
-OPERATION = "Also what all teeth do in operation: transmission error, edges; about 30 ms a cell."
+OPERATION = "Also what all teeth do in operation: transmission error, edges; 20 to 30 ms a cell more."
 
 
 @results.result_command(

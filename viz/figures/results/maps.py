@@ -26,7 +26,7 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
-STEPS, STEPS_IN_OPERATION = 33, 17
+STEPS, STEPS_IN_OPERATION = 33, 21
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
 CELLS = Cells(left=0.992, right=0.96, across=1.696, down=1.05, most=3, least=1.9)
 BAR = 0.096, 0.144
