@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..analysis.pressure import WHOLE, PathPressure
-from ..analysis.sensitivity import path_sensitivity
+from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.model import Design
@@ -79,43 +80,58 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
     says why."""
     if path.ends.status != Status.SOLVED:
         return ()
-    found = [*_sensitivity_remarks(path), *_loss_remarks(path)]
+    found = [*_sensitivity_remarks(path), *loss_remarks(path)]
     if certificate is not None:
         found += _certificate_remarks(certificate)
     found += _path_remarks(path)
     return tuple(Remark(level, f"{path.flank} flanks: {text}") for level, text in found)
 
 
+def usual_shifts(found: Sensitivity) -> tuple[FloatArray, FloatArray]:
+    """Give how far usual tolerances of offset and shaft angle move a path along the face and square to itself
+    (..., place, member, error), mm."""
+    sizes = np.array([USUAL.offset, USUAL.shaft_angle])
+    face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
+    return face, square
+
+
+def shares_of_flank(design: Design, found: Sensitivity) -> FloatArray:
+    """Give the same over the size of the flank in the direction of the shift, of the design's batch shape."""
+    face, square = usual_shifts(found)
+    sizes = [
+        (member.face_width, highest_parameter(member) - root_parameter(member)) for member in design.members
+    ]
+    both = (np.stack(np.broadcast_arrays(*size), axis=-1) for size in zip(*sizes, strict=True))
+    width, depth = (np.asarray(size, dtype=float)[..., None, :, None] for size in both)
+    # The flank, face by depth, as wide as it is square to the path: the cosine is that of path and depth.
+    cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
+    return np.asarray(square / (width * cosine + depth * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))))
+
+
 def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find how far usual tolerances of offset and shaft angle move the path, where that is far."""
     design, found = path.design, path_sensitivity(path.design, path.flank)
-    sizes = np.array([USUAL.offset, USUAL.shaft_angle])
-    face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
-    widths = np.array([float(member.face_width) for member in design.members])
-    depths = [float(highest_parameter(member) - root_parameter(member)) for member in design.members]
-    # The flank, face by depth, as wide as it is square to the path: the cosine is that of path and depth.
-    cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
-    room = widths[:, None] * cosine + np.array(depths)[:, None] * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    share = square / room
+    share, (face, square) = shares_of_flank(design, found), usual_shifts(found)
     if np.isnan(share).all():
         return
-    place, member, error = np.unravel_index(np.nanargmax(share), share.shape)
-    level = next((level for least, level in SENSITIVE if share[place, member, error] >= least), None)
+    worst = np.unravel_index(np.nanargmax(share), share.shape)
+    level = next((level for least, level in SENSITIVE if share[worst] >= least), None)
     if level is None:
         return
-    shift, where = (
-        (face, "along its face") if cosine[place, member, error] > 0.5 else (square, "square to itself")
-    )
-    offset, angle = shift[place, member]
+    place, member, _ = worst
+    lengthwise = 2.0 * square[worst] > face[worst]
+    offset, angle = (face if lengthwise else square)[place, member]
     yield (
         level,
-        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of shaft"
-        f" angle shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
-        f" {sizes[0]:g} mm of offset by {offset:.3g} mm; the face is {widths[member]:g} mm wide",
+        "sensitive to errors, as flanks close to line contact are:"
+        f" {math.degrees(USUAL.shaft_angle):g} deg of shaft angle shifts the path on the"
+        f" {('pinion', 'gear')[member]} by {angle:.3g} mm"
+        f" {'along its face' if lengthwise else 'square to itself'}, {USUAL.offset:g} mm of offset by"
+        f" {offset:.3g} mm; the face is {float(design.members[member].face_width):g} mm wide",
     )
 
 
-def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
+def loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
     design, size = path.design, USUAL.values()
     errors = np.concatenate((np.diag(size), np.diag(-size)))

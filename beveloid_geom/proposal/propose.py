@@ -1,0 +1,208 @@
+"""From a request to pairs that close, mesh and have no warning, the best first; or why there is none.
+
+Pairs that close are many. Of those within the limits the ones with the greatest reserve (`figures`) are
+looked at as `check` does, until as many as are asked for have passed, each unlike those before it. Where
+none does one number of the request is changed, as little as goes, until one does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..contact.path import path_of_contact
+from ..design.field_limits import DesignError
+from ..design.model import Design
+from ..findings.advice import findings_on
+from ..findings.path import loss_remarks
+from ..findings.remarks import NOTE
+from ..operation.certificate import certify
+from .candidates import Candidates, candidates_of, given_of, limits_of, within
+from .changes import Change, changes_of, rounded
+from .figures import FLANKS, Figures, design_of, figures_of, least_crossing
+from .request import Request, faults_of
+
+MOST = 5
+"""Proposals on one request."""
+LOOKED_AT = 64
+"""Pairs of which the figures are found."""
+NEAR_LINES = math.radians(3.0)
+"""Crossing angle from which pairs are no longer sensitive to errors for that."""
+DOUBTFUL = 6
+"""Pairs with a warning after which it is given up."""
+POSITIONS = 5
+"""Positions of a path at which something that touches earlier is looked for."""
+UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
+"""Differences of cone angles, helix angles and shifts of which proposals have at least one."""
+SHARES, HALVINGS = (0.03, 0.1, 0.3, 1.0), 3
+"""Of the greatest change of a number in search of a request that works, and how often the way is halved."""
+TIE = math.radians(0.02)
+"""Difference of the larger cone angle below which proposals of least cones are ranked by their reserve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A pair that closes as required, and its `figures`, those of one pair (2, 1)."""
+
+    design: Design
+    figures: Figures
+
+
+class Refused(Exception):  # noqa: N818
+    """Why no pair is proposed; `nearest` is a request near it for which there is one, None where none was
+    found."""
+
+    def __init__(self, reason: str, nearest: Request | None) -> None:
+        """Take reason, in words, and nearest request."""
+        self.reason, self.nearest = reason, nearest
+        super().__init__(reason)
+
+
+def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
+    """Find pairs that close as required, the best first.
+
+    Parameters
+    ----------
+    request : Request
+    most : int
+        Pairs to be found at the most.
+
+    Returns
+    -------
+    tuple of Proposal
+        At least one; `check` warns of none.
+
+    Raises
+    ------
+    DesignError
+        For a request that cannot be meant, with a line for each fault.
+    Refused
+        Where no pair was found.
+    """
+    if faults := faults_of(request):
+        raise DesignError(faults)
+    found = candidates_of(request)
+    if proposals := _chosen(request, found, most):
+        return proposals
+    raise Refused(_reason(request, found), _nearest(request))
+
+
+def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
+    """Choose among pairs that close."""
+    values, figures = _looked_at(request, found)
+    seen = _plain(values)
+    chosen: list[int] = []
+    doubtful = 0
+    for k in _ranked(request, values, figures):
+        if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
+            continue
+        if _doubts(design_of(request, values[:, k])):
+            doubtful += 1
+        else:
+            chosen.append(k)
+        if len(chosen) == most or doubtful == DOUBTFUL:
+            break
+    return tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
+
+
+def _plain(values: FloatArray) -> FloatArray:
+    """Give cones, helices and shifts (6, n) of which a pair, its mirror image and the same pair seen from
+    behind, where toe is heel, have the same: right and left flanks are all they differ in."""
+    plain = values[:6].copy()
+    for pair in (plain[:2], plain[2:4]):
+        larger = np.where(np.abs(pair[0]) > np.abs(pair[1]) - 1e-6, pair[0], pair[1])
+        pair *= np.where(larger < 0.0, -1.0, 1.0)
+    return plain
+
+
+def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+    """Give the pairs within the limits, a choice of them if they are many, and their figures: those of least
+    cones where these are asked for, else some of those that are not nearest to line contact."""
+    values = found.values[:, within(request, found)]
+    if request.least_cones:
+        order = np.argsort(np.abs(values[:2]).max(axis=0), kind="stable")[:LOOKED_AT]
+    else:
+        crossing = np.minimum(least_crossing(request, values), NEAR_LINES)
+        order = np.argsort(-crossing, kind="stable")[: max(LOOKED_AT, values.shape[1] // 2)]
+        order = order[
+            np.unique(np.linspace(0, max(order.size - 1, 0), min(LOOKED_AT, order.size)).astype(int))
+        ]
+    return values[:, order], figures_of(request, values[:, order])
+
+
+def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
+    """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
+    equals that one is first whose drive flanks are nearer to line contact."""
+    drive = figures.crossing[FLANKS.index(request.flank)]
+    keys = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    if request.least_cones:
+        keys.append(np.round(np.abs(values[:2]).max(axis=0) / TIE))
+    return [int(k) for k in np.lexsort(keys) if figures.reserve[k] > 0.0]
+
+
+def _doubts(design: Design) -> bool:
+    """Tell whether there is something to warn of on the paths of a pair that has a reserve."""
+    for flank in FLANKS:
+        path = path_of_contact(design, flank, POSITIONS)
+        if any(loss_remarks(path)) or not certify(path).holds:
+            return True
+    return False
+
+
+def _reason(request: Request, found: Candidates) -> str:
+    """Say why there is no proposal: no pair closes, the limits leave none, or the best has a warning."""
+    if not found.values.size:
+        return "no pair closes like this"
+    if not within(request, found).any():
+        return _beyond(request, found.values)
+    values, figures = _looked_at(request, found)
+    best = design_of(request, values[:, np.argmax(figures.reserve)])
+    warned = next(remark.text for remark in findings_on(best) if remark.level != NOTE)
+    return f"each pair that closes like this has a warning, the best: {warned}"
+
+
+def _beyond(request: Request, values: FloatArray) -> str:
+    """Say which limits the pair nearest to them passes."""
+    limits = limits_of(request)
+    low, high = np.array(limits)[:, :1], np.array(limits)[:, 1:]
+    past = np.maximum(np.maximum(low - values[:6], values[:6] - high) / (high - low + 1e-9), 0.0)
+    past[list(given_of(request))] = 0.0
+    k = int(np.argmin(past.sum(axis=0)))
+    names, units = (
+        ("cone angles", "helix angles", "profile shifts"),
+        (math.degrees(1.0), math.degrees(1.0), 1.0),
+    )
+    j = next(j for j in range(3) if past[2 * j : 2 * j + 2, k].any())
+    shown = " and ".join(f"{units[j] * value:.3g}" for value in values[2 * j : 2 * j + 2, k])
+    unit = "" if j == 2 else " deg"
+    bounds = " to ".join(f"{units[j] * bound:g}" for bound in limits[2 * j])
+    return f"it would take {names[j]} of {shown}{unit}, beyond the limits {bounds}"
+
+
+def _nearest(request: Request) -> Request | None:
+    """Find a request for which there is a pair, one number of it changed as little as goes."""
+    last = 0.0
+    for share in SHARES:
+        for change in changes_of(request):
+            if _works(change(share)):
+                return _least(request, change, last, share)
+        last = share
+    return None
+
+
+def _least(request: Request, change: Change, fails: float, works: float) -> Request:
+    """Halve the way between a share of a change that fails and one that works, and round what is found."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (fails + works)
+        fails, works = (fails, middle) if _works(change(middle)) else (middle, works)
+    found = change(works)
+    return next((each for digits in (3, 4, 6) if _works(each := rounded(found, request, digits))), found)
+
+
+def _works(request: Request) -> bool:
+    if faults_of(request):
+        return False
+    return bool(_chosen(request, candidates_of(request), 1))
