@@ -147,9 +147,7 @@ def _found(request: Request, unknown: tuple[int, ...] | None, turns: ArrayLike, 
 def _starts(request: Request, unknown: tuple[int, ...], turns: FloatArray) -> Starts:
     """Give all combinations of starts and of values tried, a search each."""
     given, crossed = given_of(request), request.offset != 0.0
-    limits = dict.fromkeys((PINION_SHIFT, GEAR_SHIFT), request.shift_limits) | {
-        PINION_HELIX: request.helix_limits
-    }
+    limits = limits_of(request)
     share = request.teeth[0] / sum(request.teeth)
     tried: dict[int, ArrayLike] = {
         PINION_CONE: request.shaft_angle * np.array([share, 0.5, 0.0, 1.0]),

@@ -5,22 +5,24 @@ the warning begins and 1 where nothing is left to be said:
 
     contact ratio of either flank      1 ... 1.5
     tooth tip at its thinnest          0 ... 0.4 modules
-    tip clearance                      0.1 ... 0.2 modules
+    tip clearance                      0.05 ... 0.15 modules, about, where it is least
     margin of undercut                 0 ... 0.2, the least regularity of a flank over its greatest
-    flank left below the path          0 ... 0.05 modules: where a tip goes deeper it meets a fillet
     shift of the path on its flank     0.25 ... 0.1 of it, under 0.05 mm of offset, 0.01 deg of shaft angle
+    flank left below the path          0 ... 0.05 modules, at its ends: a tip that goes deeper meets a fillet
+    tips deeper at the thin end        0.03 ... 0 modules, where working cones are steeper than those cut
 
 and the least of them, over both flanks and both members, is the reserve of the pair.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray
+from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.model import Design, Member, Pair
 from ..findings.path import SENSITIVE, shares_of_flank
 from ..gear.fillet import root_radius
@@ -30,8 +32,12 @@ from ..pair.crossing import closed_normal
 from .conditions import pair_at
 from .request import Request
 
-LEAST_CLEARANCE = 0.1
-"""Modules at the pitch point: less may be none at toe or heel."""
+THIN_END = 0.03
+"""Modules by which tips may be deeper at the thin end of the face."""
+AMPLE_CLEARANCE = 0.1
+"""Modules above half as many, which this estimate may be too great by."""
+NEAR_LINES = math.radians(3.0)
+"""Crossing angle from which flanks are no longer sensitive to errors for that."""
 FLANKS = tuple(FLANK_SIGN)
 AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.05
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
@@ -42,7 +48,7 @@ class Figures:
     """Figures of n pairs: `contact_ratio`, `crossing` (rad), `normal_x` and `share` (greatest shift of the
     path on its flank, over its size) of right and left flanks (2, n); least `clearance` of the tips of pinion
     and gear where they are deepest, mm, thinnest `tip`, mm, and `margin` of undercut (2, n); `reserve`
-    (n,)."""
+    (n,), and whether it is `possible` that nothing is warned of (n,), whatever the last link says."""
 
     contact_ratio: FloatArray
     crossing: FloatArray
@@ -52,6 +58,7 @@ class Figures:
     tip: FloatArray
     margin: FloatArray
     reserve: FloatArray
+    possible: Mask
 
     def take(self, rows: list[int]) -> Figures:
         """Give those of some pairs."""
@@ -79,11 +86,23 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-def least_crossing(request: Request, values: FloatArray) -> FloatArray:
-    """Find the magnitude (n,), rad, of the lesser crossing angle of right and left flanks."""
+def outlook(request: Request, values: FloatArray) -> FloatArray:
+    """Find how likely pairs (7, n) are to have a reserve, (n,), from closed forms alone: flanks that cross at
+    an angle above NEAR_LINES, and tips that are not too deep at the thin end."""
     design, layout = pair_at(request.members, values)
-    angles = [closed_normal(layout, flank, design.sense)[1] for flank in FLANKS]
-    return np.asarray(np.abs(np.stack(angles)).min(axis=0))
+    angles = np.abs(np.stack([closed_normal(layout, flank, design.sense)[1] for flank in FLANKS]))
+    depth = np.abs(_lean(request, values, layout)) / (
+        AMPLE_CLEARANCE * float(request.members[0].tool.normal_module)
+    )
+    return np.asarray(np.minimum(angles.min(axis=0) / NEAR_LINES, 1.0) - depth)
+
+
+def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
+    """Find by how much (n,), mm, tips stand nearer to bottom lands at the thick end of the face than in its
+    middle, as reference cones are not the working ones; farther at the thin end. Negative the other way."""
+    half = 0.5 * min(float(member.face_width) for member in request.members)
+    steeper = (np.tan(values[:2]) - np.tan(layout.cone_angle)).sum(axis=0)
+    return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
 def figures_of(request: Request, values: FloatArray) -> Figures:
@@ -100,25 +119,25 @@ def figures_of(request: Request, values: FloatArray) -> Figures:
     radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
     height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
     depth = radius - np.stack([root_radius(member, 0.0) for member in members])
-    # Reference cones are not the working ones: tips come nearer to bottom lands at toe or heel.
-    slopes = np.stack([np.tan(np.asarray(m.cone_angle)) for m in members]) - np.tan(layout.cone_angle)
-    half = 0.5 * min(float(member.face_width) for member in request.members)
-    clearance = (depth * cosine)[::-1] - height * cosine - half * np.abs(slopes.sum(axis=0))
+    lean = _lean(request, values, layout)
+    clearance = (depth * cosine)[::-1] - height * cosine - np.abs(lean)
     ratio, share = np.stack([one.contact_ratio for one in found]), np.stack(shares)
     roots = np.stack([root_parameter(member) for member in members], axis=-1)
-    left = np.stack([one.l[:, ::2] - roots[..., None, :] for one in found]).min(axis=(-2, -1))
+    left = np.stack([one.l[:, ::2] - roots[..., None, :] for one in found])
     (warned, _), (noted, _) = SENSITIVE
     links = (
         (ratio - 1.0) / AMPLE_RATIO,
         tip / (AMPLE_TIP * module),
-        clearance / (LEAST_CLEARANCE * module) - 1.0,
+        clearance / (AMPLE_CLEARANCE * module) - 0.5,
         margin / AMPLE_MARGIN,
-        left / (AMPLE_DEPTH * module),
+        left.min(axis=(-2, -1)) / (AMPLE_DEPTH * module),
         (warned - share) / (warned - noted),
+        1.0 - np.maximum(-lean, 0.0)[None] / (THIN_END * module),
     )
-    reserve = np.min([np.nan_to_num(link, nan=-np.inf).min(axis=0) for link in links], axis=0)
+    least = [np.nan_to_num(link, nan=-np.inf).min(axis=0) for link in links]
+    reserve, possible = np.min(least, axis=0), np.min(least[:-1], axis=0) > 0.0
     normal_x, crossing = (np.stack([one[k] for one in normals]) for k in (0, 1))
-    return Figures(ratio, crossing, normal_x, share, clearance, tip, margin, reserve)
+    return Figures(ratio, crossing, normal_x, share, clearance, tip, margin, reserve, possible)
 
 
 def _thinnest(member: Member) -> FloatArray:

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..contact.path import path_of_contact
@@ -18,20 +20,23 @@ from ..design.field_limits import DesignError
 from ..design.model import Design
 from ..findings.advice import findings_on
 from ..findings.path import loss_remarks
-from ..findings.remarks import NOTE
+from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
+from ..status import Verdict
 from .candidates import Candidates, candidates_of, given_of, limits_of, within
 from .changes import Change, changes_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, least_crossing
+from .figures import FLANKS, Figures, design_of, figures_of, outlook
 from .request import Request, faults_of
 
 MOST = 5
 """Proposals on one request."""
 LOOKED_AT = 64
 """Pairs of which the figures are found."""
-NEAR_LINES = math.radians(3.0)
-"""Crossing angle from which pairs are no longer sensitive to errors for that."""
-DOUBTFUL = 6
+LITTLE = 0.1
+"""Reserve up to which the estimates that it is made of are not relied on."""
+FAIR = 0.3
+"""Outlook from which pairs of least cones come first."""
+DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
 POSITIONS = 5
 """Positions of a path at which something that touches earlier is looked for."""
@@ -99,7 +104,7 @@ def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, .
     for k in _ranked(request, values, figures):
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
-        if _doubts(design_of(request, values[:, k])):
+        if _doubts(design_of(request, values[:, k]), float(figures.reserve[k])):
             doubtful += 1
         else:
             chosen.append(k)
@@ -119,17 +124,13 @@ def _plain(values: FloatArray) -> FloatArray:
 
 
 def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
-    """Give the pairs within the limits, a choice of them if they are many, and their figures: those of least
-    cones where these are asked for, else some of those that are not nearest to line contact."""
+    """Give the pairs within the limits and their figures; if they are many those with the best outlook, or
+    of least cones with a fair one."""
     values = found.values[:, within(request, found)]
+    keys: list[NDArray[Any]] = [-outlook(request, values)]
     if request.least_cones:
-        order = np.argsort(np.abs(values[:2]).max(axis=0), kind="stable")[:LOOKED_AT]
-    else:
-        crossing = np.minimum(least_crossing(request, values), NEAR_LINES)
-        order = np.argsort(-crossing, kind="stable")[: max(LOOKED_AT, values.shape[1] // 2)]
-        order = order[
-            np.unique(np.linspace(0, max(order.size - 1, 0), min(LOOKED_AT, order.size)).astype(int))
-        ]
+        keys = [np.abs(values[:2]).max(axis=0), keys[0] > -FAIR]
+    order = np.lexsort(keys)[:LOOKED_AT]
     return values[:, order], figures_of(request, values[:, order])
 
 
@@ -137,17 +138,21 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
     """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
     equals that one is first whose drive flanks are nearer to line contact."""
     drive = figures.crossing[FLANKS.index(request.flank)]
-    keys = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    keys: list[NDArray[Any]] = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
     if request.least_cones:
-        keys.append(np.round(np.abs(values[:2]).max(axis=0) / TIE))
-    return [int(k) for k in np.lexsort(keys) if figures.reserve[k] > 0.0]
+        keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
+    return [int(k) for k in np.lexsort(keys) if figures.possible[k]]
 
 
-def _doubts(design: Design) -> bool:
-    """Tell whether there is something to warn of on the paths of a pair that has a reserve."""
+def _doubts(design: Design, reserve: float) -> bool:
+    """Tell whether there is something to warn of: of a pair with a reserve there only can be where contact is
+    lost and where something touches earlier, of others all that `check` looks at."""
+    if reserve <= LITTLE:
+        return not quiet(findings_on(design, positions=POSITIONS))
     for flank in FLANKS:
         path = path_of_contact(design, flank, POSITIONS)
-        if any(loss_remarks(path)) or not certify(path).holds:
+        earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
+        if earlier.any() or any(loss_remarks(path)):
             return True
     return False
 
@@ -159,9 +164,11 @@ def _reason(request: Request, found: Candidates) -> str:
     if not within(request, found).any():
         return _beyond(request, found.values)
     values, figures = _looked_at(request, found)
-    best = design_of(request, values[:, np.argmax(figures.reserve)])
-    warned = next(remark.text for remark in findings_on(best) if remark.level != NOTE)
-    return f"each pair that closes like this has a warning, the best: {warned}"
+    best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
+    warnings = (
+        remark.text for remark in findings_on(design_of(request, values[:, best])) if remark.level != NOTE
+    )
+    return f"each pair that closes like this has a warning, the best: {next(warnings)}"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
