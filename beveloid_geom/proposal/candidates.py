@@ -33,7 +33,7 @@ ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SH
 """What follows from conditions first, after the working pressure angle."""
 CONE_STARTS = np.radians([-5.0, 0.0, 5.0, 11.0])
 HELIX_STARTS = np.radians([-30.0, -10.0, 10.0, 30.0])
-HELICES = np.radians([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 45.0])
+HELICES = np.radians([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0])
 SHIFTS = -0.2, 0.0, 0.2, 0.4, 0.6
 """Starts of what is searched for, and values tried of what is free."""
 TURNS = np.radians(np.arange(-165.0, 181.0, 15.0))

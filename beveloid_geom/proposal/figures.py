@@ -91,9 +91,8 @@ def outlook(request: Request, values: FloatArray) -> FloatArray:
     an angle above NEAR_LINES, and tips that are not too deep at the thin end."""
     design, layout = pair_at(request.members, values)
     angles = np.abs(np.stack([closed_normal(layout, flank, design.sense)[1] for flank in FLANKS]))
-    depth = np.abs(_lean(request, values, layout)) / (
-        AMPLE_CLEARANCE * float(request.members[0].tool.normal_module)
-    )
+    deep = THIN_END * float(request.members[0].tool.normal_module)
+    depth = np.maximum(-_lean(request, values, layout), 0.0) / deep
     return np.asarray(np.minimum(angles.min(axis=0) / NEAR_LINES, 1.0) - depth)
 
 

@@ -97,6 +97,8 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
 
 def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
     """Choose among pairs that close."""
+    if not within(request, found).any():
+        return ()
     values, figures = _looked_at(request, found)
     seen = _plain(values)
     chosen: list[int] = []
@@ -194,22 +196,23 @@ def _nearest(request: Request) -> Request | None:
     last = 0.0
     for share in SHARES:
         for change in changes_of(request):
-            if _works(change(share)):
+            if works(change(share)):
                 return _least(request, change, last, share)
         last = share
     return None
 
 
-def _least(request: Request, change: Change, fails: float, works: float) -> Request:
+def _least(request: Request, change: Change, fails: float, reached: float) -> Request:
     """Halve the way between a share of a change that fails and one that works, and round what is found."""
     for _ in range(HALVINGS):
-        middle = 0.5 * (fails + works)
-        fails, works = (fails, middle) if _works(change(middle)) else (middle, works)
-    found = change(works)
-    return next((each for digits in (3, 4, 6) if _works(each := rounded(found, request, digits))), found)
+        middle = 0.5 * (fails + reached)
+        fails, reached = (fails, middle) if works(change(middle)) else (middle, reached)
+    found = change(reached)
+    return next((each for digits in (3, 4, 6) if works(each := rounded(found, request, digits))), found)
 
 
-def _works(request: Request) -> bool:
+def works(request: Request) -> bool:
+    """Tell whether there is a proposal on a request."""
     if faults_of(request):
         return False
     return bool(_chosen(request, candidates_of(request), 1))

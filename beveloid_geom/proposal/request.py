@@ -14,8 +14,10 @@ from ..design.model import Member, Tool
 
 LEAST_SHAFT_ANGLE = 0.5
 """Deg: parallel axes are another task."""
-MOST_BACKLASH = 1.0
-"""Modules."""
+BACKLASH, MOST_BACKLASH = 0.04, 1.0
+"""Modules of backlash if none is given, and at the most."""
+FACE = 10.0
+"""Modules of face width if none is given."""
 NEAR_SUM = 1.35
 """What the sum of the reference cone angles may be over that of the working ones, or under it."""
 NEAR_HELIX = 1.05
@@ -33,7 +35,7 @@ class Bounds(NamedTuple):
 
 
 CONES = Bounds(math.radians(-15.0), math.radians(15.0))
-HELICES = Bounds(math.radians(-60.0), math.radians(60.0))
+HELICES = Bounds(math.radians(-45.0), math.radians(45.0))
 SHIFTS = Bounds(-0.5, 0.8)
 """Limits of cone angles, helix angles and profile shifts, if none are given."""
 

@@ -9,21 +9,24 @@ from typing import Any
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on, findings_on
 from ..findings.backlash import backlash_report
-from ..findings.layout import bare, meshes
+from ..findings.layout import FLANKS, bare, closes, meshes
 from ..findings.remarks import Remark, quiet, remarks_data
 from ..pair.closing import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..pair.crossing import crossing_as_mounted
 from ..pair.mesh_errors import pivot_distance
 from ..pair.mounting import mounting_of
+from ..proposal.propose import works
+from ..proposal.words import command_of, requests_like
 from .columns import column
 from .result import Rows, by_columns
-from .words import advice_data, error_lines, head_lines, layout_data, line, remark_lines
+from .words import advice_data, advice_lines, error_lines, head_lines, layout_data, line, remark_lines, typed
 
 
 @dataclass(frozen=True, eq=False)
 class ClosingReport:
     """How well a single design closes; `ideal` is the layout without backlash or why there is none,
     `remarks` all there is to know of layout, teeth and paths, what matters most first, `advice` what to
-    change about the layout."""
+    change about the layout, `proposal` the command line that proposes a pair like it, if it has none."""
 
     name: str
     design: Design
@@ -31,6 +34,7 @@ class ClosingReport:
     ideal: ClosedLayout | str
     remarks: tuple[Remark, ...]
     advice: tuple[Advice, ...]
+    proposal: str | None
     failure: str | None = None
 
     def data(self) -> dict[str, Any]:
@@ -41,7 +45,14 @@ class ClosingReport:
             "zero_backlash": None if isinstance(self.ideal, str) else dict(vars(self.ideal)),
             **remarks_data(self.remarks),
             "advice": advice_data(self.advice),
+            "proposal": self.proposal,
+            "crossing": self.crossing,
         }
+
+    @property
+    def crossing(self) -> dict[str, float]:
+        """Angles (rad) at which the generators of both flank pairs cross, as mounted."""
+        return {flank: float(crossing_as_mounted(self.design, flank)) for flank in FLANKS}
 
     def rows(self) -> Rows:
         """Give group, quantity, unit and value; warnings, notes and advice last."""
@@ -58,8 +69,10 @@ class ClosingReport:
             ("closing", [*closing.items(), *reasons]),
             ("zero_backlash", ideal),
             ("mounted", [("normal_backlash", backlash_report(self.design).normal)]),
+            ("mounted", [(f"{flank}_crossing_angle", angle) for flank, angle in self.crossing.items()]),
             ("remark", [(remark.level, remark.text) for remark in self.remarks]),
             *((f"advice {k}", vars(advice).items()) for k, advice in enumerate(self.advice, 1)),
+            ("advice", [("proposal", self.proposal)] if self.proposal else []),
         ]
         rows = [
             (group, key, column(key).unit, value if isinstance(value, str) else float(value))
@@ -72,11 +85,17 @@ class ClosingReport:
         """Write what was found, and how far the layout is from one that closes."""
         closing, ideal = self.closing, self.ideal
         text = f"How well {self.name} closes, with unmodified flanks and without errors\n"
-        text += head_lines(bare(self.design)) + remark_lines(self.remarks, self.advice)
+        text += advice_lines(self.advice)
+        if self.proposal:
+            text += line("or" if self.advice else "advice", "have a pair proposed:")
+            text += f"    {typed(self.proposal)}\n"
+        text += head_lines(bare(self.design)) + remark_lines(self.remarks)
         if meshes(self.design):  # without contact there is no pitch point for them to hold at
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)
             text += line("lines of action", f"of right and left flanks are {closing.gap:.4f} mm apart")
+            angles = (f"{flank} {math.degrees(angle):.4f} deg" for flank, angle in self.crossing.items())
+            text += line("generators", f"cross at {', '.join(angles)}; 0 is line contact")
             text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             far = f"the common perpendicular, {float(pivot_distance(self.design)):.2f} mm from the mesh point"
@@ -107,7 +126,15 @@ def closing_report(name: str, design: Design) -> ClosingReport:
     except ValueError as error:
         ideal = str(error)
     jam = backlash_report(design).jam
-    return ClosingReport(name, design, closing, ideal, findings_on(design, closing, jam), advice_on(design))
+    remarks, advice = findings_on(design, closing, jam), advice_on(design)
+    proposal = None if meshes(design) and closes(design, closing) else proposal_like(design)
+    return ClosingReport(name, design, closing, ideal, remarks, advice, proposal)
+
+
+def proposal_like(design: Design) -> str | None:
+    """Give the command line that proposes a pair like a single design, tried before it is given."""
+    found = next((request for request in requests_like(design) if works(request)), None)
+    return command_of(found) if found else None
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:
