@@ -34,6 +34,21 @@ def changes_of(request: Request) -> Iterator[Change]:
                 yield partial(_changed, request, name, way * size)
 
 
+def others_of(request: Request) -> Iterator[Request]:
+    """Give requests that give less, for where no number alone can be changed: without what is given of the
+    shifts, of the helix angle, of the offset; at last with nothing given but teeth and angle of the axes."""
+    if request.shifts is not None:
+        yield replace(request, shifts=None)
+    if request.helix_angle is not None and request.crossing is None and request.offset != 0.0:
+        yield replace(request, helix_angle=None)
+    if request.cone_angles is not None and request.offset:
+        yield replace(request, offset=None)
+    alone = replace(request, cone_angles=None, crossing=None, gear=None, shifts=None, least_cones=True)
+    yield alone
+    yield replace(alone, helix_angle=None)
+    yield replace(alone, helix_angle=None, offset=None)
+
+
 def _changed(request: Request, name: str, size: float, share: float) -> Request:
     value = getattr(request, name)
     several = isinstance(value, tuple)

@@ -24,12 +24,12 @@ from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
 from .candidates import Candidates, candidates_of, given_of, limits_of, within
-from .changes import Change, changes_of, rounded
+from .changes import Change, changes_of, others_of, rounded
 from .figures import FLANKS, Figures, design_of, figures_of, outlook
 from .request import Request, faults_of
 
-MOST = 5
-"""Proposals on one request."""
+MOST = 3
+"""Proposals on one request, if no other number is asked for."""
 LOOKED_AT = 64
 """Pairs of which the figures are found."""
 LITTLE = 0.1
@@ -192,14 +192,15 @@ def _beyond(request: Request, values: FloatArray) -> str:
 
 
 def _nearest(request: Request) -> Request | None:
-    """Find a request for which there is a pair, one number of it changed as little as goes."""
+    """Find a request for which there is a pair, one number of it changed as little as goes; else the first
+    that gives less."""
     last = 0.0
     for share in SHARES:
         for change in changes_of(request):
             if works(change(share)):
                 return _least(request, change, last, share)
         last = share
-    return None
+    return next((other for other in others_of(request) if works(other)), None)
 
 
 def _least(request: Request, change: Change, fails: float, reached: float) -> Request:

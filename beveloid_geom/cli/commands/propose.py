@@ -46,7 +46,7 @@ OPTIONS = block(
     option("--cone-limits-deg", TWO, (-15.0, 15.0), "Least and greatest cone angle found.", "LOW HIGH"),
     option("--helix-limits-deg", TWO, (-45.0, 45.0), "The same of helix angles.", "LOW HIGH"),
     option("--shift-limits", TWO, (-0.5, 0.8), "The same of profile shifts.", "LOW HIGH"),
-    option("--count", click.IntRange(1, 5), 5, "Proposals at the most."),
+    option("--count", click.IntRange(1, 5), 3, "Proposals at the most."),
     option("--pick", click.IntRange(1, 5), 1, "Which of them --out writes."),
     click.option("--out", type=PATH, metavar="FILE", help=OUT),
     click.option("--json", "as_json", is_flag=True, help="Print JSON, with the design files; mm and rad."),
