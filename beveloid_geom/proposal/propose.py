@@ -23,7 +23,7 @@ from ..findings.path import loss_remarks
 from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
-from .candidates import Candidates, candidates_of, given_of, limits_of, within
+from .candidates import Candidates, candidates_of, given_of, limits_of, unknown_of, within
 from .changes import Change, changes_of, others_of, rounded
 from .figures import FLANKS, Figures, design_of, figures_of, outlook
 from .request import Request, faults_of
@@ -161,6 +161,8 @@ def _doubts(design: Design, reserve: float) -> bool:
 
 def _reason(request: Request, found: Candidates) -> str:
     """Say why there is no proposal: no pair closes, the limits leave none, or the best has a warning."""
+    if unknown_of(request) is None:
+        return "as much is given as there is to be found, and it does not fit together"
     if not found.values.size:
         return "no pair closes like this"
     if not within(request, found).any():

@@ -102,8 +102,10 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     """Find values outside their limits, angles in deg."""
     tool, member, pair = LIMITS["Tool"], LIMITS["Member"], LIMITS["Pair"]
     cones, helix = request.cone_angles or (), request.helix_angle
+    if text := number_fault(request.module, tool["normal_module"]):  # others are measured by it
+        yield Fault("", "module", text)
+        return
     checks: list[tuple[str, tuple[float | None, ...], Limit]] = [
-        ("module", (request.module,), tool["normal_module"]),
         ("pressure_angle_deg", (request.pressure_angle,), tool["normal_pressure_angle"]),
         ("face_widths", request.face_widths, member["face_width"]),
         ("shaft_angle_deg", (request.shaft_angle,), _SHAFT),
@@ -126,7 +128,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
             if given is not None and (text := number_fault(given, limit)):
                 yield Fault("", key, text)
-    if request.module > 0.0 and (text := number_fault(request.backlash / request.module, _BACKLASH)):
+    if text := number_fault(request.backlash / request.module, _BACKLASH):
         yield Fault("", "backlash", text)
     for key, (low, high) in (
         ("cone_limits_deg", request.cone_limits),

@@ -61,12 +61,12 @@ def command_of(request: Request, gear: str = "") -> str:
 def refusal(request: Request, reason: str, nearest: Request | None) -> str:
     """Say in a line why there is no proposal, and the nearest request for which there is one."""
     if nearest is None:
-        return f"no pair: {reason}; no other limits or numbers were found that help"
+        return f"{reason}; no other limits or numbers were found that help"
     given, changed = options_of(request), options_of(nearest)
     words = [f"{option} {value}".rstrip() for option, value in changed.items() if given.get(option) != value]
     less = [option for option in given if option not in changed]
     parts = " ".join(words), f"without {' and '.join(less)}" if less else ""
-    return f"no pair: {reason}; the nearest that works: {' '.join(part for part in parts if part)}"
+    return f"{reason}; the nearest that works: {' '.join(part for part in parts if part)}"
 
 
 def requests_like(design: Design) -> tuple[Request, ...]:

@@ -1,4 +1,4 @@
-"""Requests answered the long way: from many more starts and values tried, every pair that closes looked at."""
+"""Requests answered the long way: from many more starts and values tried, and every pair looked at."""
 
 from __future__ import annotations
 
