@@ -14,6 +14,8 @@ Change: TypeAlias = Callable[[float], Request]
 """Gives the request changed by a share of the greatest change that is tried."""
 OFFSET, SHAFT, CROSSING = 0.25, 0.5, 1.0
 """Greatest changes over the value itself."""
+WIDE = math.radians(12.0)
+"""Shaft angle at which few pairs are sensitive to errors."""
 HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
 """Greatest changes, rad and modules."""
 
@@ -46,7 +48,9 @@ def others_of(request: Request) -> Iterator[Request]:
     alone = replace(request, cone_angles=None, crossing=None, gear=None, shifts=None, least_cones=True)
     yield alone
     yield replace(alone, helix_angle=None)
-    yield replace(alone, helix_angle=None, offset=None)
+    free = replace(alone, helix_angle=None, offset=None)
+    yield free
+    yield replace(free, shaft_angle=max(request.shaft_angle, WIDE))
 
 
 def _changed(request: Request, name: str, size: float, share: float) -> Request:

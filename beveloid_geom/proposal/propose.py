@@ -38,8 +38,9 @@ FAIR = 0.3
 """Outlook from which pairs of least cones come first."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
-POSITIONS = 5
-"""Positions of a path at which something that touches earlier is looked for."""
+POSITIONS = 39
+"""Positions of a path at which something that touches earlier is looked for, the most that are searched one
+by one."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles and shifts of which proposals have at least one."""
 SHARES, HALVINGS = (0.03, 0.1, 0.3, 1.0), 3

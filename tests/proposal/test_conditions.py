@@ -114,7 +114,7 @@ def test_the_root_of_the_conditions_as_mounted_is_the_same(name: str) -> None:
             float(design.gear.cone_angle),
             float(design.gear.helix_angle),
         ]
-        way = np.sign(crossing_as_mounted(design, request.flank))
+        way = float(np.sign(crossing_as_mounted(design, request.flank)))
 
         def missing(unknown: Any, way: float = way) -> list[float]:
             tried = as_mounted(request, *map(float, unknown))
@@ -127,7 +127,7 @@ def test_the_root_of_the_conditions_as_mounted_is_the_same(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["crossing", "intersecting", "gear held"])
+@pytest.mark.parametrize("name", ["crossing", "gear held"])
 def test_lines_of_action_meet_at_60_digits(name: str) -> None:
     for design in found(REQUESTS[name], 2)[:2]:
         assert mounting_mp(design).gap < 1e-9
@@ -142,8 +142,8 @@ def test_table_1_is_recovered() -> None:
 
 @by_request
 def test_the_mirrored_request_has_the_mirrored_pairs(name: str) -> None:
-    """Both hands swapped, and with them the flanks: there is a pair for each, its image. Where no hand is given
-    there are as many for the other drive flank."""
+    """Both hands swapped, and with them the flanks: each pair has its image. Where no hand is given there are
+    as many for the other drive flank."""
     request = REQUESTS[name]
     other = replace(
         request,
