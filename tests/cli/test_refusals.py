@@ -47,7 +47,13 @@ BAD = {
         f"{SOME} --no-edges yes",
     ),
     "propose": (
-        *("", "--teeth 25 31", f"{PAIR}", f"{PAIR} --cones-deg 3", f"{PAIR} --cones-deg 3 5 --least-cones"),
+        *(
+            "",
+            "--teeth 25 31 --module 4",
+            f"{PAIR}",
+            f"{PAIR} --cones-deg 3",
+            f"{PAIR} --cones-deg 3 5 --least-cones",
+        ),
         *(f"{PAIR} --cones-deg {more}" for more in ("nan 5", "3 5 --backlash -1", "3 5 --count 6")),
         *("--teeth 25 -31 --module 4 --shaft-angle-deg 20 --cones-deg 3 5", f"{PAIR} --gear missing.toml"),
         f"{PAIR} --cones-deg 3 5 --out missing/a.toml",

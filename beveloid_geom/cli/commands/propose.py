@@ -80,7 +80,7 @@ def propose(
     from ...design.field_limits import DesignError
     from ...proposal.propose import Refused, propose as propose_on
     from ...proposal.words import refusal
-    from ...report.proposal import ProposalReport
+    from ...report.closing import ProposalReport
 
     try:
         report = ProposalReport(request, propose_on(request, count), source)
