@@ -26,13 +26,12 @@ from .words import advice_data, advice_lines, error_lines, head_lines, layout_da
 
 WIDTH, CELL = 34, 12
 """Characters of the names and of a number in a text."""
-MEASURE = (
-    "the greatest reserve first: how far what is nearest to a warning of `check` is from it, over how far is"
-    " ample; contact ratio, tip thickness and clearance, undercut, shift of the path under errors"
+RESERVE = (
+    "how far the pair is from the nearest warning of `check`, over how far is ample, the least of contact"
+    " ratio, tip thickness and clearance, undercut, depth of tips, shift of the path under errors"
 )
-LEAST = (
-    "the least cones first, of those alike the greatest reserve: how far the nearest warning of `check` is"
-)
+MEASURE = f"the greatest reserve first: {RESERVE}"
+LEAST = f"the least cones first, of those alike the greatest reserve: {RESERVE}"
 
 
 @dataclass(frozen=True, eq=False)
