@@ -34,8 +34,9 @@ ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SH
 CONE_STARTS = np.radians([-5.0, 0.0, 5.0, 11.0])
 HELIX_STARTS = np.radians([-30.0, -10.0, 10.0, 30.0])
 HELICES = np.radians([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0])
-SHIFTS = -0.2, 0.0, 0.2, 0.4, 0.6
-"""Starts of what is searched for, and values tried of what is free."""
+SHIFTS = -0.2, 0.0, 0.2, 0.4, 0.6, 0.8
+FINE_SHIFTS = tuple(0.1 * k for k in range(-5, 9))
+"""Starts of what is searched for, and values tried of what is free; the fine ones if that is one shift."""
 TURNS = np.radians(np.arange(-165.0, 181.0, 15.0))
 """Directions of the two cone angles. The larger is least where they are equal, at 45 deg, or opposite."""
 MANY = 4
@@ -155,6 +156,9 @@ def _starts(request: Request, unknown: tuple[int, ...], turns: FloatArray) -> St
         PINION_SHIFT: SHIFTS,
         GEAR_SHIFT: SHIFTS,
     }
+    free = [v for v in (PINION_SHIFT, GEAR_SHIFT) if v not in given and v not in unknown]
+    if len(free) == 1:
+        tried[free[0]] = FINE_SHIFTS
     along = turns.size > 1
     searched: dict[int, ArrayLike] = {
         PINION_CONE: [0.0] if along else CONE_STARTS,

@@ -30,8 +30,8 @@ from .request import Request, faults_of
 
 MOST = 3
 """Proposals on one request, if no other number is asked for."""
-LOOKED_AT = 64
-"""Pairs of which the figures are found."""
+LOOKED_AT, PARTS = 64, 5
+"""Pairs of which the figures are found at once, and how often, until there is a proposal."""
 LITTLE = 0.1
 """Reserve up to which the estimates that it is made of are not relied on."""
 FAIR = 0.3
@@ -91,16 +91,17 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     if faults := faults_of(request):
         raise DesignError(faults)
     found = candidates_of(request)
-    if proposals := _chosen(request, found, most):
-        return proposals
+    for part in range(PARTS):
+        if proposals := _chosen(request, found, most, part):
+            return proposals
     raise Refused(_reason(request, found), _nearest(request))
 
 
-def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
-    """Choose among pairs that close."""
-    if not within(request, found).any():
+def _chosen(request: Request, found: Candidates, most: int, part: int = 0) -> tuple[Proposal, ...]:
+    """Choose among pairs that close, of which the first, second, ... LOOKED_AT are one `part`."""
+    if np.count_nonzero(within(request, found)) <= part * LOOKED_AT:
         return ()
-    values, figures = _looked_at(request, found)
+    values, figures = _looked_at(request, found, part)
     seen = _plain(values)
     chosen: list[int] = []
     doubtful = 0
@@ -126,14 +127,14 @@ def _plain(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+def _looked_at(request: Request, found: Candidates, part: int = 0) -> tuple[FloatArray, Figures]:
     """Give the pairs within the limits and their figures; if they are many those with the best outlook, or
     of least cones with a fair one."""
     values = found.values[:, within(request, found)]
     keys: list[NDArray[Any]] = [-outlook(request, values)]
     if request.least_cones:
         keys = [np.abs(values[:2]).max(axis=0), keys[0] > -FAIR]
-    order = np.lexsort(keys)[:LOOKED_AT]
+    order = np.lexsort(keys)[part * LOOKED_AT : (part + 1) * LOOKED_AT]
     return values[:, order], figures_of(request, values[:, order])
 
 
