@@ -34,9 +34,11 @@ ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SH
 CONE_STARTS = np.radians([-5.0, 0.0, 5.0, 11.0])
 HELIX_STARTS = np.radians([-30.0, -10.0, 10.0, 30.0])
 HELICES = np.radians([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0])
+STEEP = np.radians([35.0, 40.0, 45.0])
 SHIFTS = -0.2, 0.0, 0.2, 0.4, 0.6, 0.8
 FINE_SHIFTS = tuple(0.1 * k for k in range(-5, 9))
-"""Starts of what is searched for, and values tried of what is free; the fine ones if that is one shift."""
+"""Starts of what is searched for, and values tried of what is free; the fine shifts if that is
+one shift, steep helix angles only where the others give nothing."""
 TURNS = np.radians(np.arange(-165.0, 181.0, 15.0))
 """Directions of the two cone angles. The larger is least where they are equal, at 45 deg, or opposite."""
 MANY = 4
@@ -96,16 +98,17 @@ def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
     return None if len(free) < count - 1 else (PRESSURE, *free[: count - 1])
 
 
-def candidates_of(request: Request) -> Candidates:
-    """Find the pairs that close as required, within the limits of the request or not."""
+def candidates_of(request: Request, steep: bool = False) -> Candidates:
+    """Find the pairs that close as required, within the limits of the request or not; with `steep` helix
+    angles of the pinion where these are tried."""
     if not request.least_cones:
-        return _found(request, unknown_of(request), (0.0,), False)
+        return _found(request, unknown_of(request), (0.0,), steep)
     level = replace(request, least_cones=False, cone_angles=(0.0, 0.0))
     if request.offset != 0.0:
-        found = _found(level, unknown_of(level), (0.0,), False)
+        found = _found(level, unknown_of(level), (0.0,), steep)
         if request.offset is None or within(request, found).any():
             return found
-    return _found(request, unknown_of(request, along=True), TURNS, True)
+    return _found(request, unknown_of(request, along=True), TURNS, steep)
 
 
 def limits_of(request: Request) -> tuple[Bounds, ...]:
@@ -123,10 +126,11 @@ def within(request: Request, found: Candidates) -> Mask:
     return kept
 
 
-def _found(request: Request, unknown: tuple[int, ...] | None, turns: ArrayLike, along: bool) -> Candidates:
+def _found(request: Request, unknown: tuple[int, ...] | None, turns: ArrayLike, steep: bool) -> Candidates:
     if unknown is None:
         return Candidates(np.empty((7, 0)))
-    starts, wanted = _starts(request, unknown, np.asarray(turns)), wanted_of(request, along)
+    starts = _starts(request, unknown, np.asarray(turns), steep)
+    wanted = wanted_of(request, np.size(turns) > 1)
     shifts = [v for v in (PINION_SHIFT, GEAR_SHIFT) if v not in (*unknown, *given_of(request))]
     if shifts and len(unknown) >= MANY:
         combinations = np.unique(starts.values[shifts], axis=1)
@@ -145,14 +149,14 @@ def _found(request: Request, unknown: tuple[int, ...] | None, turns: ArrayLike, 
     return Candidates(found.values[:, _first_of_each(found.values)])
 
 
-def _starts(request: Request, unknown: tuple[int, ...], turns: FloatArray) -> Starts:
+def _starts(request: Request, unknown: tuple[int, ...], turns: FloatArray, steep: bool) -> Starts:
     """Give all combinations of starts and of values tried, a search each."""
     given, crossed = given_of(request), request.offset != 0.0
     limits = limits_of(request)
     share = request.teeth[0] / sum(request.teeth)
     tried: dict[int, ArrayLike] = {
         PINION_CONE: request.shaft_angle * np.array([share, 0.5, 0.0, 1.0]),
-        PINION_HELIX: np.append(HELICES, 0.5 * request.shaft_angle),
+        PINION_HELIX: STEEP if steep else np.append(HELICES, 0.5 * request.shaft_angle),
         PINION_SHIFT: SHIFTS,
         GEAR_SHIFT: SHIFTS,
     }

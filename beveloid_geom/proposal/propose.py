@@ -94,6 +94,8 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     for part in range(PARTS):
         if proposals := _chosen(request, found, most, part):
             return proposals
+    if request.helix_angle is None and (proposals := _chosen(request, candidates_of(request, True), most)):
+        return proposals
     raise Refused(_reason(request, found), _nearest(request))
 
 
