@@ -30,11 +30,12 @@ import numpy as np
 
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.model import Design, Errors
+from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..support.read_only import kept
 from .edges import Operation, leads_of, operation_of
-from .tolerance import ERROR_NAMES, mounted, swing_of
+from .errors import mounted
+from .tolerance import swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
@@ -58,12 +59,13 @@ LOST = 1e3
 class Aim:
     """What coefficients are to do.
 
-    `errors`: assembly errors whose effect is to be least, each taken alone and both ways, mm and rad;
-    the contact ratio to be reached; how far the place at mid-roll may lie from mid-face, mm; the
+    `errors`: assembly errors, about the common perpendicular or at the mesh, whose effect is to be least,
+    each taken alone and both ways, mm and rad; the contact ratio to be reached; how far the place at mid-roll
+    may lie from mid-face, mm; the
     transmission error of the path, peak to peak, that may not be exceeded, rad; bounds of the
     coefficients, 1/mm; whether edges may carry a part of a mesh cycle, without errors or with one."""
 
-    errors: Errors
+    errors: Errors | MeshErrors
     contact_ratio: float = 1.6
     off_centre: float = 1.0
     peak_to_peak: float = np.inf
@@ -71,11 +73,21 @@ class Aim:
     gear_parabola: tuple[float, float] = (-0.002, 0.002)
     edges: bool = True
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the errors."""
+        return tuple(vars(self.errors))
+
     def mountings(self) -> FloatArray:
-        """Give errors (n, 4), mm and rad in the order of ERROR_NAMES: none, then each alone, both ways."""
-        sizes = np.array([getattr(self.errors, name) for name in ERROR_NAMES])
+        """Give errors (n, names), mm and rad: none, then each alone, both ways."""
+        sizes = np.array(list(vars(self.errors).values()))
         single = np.diag(sizes)[sizes != 0.0]
-        return np.concatenate((np.zeros((1, 4)), np.stack((single, -single), axis=1).reshape(-1, 4)))
+        both = np.stack((single, -single), axis=1).reshape(-1, sizes.size)
+        return np.concatenate((np.zeros((1, sizes.size)), both))
+
+    def mounted(self, design: Design) -> Design:
+        """Give a single design in all mountings of the aim, batch axis (n)."""
+        return mounted(design, self.mountings(), self.names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +130,9 @@ class Optimum:
 def paths_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Paths:
     """Find figures of a design with the parabola coefficients `pinion`, `gear`, 1/mm; all broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
-    errors = aim.mountings().reshape(-1, *[1] * pinion.ndim, 4)
-    batch = mounted(design.with_parabola(pinion, gear), errors)
+    errors = aim.mountings()
+    errors = errors.reshape(-1, *[1] * pinion.ndim, errors.shape[1])
+    batch = mounted(design.with_parabola(pinion, gear), errors, aim.names)
     path = path_of_contact(batch, flank, POINTS)
     middle = POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
@@ -219,7 +232,7 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
     if fault:
         raise ValueError(fault)
     best = others[0].tolist()
-    share = operation_of(mounted(design.with_parabola(*best), aim.mountings()), flank).edge_share
+    share = operation_of(aim.mounted(design.with_parabola(*best)), flank).edge_share
     carried = (
         "a mesh cycle is not known" if np.isnan(share) else f"edges carry {100.0 * share:.3g} % of a cycle"
     )
@@ -233,7 +246,7 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
 def _operation(design: Design, flank: str, aim: Aim) -> Operation:
     """Find what all teeth do in the mountings of an aim; NaN if a tool's rounds overlap."""
     try:
-        return operation_of(mounted(design, aim.mountings()), flank)
+        return operation_of(aim.mounted(design), flank)
     except ValueError:  # such a tool has no fillets to offer
         return Operation()
 
@@ -273,7 +286,7 @@ def _check(design: Design, aim: Aim, flank: str) -> None:
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError("the optimiser takes a single design: give its cases one by one")
-    errors = [getattr(aim.errors, name) for name in ERROR_NAMES]
+    errors = list(vars(aim.errors).values())
     if not any(errors):
         raise ValueError(f"errors of the aim must be finite, one of them not 0, got {errors}")
     for name in ("contact_ratio", "off_centre", "peak_to_peak"):

@@ -1,4 +1,4 @@
-"""How a path of contact answers the four assembly errors: exact derivatives, not differences of results.
+"""How a path of contact answers the assembly errors: exact derivatives, not differences of results.
 
 The path is a curve in y = (l1, l2, n_x, w1) with three equations R(y, e) = 0 that hold the assembly
 errors e (`curve_equations`). A place of it is fixed by a fourth one, c(y, e) = 0: at an end that the
@@ -9,7 +9,8 @@ differentiated,
 
 for any quantity q of the contact. All derivatives on the right hand side come from a complex step in
 y, in the layout and in the axial positions, exact to rounding. The mounting is held, as everywhere:
-errors move members that were mounted without them.
+errors move members that were mounted without them. Derivatives by errors at the mesh follow from those by the
+four errors about the common perpendicular by the chain rule (`pair.mesh_errors.by_mesh_errors`).
 
 A greatest or least value along the path (transmission error, roll) is at an end, and moves as the end
 does, or inside, where q does not change along the path: there any c does, and the one square to the
@@ -21,14 +22,14 @@ Source: none in the paper, which draws paths under single errors (Figs. 12 to 15
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, Integers
+from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
 from ..contact.curve_equations import direction_of, meet_on_curve, units_of
 from ..contact.ends import at_shares
 from ..contact.equation import (
-    COMPLEX_STEP,
     Meeting,
     Pairing,
     axial_and_radius,
@@ -38,16 +39,16 @@ from ..contact.equation import (
 )
 from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
 from ..contact.path_search import Group, paths_on_flanks
-from ..design.model import Design
+from ..design.model import Design, ErrorsAt
 from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
 from ..pair.frames import Layout
+from ..pair.mesh_errors import by_mesh_errors
 from ..status import Status
 from ..support.chebyshev import evaluate, greatest
 from ..support.few_lines import few_lines
+from .errors import ERROR_NAMES, NAMES
 
-ERRORS = ("offset", "shaft_angle", "pinion_axial", "gear_axial")
-"""The errors on the last axis of all derivatives, in this order, mm, rad, mm, mm."""
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256
 AT_END = 1e-12
@@ -56,27 +57,28 @@ AT_END = 1e-12
 _L, _U, _Z, _R, _ROLLS = (slice(2 * k, 2 * k + 2) for k in range(5))
 _ROLL, _PHASE, _MARGINS = 8, 10, 11
 _NO_ROW = -1
-_WIDTH = _MARGINS * (len(ERRORS) + 2)
+_WIDTH = _MARGINS * (len(ERROR_NAMES) + 2)
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Places of one path and their derivatives by the errors, in the order of ERRORS.
+    """Places of one path and their derivatives by the errors whose names are `errors`, mm and rad.
 
     Batch axes lead, then place (enter, middle, leave), member (pinion, gear), error. `l`, `z`, `r`
     (..., 3, 2), mm: flank parameter, z from mid-face towards the heel, radius; `pinion_roll` (..., 3), rad.
     The same with `_by`, one axis more: derivatives of the place itself. Of the path as a curve on the
-    member's flank, both (..., 3, 2, 4) and positive towards the heel: `face_shift_by`, of z at the same
+    member's flank, both (..., 3, 2, errors) and positive towards the heel: `face_shift_by`, of z at the same
     l; `square_shift_by`, along the flank and square to the path.
 
     `contact_ratio` (Eq. 16), `peak_to_peak` of the transmission error over the path (rad), batch
-    shape; `contact_ratio_by`, `peak_to_peak_by` (..., 4). `limit` (..., 2): codes of `Limit` met by
+    shape; `contact_ratio_by`, `peak_to_peak_by` (..., errors). `limit` (..., 2): codes of `Limit` met by
     the ends. `status`: codes of `Status`; all is NaN, and `limit` -1, where it is not SOLVED. The
     middle is NaN where the roll turns back along the path."""
 
     __repr__ = few_lines
 
     flank: str
+    errors: tuple[str, ...]
     l: FloatArray
     z: FloatArray
     r: FloatArray
@@ -107,7 +109,9 @@ class _Rates:
     r_e: FloatArray
 
 
-def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
+def path_sensitivity(
+    design: Design, flank: str = "right", errors_at: ErrorsAt = "perpendicular"
+) -> Sensitivity:
     """Differentiate a design's path of contact by the assembly errors, under the errors it has.
 
     Parameters
@@ -115,6 +119,8 @@ def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
     design : Design
         Array quantities broadcast to its batch shape.
     flank : {'right', 'left'}
+    errors_at : {'perpendicular', 'mesh'}
+        Where the errors are measured by which is differentiated.
 
     Returns
     -------
@@ -130,7 +136,7 @@ def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
     pairing = pairing_of(design, flank)
     cases = pairing.branch.shape[0]
     table, limit = np.full((_WIDTH, cases, len(PLACES)), np.nan), np.full((cases, 2), -1, dtype=np.int8)
-    scalars, status = np.full((2, cases, 1 + len(ERRORS)), np.nan), np.empty(cases, dtype=np.int8)
+    scalars, status = np.full((2, cases, 1 + len(ERROR_NAMES)), np.nan), np.empty(cases, dtype=np.int8)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for start in range(0, cases, CASES_PER_BLOCK):
             block = np.arange(start, min(start + CASES_PER_BLOCK, cases))
@@ -138,7 +144,15 @@ def path_sensitivity(design: Design, flank: str = "right") -> Sensitivity:
                 own = block[group.cases]
                 table[:, own], scalars[:, own] = _of_group(group)
                 limit[own], status[own] = group.ends.limit, group.ends.status
-        return _result(design, flank, pairing, table, scalars, limit, status)
+        found = _result(design, flank, pairing, table, scalars, limit, status)
+    return found if errors_at == "perpendicular" else _by_mesh_errors(design, found)
+
+
+def _by_mesh_errors(design: Design, found: Sensitivity) -> Sensitivity:
+    """Give the same with derivatives by the errors at the mesh."""
+    rates = {name: value for name, value in vars(found).items() if name.endswith("_by")}
+    turned: dict[str, Any] = {name: by_mesh_errors(design, value) for name, value in rates.items()}
+    return replace(found, errors=NAMES["mesh"], **turned)
 
 
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
@@ -187,11 +201,11 @@ def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
     """Find quantities and derivatives at points of the curve (4, cases, places)."""
     _, cases, places = y.shape
     step = COMPLEX_STEP * 1j
-    turns = np.zeros((4, 1, 1, 4 + len(ERRORS)), dtype=complex)
+    turns = np.zeros((4, 1, 1, 4 + len(ERROR_NAMES)), dtype=complex)
     turns[:, 0, 0, :4] = step * np.eye(4)
     moved = y[..., None] + turns * np.moveaxis(units, -1, 0)[..., None]
-    errors = np.zeros((len(ERRORS), 4 + len(ERRORS)), dtype=complex)
-    errors[:, 4:] = step * np.eye(len(ERRORS))
+    errors = np.zeros((len(ERROR_NAMES), 4 + len(ERROR_NAMES)), dtype=complex)
+    errors[:, 4:] = step * np.eye(len(ERROR_NAMES))
     near = _under_errors(pairing, np.tile(errors, places))
     residual, met = meet_on_curve(near, moved.reshape(4, cases, -1))
     l = moved.reshape(4, cases, -1)[:2]
@@ -207,7 +221,7 @@ def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
 
 
 def _under_errors(pairing: Pairing, errors: Numbers) -> Pairing:
-    """Give the pairing under further errors (4, positions), in the order of ERRORS, which may be complex."""
+    """Give the pairing under further errors (4, positions), by ERROR_NAMES, which may be complex."""
     old = pairing.layout
     angle = old.shaft_angle + np.sign(old.shaft_angle) * errors[1]
     layout = Layout(
@@ -263,7 +277,7 @@ def _result(
     status: Codes,
 ) -> Sensitivity:
     """Give the rows of all cases in the batch shape, and what follows from them."""
-    shape, count = design.batch_shape, len(ERRORS)
+    shape, count = design.batch_shape, len(ERROR_NAMES)
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]
     face = by[_Z] - (along[_Z] / along[_L])[..., None] * by[_L]
@@ -281,6 +295,7 @@ def _result(
 
     return Sensitivity(
         flank=flank,
+        errors=ERROR_NAMES,
         l=batch(value[_L]),
         z=batch(value[_Z]),
         r=batch(value[_R]),

@@ -42,9 +42,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, flank_sign
+from ..arrays import COMPLEX_STEP, Codes, FloatArray, flank_sign
 from ..contact.curve_equations import direction_of, linearised, meet_on_curve, units_of
-from ..contact.equation import COMPLEX_STEP, contact_point, pairing_of
+from ..contact.equation import contact_point, pairing_of
 from ..contact.path import ContactPath
 from ..design.model import Design
 from ..gear.flank import flank_patch

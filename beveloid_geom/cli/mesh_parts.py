@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +72,7 @@ class Request:
         """Whether the contact of the flanks is asked for."""
         return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
 
-    @cached_property
+    @property
     def pose(self) -> MeshingPair | None:
         """The pair in mesh where it is asked for; raises as `pose` does."""
         return pose(self.design, self.flank) if self.posed else None

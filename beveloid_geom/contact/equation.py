@@ -43,7 +43,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import COMPLEX_STEP, FloatArray, flank_sign
 from ..design.model import Design, Member, stacked
 from ..gear.flank import highest_parameter, root_parameter, tip_radius
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, rack_tangent
@@ -51,7 +51,6 @@ from ..pair.frames import Layout, common_normal, layout_by_case, layout_of
 from ..pair.mounting import Mounting, across_action, mounting_of
 from ..support.read_only import kept
 
-COMPLEX_STEP = 1e-30
 PARALLEL = 1e-9
 """Sine of the shaft angle up to which the axes count as parallel."""
 

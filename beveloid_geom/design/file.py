@@ -37,7 +37,7 @@ from .limits import (
     radian_faults,
     shaft_angle_error_faults,
 )
-from .model import Design, Errors, Member, MeshErrors, Pair, Tool, from_degrees
+from .model import Design, Errors, ErrorsAt, Member, MeshErrors, Pair, Tool, from_degrees
 
 BUILTIN = "ni-2017"
 BUILTINS = {
@@ -74,8 +74,7 @@ def _keys_of(inputs: type) -> dict[str, _Key]:
 
 
 _MEMBER, _ERRORS = _keys_of(Tool) | _keys_of(Member), _keys_of(Errors)
-_PERPENDICULAR, _MESH = "perpendicular", "mesh"
-_ERRORS_AT = {_PERPENDICULAR: _ERRORS, _MESH: _keys_of(MeshErrors)}
+_ERRORS_AT: dict[ErrorsAt, _Keys] = {"perpendicular": _ERRORS, "mesh": _keys_of(MeshErrors)}
 """Keys of [errors] by the place `at` which they are: about the common perpendicular, or at the mesh."""
 FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
 """`pair.mesh_errors.from_mesh`: it needs the pitch point, which follows from the design."""
@@ -167,7 +166,7 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
 
 def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | MeshErrors | None:
     """Read [errors], about the common perpendicular or at the mesh."""
-    keys, at = dict(given), given.get("at", _PERPENDICULAR)
+    keys, at = dict(given), given.get("at", "perpendicular")
     keys.pop("at", None)
     if not isinstance(at, str) or at not in _ERRORS_AT:
         limit = " or ".join(f'"{place}"' for place in _ERRORS_AT)
@@ -177,7 +176,7 @@ def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | Mesh
     values = _checked(_ERRORS_AT[at], "errors", keys, faults)
     if values is None:
         return None
-    return from_degrees(MeshErrors, **values) if at == _MESH else from_degrees(Errors, **values)
+    return from_degrees(MeshErrors, **values) if at == "mesh" else from_degrees(Errors, **values)
 
 
 def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None = None) -> Design:
@@ -216,10 +215,11 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
         faults += shaft_angle_error_faults(pair, errors)
     if pinion and gear and pair:
         faults += radian_faults(pinion, gear, pair)
+        at: ErrorsAt = "mesh" if isinstance(errors, MeshErrors) else "perpendicular"
         if isinstance(errors, MeshErrors) and not faults:
             errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
         if isinstance(errors, Errors) and not faults:
-            return Design(pinion, gear, pair, errors)
+            return Design(pinion, gear, pair, errors, at)
     raise DesignError(dict.fromkeys(faults), source)
 
 

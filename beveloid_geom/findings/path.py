@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..analysis.errors import ANGLES, mounted
 from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
-from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from ..analysis.tolerance import USUAL_AT
 from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
@@ -87,31 +88,36 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
     return tuple(Remark(level, f"{path.flank} flanks: {text}") for level, text in found)
 
 
-def usual_shifts(found: Sensitivity) -> tuple[FloatArray, FloatArray]:
-    """Give how far usual tolerances of offset and shaft angle move a path along the face and square to itself
-    (..., place, member, error), mm."""
-    sizes = np.array([USUAL.offset, USUAL.shaft_angle])
+def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give how far two errors of these `sizes` (2), the first two of `found`, move a path along the face and
+    square to itself (..., place, member, error), mm."""
     face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
     return face, square
 
 
-def shares_of_flank(design: Design, found: Sensitivity) -> FloatArray:
+def usual_sizes(at: str = "perpendicular") -> FloatArray:
+    """Give the usual tolerances of the first two errors `at` common perpendicular or mesh, mm and rad."""
+    return np.asarray(USUAL_AT[at].values()[:2])
+
+
+def shares_of_flank(design: Design, found: Sensitivity, sizes: FloatArray) -> FloatArray:
     """Give the same over the size of the flank in the direction of the shift, of the design's batch shape."""
-    face, square = usual_shifts(found)
-    sizes = [
-        (member.face_width, highest_parameter(member) - root_parameter(member)) for member in design.members
-    ]
-    both = (np.stack(np.broadcast_arrays(*size), axis=-1) for size in zip(*sizes, strict=True))
-    width, depth = (np.asarray(size, dtype=float)[..., None, :, None] for size in both)
+    face, square = usual_shifts(found, sizes)
+    depths = [highest_parameter(member) - root_parameter(member) for member in design.members]
+    both = [member.face_width for member in design.members], depths
+    width, depth = (np.stack(np.broadcast_arrays(*size), axis=-1)[..., None, :, None] for size in both)
     # The flank, face by depth, as wide as it is square to the path: the cosine is that of path and depth.
     cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
     return np.asarray(square / (width * cosine + depth * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))))
 
 
 def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Find how far usual tolerances of offset and shaft angle move the path, where that is far."""
-    design, found = path.design, path_sensitivity(path.design, path.flank)
-    share, (face, square) = shares_of_flank(design, found), usual_shifts(found)
+    """Find how far usual tolerances of offset and shaft angle, or of centre distance and the angle in plane,
+    move the path, where that is far."""
+    design, at = path.design, path.design.errors_at
+    found, sizes = path_sensitivity(design, path.flank, at), usual_sizes(at)
+    what = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
+    share, (face, square) = shares_of_flank(design, found, sizes), usual_shifts(found, sizes)
     if np.isnan(share).all():
         return
     worst = np.unravel_index(np.nanargmax(share), share.shape)
@@ -120,28 +126,29 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         return
     place, member, _ = worst
     lengthwise = 2.0 * square[worst] > face[worst]
+    where = "along its face" if lengthwise else "square to itself"
     offset, angle = (face if lengthwise else square)[place, member]
+    width = float(design.members[member].face_width)
     yield (
         level,
-        "sensitive to errors, as flanks close to line contact are:"
-        f" {math.degrees(USUAL.shaft_angle):g} deg of shaft angle shifts the path on the"
-        f" {('pinion', 'gear')[member]} by {angle:.3g} mm"
-        f" {'along its face' if lengthwise else 'square to itself'}, {USUAL.offset:g} mm of offset by"
-        f" {offset:.3g} mm; the face is {float(design.members[member].face_width):g} mm wide",
+        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of"
+        f" {what[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
+        f" {sizes[0]:g} mm of {what[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
     )
 
 
 def loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
-    design, size = path.design, USUAL.values()
+    design, usual = path.design, USUAL_AT[path.design.errors_at]
+    size, names = usual.values(), usual.names
     errors = np.concatenate((np.diag(size), np.diag(-size)))
     errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
-    status = path_of_contact(mounted(design, errors), path.flank, 2).ends.status
+    status = path_of_contact(mounted(design, errors, names), path.flank, 2).ends.status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:
         column = int(np.flatnonzero(row)[0])
-        name, value = ERROR_NAMES[column], float(row[column])
-        size_words = f"{math.degrees(value):+g} deg" if name == "shaft_angle" else f"{value:+g} mm"
+        name, value = names[column], float(row[column])
+        size_words = f"{math.degrees(value):+g} deg" if name in ANGLES else f"{value:+g} mm"
         words.append(f"{name.replace('_', ' ')} {size_words}")
     if words:
         yield WARNING, f"contact is lost within usual tolerances, at an error of {' or '.join(words)}"

@@ -138,13 +138,14 @@ class MeshCycle:
         )
         return result_of(self.mesh.at(case, roll.ravel()), self.phase[case], found, roll.shape)
 
-    def gear_roll(self, pinion_roll: FloatArray) -> FloatArray:
-        """Give the gear roll (rad) of a single design at pinion rolls of any shape, rad."""
-        if self.status != FirstStatus.SOLVED:
+    def gear_roll(self, pinion_roll: FloatArray, case: int = 0) -> FloatArray:
+        """Give the gear roll (rad) of a single design, or of a SOLVED case of a batch, at pinion rolls
+        of any shape, rad."""
+        if self.status.flat[case] != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
         roll, mesh = np.asarray(pinion_roll).ravel(), self.mesh
-        f = self.located(np.zeros(roll.size, dtype=np.int64), roll, 1)[2][0]
-        turned = mesh.phase - mesh.pitch[1] / mesh.pitch[0] * roll + mesh.other.sigma * f / mesh.lever
+        f = self.located(np.full(roll.size, case), roll, 1)[2][0]
+        turned = mesh.phase[case] - mesh.pitch[1] / mesh.pitch[0] * roll + mesh.other.sigma * f / mesh.lever
         return np.asarray(turned.reshape(np.shape(pinion_roll)))
 
     def phase_series(self) -> FloatArray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +19,7 @@ from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus, Status
 from .first_contact import middle_roll, spread
-from .mesh_cycle import mesh_cycle
+from .mesh_cycle import MeshCycle, mesh_cycle
 
 RUN_OUT, LEAST_CYCLE = 0.5, 3.0
 """Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
@@ -82,10 +83,12 @@ def given_operation(
     return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls, roll[1:-1])
 
 
-def first_contact_operation(design: Design, flank: str) -> Operation:
+def first_contact_operation(
+    design: Design, flank: str, cycle: MeshCycle | None = None, case: int = 0
+) -> Operation:
     """Give operating rolls by the first contact of all teeth, over a tooth pair's path of contact and half a
-    pitch or the face's spread either way, three pitches at least. Raises ValueError where the first contact
-    is not known."""
+    pitch or the face's spread either way, three pitches at least. `cycle`: the mesh cycle of the design, or
+    of a batch of which it is the `case`, if it is known. Raises ValueError where the first contact is not."""
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
     ends = path_ends(design, flank)
     start, stop = sorted(ends.pinion_roll.tolist())
@@ -94,12 +97,15 @@ def first_contact_operation(design: Design, flank: str) -> Operation:
     run_out = max(RUN_OUT, spread(design, flank)) * pitch
     reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
     start, stop = start - reach, stop + reach
-    cycle = mesh_cycle(design, flank)
-    if cycle.status != FirstStatus.SOLVED:
-        status = FirstStatus(int(cycle.status)).name.lower().replace("_", " ")
+    cycle = mesh_cycle(design, flank) if cycle is None else cycle
+    code, first = cycle.status.flat[case], cycle.start.flat[case]
+    if code != FirstStatus.SOLVED:
+        status = FirstStatus(int(code)).name.lower().replace("_", " ")
         raise UnknownOperationError(
             f"the first contact of the {flank} flanks is not known at some rolls ({status})"
         )
-    turns = np.arange(np.floor((start - cycle.start) / pitch), np.ceil((stop - cycle.start) / pitch))
-    kinks = (cycle.changes + pitch * turns[:, None]).ravel()
-    return Operation((start, stop), cycle.gear_roll, kinks[(kinks > start) & (kinks < stop)])
+    turns = np.arange(np.floor((start - first) / pitch), np.ceil((stop - first) / pitch))
+    changes = cycle.changes.reshape(cycle.start.size, -1)[case]
+    kinks = (changes[~np.isnan(changes)] + pitch * turns[:, None]).ravel()
+    gear_roll = partial(cycle.gear_roll, case=case)
+    return Operation((start, stop), gear_roll, kinks[(kinks > start) & (kinks < stop)])

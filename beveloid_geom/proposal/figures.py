@@ -24,7 +24,7 @@ import numpy as np
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.model import Design, Member, Pair
-from ..findings.path import SENSITIVE, shares_of_flank
+from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
 from ..gear.flank import root_parameter, tip_radius, tip_thickness, undercut_margin
 from ..pair.closing import ClosedLayout
@@ -112,7 +112,10 @@ def figures_of(request: Request, values: FloatArray) -> Figures:
     normals = [closed_normal(layout, flank, sense) for flank in FLANKS]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         found = [path_sensitivity(design, flank) for flank in FLANKS]
-        shares = [np.nanmax(_filled(shares_of_flank(design, one)), axis=(-3, -2, -1)) for one in found]
+        shares = [
+            np.nanmax(_filled(shares_of_flank(design, one, usual_sizes())), axis=(-3, -2, -1))
+            for one in found
+        ]
         tip = np.stack([_thinnest(member) for member in members])
         margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
     radius, cosine = layout.working_radius, np.cos(layout.cone_angle)

@@ -21,6 +21,7 @@ from .columns import ARCSEC, label, number, scaled
 from .path import ContactReport, contact_report
 from .result import Rows, by_columns
 from .words import (
+    SHORT,
     TRADE,
     error_words,
     head_data,
@@ -30,6 +31,7 @@ from .words import (
     name_in_files,
     remark_lines,
     trade_words,
+    unit_of,
 )
 
 POINTS = 21
@@ -172,7 +174,7 @@ class PlaceReport:
         data = {
             **head_data(self.name, found.design, found.flank),
             "by": found.by,
-            "trade": [TRADE[name] for name in found.by],
+            "trade": [TRADE.get(name) for name in found.by],
             "limits": found.limits,
             "wanted_l": found.wanted_l,
             "places": self.places,
@@ -189,7 +191,7 @@ class PlaceReport:
         found = self.found
         by = " and ".join(name.replace("_", " ") for name in found.by)
         text = f"Placing the path of {self.name} by {by}, {found.flank} flanks\n\n"
-        heads = ["face, %", *(f"{TRADE[name]}, {unit_of(name)}" for name in found.by)]
+        heads = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in found.by)]
         heads += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
         text += "".join(f"{head:>{w}}" for head, w in zip(heads, PLACE_WIDTHS, strict=True)) + "  status\n"
         for place in self.places:
@@ -254,14 +256,9 @@ def distances_of(found: Placement) -> dict[str, FloatArray]:
     }
 
 
-def unit_of(error: str) -> str:
-    """Give the unit of an error in a text."""
-    return "deg" if error == "shaft_angle" else "mm"
-
-
 def _error_words(found: Placement, errors: FloatArray) -> str:
     return ", ".join(
-        f"{TRADE[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
+        f"{SHORT[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
         for name, size in zip(found.by, errors, strict=True)
     )
 

@@ -22,7 +22,17 @@ from ..proposal.request import Request
 from ..proposal.words import command_of, requests_like
 from .columns import column, label, number
 from .result import Rows, by_columns
-from .words import advice_data, advice_lines, error_lines, head_lines, layout_data, line, remark_lines, typed
+from .words import (
+    advice_data,
+    advice_lines,
+    error_lines,
+    head_lines,
+    layout_data,
+    line,
+    place_words,
+    remark_lines,
+    typed,
+)
 
 WIDTH, CELL = 34, 12
 """Characters of the names and of a number in a text."""
@@ -110,10 +120,7 @@ class ClosingReport:
             text += line("generators", f"cross at {', '.join(angles)}; 0 is line contact")
             text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
-            far = f"the common perpendicular, {float(pivot_distance(self.design)):.2f} mm from the mesh point"
-            text += error_lines(self.design) or line(
-                "errors", f'of the shaft angle turn about {far}; with at = "mesh" in [errors] about that'
-            )
+            text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
                 at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
                 text += line("closes at", at)
@@ -147,6 +154,15 @@ def proposal_like(design: Design) -> str | None:
     """Give the command line that proposes a pair like a single design, tried before it is given."""
     found = next((request for request in requests_like(design) if works(request)), None)
     return command_of(found) if found else None
+
+
+def _pivot_words(design: Design) -> str:
+    """Say about what errors of the shaft angle turn."""
+    if design.errors_at == "mesh":
+        far = float(pivot_distance(design))
+        return f"of the shaft angle turn about the mesh point, {far:.2f} mm from the common perpendicular"
+    what = place_words(design, "perpendicular")
+    return f'of the shaft angle turn {what}; with at = "mesh" in [errors] about that'
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:

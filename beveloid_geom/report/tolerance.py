@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..analysis.running import Running
-from ..analysis.tolerance import ERROR_NAMES, PLACES, SHARES, ToleranceStudy
+from ..analysis.tolerance import PLACES, SHARES, Tolerances, ToleranceStudy
 from ..design.model import Design
 from ..findings.remarks import NOTE, WARNING, Remark, remarks_data
 from ..operation.backlash_by_tangency import Tangency
 from ..status import FirstStatus, Limit
-from .columns import label, number
+from .columns import label, number, scaled
 from .result import Rows
-from .words import head_data, line, mounted_lines, name_in_files, remark_lines, status_name, status_words
+from .words import (
+    head_data,
+    line,
+    mounted_lines,
+    name_in_files,
+    remark_lines,
+    status_name,
+    status_words,
+    unit_of,
+)
 
 SHOWN = (
     *("contact_ratio", "peak_to_peak", "normal_backlash"),
@@ -52,11 +60,11 @@ class ToleranceReport:
 
     def data(self) -> dict[str, Any]:
         """Give what the mountings come to."""
-        study = self.study
+        study, own = self.study, self.study.tolerances
         counts = study.limit_counts().items()
         data = {
             **head_data(self.name, self.design, study.flank),
-            "tolerances": dict(vars(study.tolerances)),
+            "tolerances": {name: getattr(own, name) for name in (*own.names, "distribution", "sigmas")},
             "cases": study.cases,
             "seed": study.seed,
             "nominal": _nominal(study),
@@ -86,7 +94,9 @@ class ToleranceReport:
         running = self.study.running
         in_operation = {} if running is None else _to_all(running, found.status.size)
         return {
-            **dict(zip((f"{name}_error" for name in ERROR_NAMES), found.errors.T, strict=True)),
+            **dict(
+                zip((f"{name}_error" for name in self.study.tolerances.names), found.errors.T, strict=True)
+            ),
             "status": [status_name(code) for code in found.status],
             **dict(zip(("enter", "leave"), limits, strict=True)),
             **{name: getattr(found, name) for name in ("pieces", "contact_ratio", "peak_to_peak")},
@@ -207,12 +217,17 @@ def _jam_words(study: ToleranceStudy) -> str:
     return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
-def _tolerance_words(study: ToleranceStudy) -> str:
-    own = study.tolerances
-    words = (
-        f"offset {own.offset:g} mm, shaft angle {math.degrees(own.shaft_angle):g} deg,"
-        f" pinion axial {own.pinion_axial:g} mm, gear axial {own.gear_axial:g} mm"
+def size_words(own: Tolerances) -> str:
+    """Say the sizes of tolerances, in mm and deg."""
+    sizes = dict(zip(own.names, own.values().tolist(), strict=True))
+    return ", ".join(
+        f"{name.replace('_', ' ')} {scaled(f'{name}_error', size):g} {unit_of(name)}"
+        for name, size in sizes.items()
     )
+
+
+def _tolerance_words(study: ToleranceStudy) -> str:
+    own, words = study.tolerances, size_words(study.tolerances)
     spread = f", each {own.sigmas:g} sigma" if own.distribution == "normal" else ""
     return f"{words}; {own.distribution}{spread}"
 

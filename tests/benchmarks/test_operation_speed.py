@@ -21,8 +21,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.running import TOGETHER, running
-from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter

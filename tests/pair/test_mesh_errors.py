@@ -224,9 +224,10 @@ def test_design_files(tmp_path: Path) -> None:
     text = FILE.format(module=3.0, teeth=(37, 37), helix=(20.0, -20.0), cone=(0.0, 4.0), face=30.0, shaft=4.0)
     file.write_text(text + AT_MESH + "in_plane_deg = 0.02\nout_of_plane_deg = -0.001\ngear_axial = 0.1")
     given = MeshErrors(in_plane=radians(0.02), out_of_plane=radians(-0.001), gear_axial=0.1)
-    assert read_design(file) == EQUAL.with_errors(from_mesh(EQUAL, given))
+    at_mesh = replace(EQUAL, errors_at="mesh")
+    assert read_design(file) == at_mesh.with_errors(from_mesh(EQUAL, given))
     file.write_text(text + AT_MESH)
-    assert read_design(file) == EQUAL
+    assert read_design(file) == at_mesh
     file.write_text(text + "[errors]\nat = 'perpendicular'\noffset = 0.1")
     assert read_design(file) == EQUAL.with_errors(Errors(offset=0.1))
 

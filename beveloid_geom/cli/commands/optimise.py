@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .. import results
-from ..options import bounds_options, flank_option, option, renamed, sizes_of, tolerance_options
+from ..options import bounds_options, errors_of, flank_option, option, renamed, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
     from ...analysis.maps import Bounds
@@ -51,10 +51,9 @@ def optimise(
     """
     sizes = sizes_of(tolerances, "errors that shift the path")
     from ...analysis.optimise import Aim, optimise_parabola
-    from ...design.model import Errors
     from ...report.aims import OptimumReport
 
     swing = math.radians(transmission_error_arcsec / 3600.0)
-    aim = Aim(Errors(*sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds, not no_edges)
+    aim = Aim(errors_of(sizes), contact_ratio, off_centre, swing, pinion_bounds, gear_bounds, not no_edges)
     with results.refused_values():
         return OptimumReport(name, design, aim, flank, optimise_parabola(design, aim, flank))

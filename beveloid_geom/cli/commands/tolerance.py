@@ -66,7 +66,7 @@ def tolerance(
     from ...analysis.tolerance import RUNNING_COST, Tolerances, tolerance_study
     from ...report.tolerance import ToleranceReport
 
-    given = Tolerances(*sizes, distribution, sigmas)
+    given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (
         results.refused_values(),
         nullcontext() if jobs == 1 else workers(jobs) as executor,

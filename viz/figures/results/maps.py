@@ -98,7 +98,8 @@ def compute(over: Over, design: Design, flank: str = "right") -> MapFigure:
 def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
-    note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
+    sizes = error_words(found.errors).replace("+", "\u00b1")
+    note = DEFINED.format(errors=sizes + solved.at_the_mesh(found.design))
     note += words.note + finding(found)
     count = len(data.panels)
     cells = replace(CELLS, down=1.35) if layout.printed else CELLS

@@ -12,17 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
-from beveloid_geom.analysis.tolerance import (
-    ERROR_NAMES,
-    PLACES,
-    USUAL,
-    ToleranceStudy,
-    drawn_errors,
-    errors_below,
-    mounted,
-)
+from beveloid_geom.analysis.errors import NAMES, errors_below, mounted
+from beveloid_geom.analysis.tolerance import PLACES, USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.columns import ARCSEC, header_of
+from beveloid_geom.report.tolerance import size_words
 from beveloid_geom.report.words import status_name
 
 from ...parts import charts, panels, solved, viewpoint
@@ -111,9 +105,9 @@ def compute(design: Design) -> tuple[Side, ...]:
 
 def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
     """Study a case on a flank, with the tolerances and with FACTORS times as much."""
-    shares = np.full((2, len(FACTORS)), np.nan)
+    shares, usual = np.full((2, len(FACTORS)), np.nan), USUAL_AT[design.errors_at]
     try:
-        study = tolerance_study(design, USUAL, flank, MOUNTINGS, seed=SEED)
+        study = tolerance_study(design, usual, flank, MOUNTINGS, seed=SEED)
     except ValueError as error:
         return CaseStudy(name, design, colour, None, shares, str(error))
     if not study.mountings.solved.any():
@@ -122,7 +116,7 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
         found = study
         if factor != 1.0:
             try:
-                found = tolerance_study(design, _times(USUAL, factor), flank, MOUNTINGS, seed=SEED)
+                found = tolerance_study(design, _times(usual, factor), flank, MOUNTINGS, seed=SEED)
             except ValueError:
                 break  # the tolerance is too large for the layout
         without = np.count_nonzero(~found.mountings.solved)
@@ -131,18 +125,19 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
 
 
 def _times(tolerances: Tolerances, factor: float) -> Tolerances:
-    offset, angle, pinion, gear = (factor * tolerances.values()).tolist()
-    return Tolerances(offset, angle, pinion, gear, tolerances.distribution, tolerances.sigmas)
+    names = tolerances.names
+    return replace(tolerances, **{name: factor * getattr(tolerances, name) for name in names})
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
     """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors too large for
     the layout."""
-    if any(factor * getattr(USUAL, name) >= most for name, most in errors_below(design).items()):
+    usual = USUAL_AT[design.errors_at]
+    if any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items()):
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
-    errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
+    errors = factor * drawn_errors(usual, SEED, 0, DRAWN)
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(mounted(design, errors), flank, POINTS)
+        path = path_of_contact(mounted(design, errors, usual.names), flank, POINTS)
         return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
@@ -224,7 +219,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
-        _note(),
+        _note(data[0].cases[0].design),
         below=0.3,
         above=0.3,
         columns=viewpoint.COLUMNS,
@@ -256,13 +251,11 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _note() -> str:
+def _note(design: Design) -> str:
     """Say what is drawn, under which tolerances."""
-    sizes = (
-        f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
-        f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
-    )
-    spread = f"{USUAL.distribution}, the tolerances at {USUAL.sigmas:g} standard deviations"
+    usual = USUAL_AT[design.errors_at]
+    sizes = size_words(usual) + solved.at_the_mesh(design)
+    spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
     note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
     how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
     return how.partition(" A path enters")[0] + " " + note
@@ -350,7 +343,8 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
 
 def rows(data: tuple[Side, ...]) -> Table:
     """List every mounting of every study: its errors, what it has; then shares under larger tolerances."""
-    errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
+    names = NAMES[data[0].cases[0].design.errors_at]
+    errors = [header_of(f"{name}_error") for name in names]
     header = [
         "flank",
         *solved.PARABOLAS,
@@ -368,7 +362,7 @@ def rows(data: tuple[Side, ...]) -> Table:
         for flank, case in ((side.flank, case) for side in data for case in side.cases):
             who = flank, *solved.parabolas(case.design)
             if case.study is None:
-                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 6)
+                yield *who, *[""] * (1 + len(names)), case.reason, *[""] * (len(header) - 2 - len(names))
                 continue
             found = case.study.mountings
             status = [status_name(code) for code in found.status]
