@@ -14,7 +14,7 @@ from ..analysis.tolerance import USUAL_AT
 from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
-from ..design.model import Design
+from ..design.model import Design, ErrorsAt
 from ..gear.fillet import tool_round
 from ..gear.flank import highest_parameter, root_parameter
 from ..operation.certificate import Certificate
@@ -95,7 +95,7 @@ def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, Flo
     return face, square
 
 
-def usual_sizes(at: str = "perpendicular") -> FloatArray:
+def usual_sizes(at: ErrorsAt = "perpendicular") -> FloatArray:
     """Give the usual tolerances of the first two errors `at` common perpendicular or mesh, mm and rad."""
     return np.asarray(USUAL_AT[at].values()[:2])
 
