@@ -131,10 +131,12 @@ def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, r
 
 
 def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
-    """Give the closed layout of the members of a single `design` with the working normal pressure
-    angle(s) given (rad, any shape). The pair's own offset and shaft angle are not used."""
+    """Give the closed layout of the members of a `design` with the working normal pressure angle(s) given
+    (rad, any shape, that broadcasts with the design's). The pair's own offset and shaft angle are not
+    used."""
     aw = np.asarray(pressure_angle, dtype=float)
-    gw, bw, rw, thickness = (np.empty((2, *aw.shape)) for _ in range(4))
+    shape = np.broadcast_shapes(aw.shape, design.batch_shape)
+    gw, bw, rw, thickness = (np.empty((2, *shape)) for _ in range(4))
     for j, member in enumerate(design.members):
         alpha, beta, gamma = member.tool.normal_pressure_angle, member.helix_angle, member.cone_angle
         base_pitch = np.pi * member.tool.normal_module * np.cos(alpha)  # the same for both

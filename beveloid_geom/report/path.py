@@ -24,6 +24,7 @@ from .columns import number, table_lines
 from .result import Rows
 from .words import (
     advice_data,
+    advice_lines,
     end_words,
     ends_data,
     failure_of,
@@ -202,7 +203,7 @@ class ContactReport:
         if not math.isnan(backlash):
             text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
         text += line("as mounted", f"backlash {self.backlash.line}")
-        return text + remark_lines(self.remarks, self.advice)
+        return text + remark_lines(self.remarks) + advice_lines(self.advice)
 
 
 def contact_report(

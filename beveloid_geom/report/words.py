@@ -86,6 +86,12 @@ def line(label: str, text: str) -> str:
     return textwrap.fill(start + text, WIDTH, subsequent_indent=" " * INDENT) + "\n"
 
 
+def typed(command: str) -> str:
+    """Write a command line in lines that can be typed as they are."""
+    lines = textwrap.wrap(command, WIDTH - 6, break_on_hyphens=False, break_long_words=False)
+    return " \\\n    ".join(lines)
+
+
 def head_lines(design: Design) -> str:
     """Write the layout, without which a result means nothing, and errors and parabolas, if there are any."""
     distance = mounting_of(design).distance
@@ -151,10 +157,14 @@ def mounted_lines(design: Design) -> str:
     return text + line("jammed", report.jam) if report.jam else text
 
 
-def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> str:
-    """Write what was found, what matters most first, and what to change."""
-    text = "".join(line(remark.level, remark.text) for remark in remarks)
-    return text + "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
+def remark_lines(remarks: Sequence[Remark]) -> str:
+    """Write what was found, what matters most first."""
+    return "".join(line(remark.level, remark.text) for remark in remarks)
+
+
+def advice_lines(advice: Sequence[Advice]) -> str:
+    """Write what to change."""
+    return "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
 
 
 def end_words(ends: PathEnds) -> str:

@@ -11,6 +11,7 @@ from beveloid_geom.cli.main import main
 from tests.cli.running import refused, run
 
 NARROW = "--pinion-bounds 0 0.0005 --gear-bounds -0.0005 0"
+PAIR = "--module 4 --teeth 25 31 --shaft-angle-deg 20"
 SOME = "--offset-tolerance 1"
 BAD = {
     "": ("turn",),
@@ -44,6 +45,18 @@ BAD = {
         *("", "--offset-tolerance nan", "--offset-tolerance wide", f"{SOME} missing.toml"),
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
+    ),
+    "propose": (
+        *(
+            "",
+            "--teeth 25 31 --module 4",
+            f"{PAIR}",
+            f"{PAIR} --cones-deg 3",
+            f"{PAIR} --cones-deg 3 5 --least-cones",
+        ),
+        *(f"{PAIR} --cones-deg {more}" for more in ("nan 5", "3 5 --backlash -1", "3 5 --count 6")),
+        *("--teeth 25 -31 --module 4 --shaft-angle-deg 20 --cones-deg 3 5", f"{PAIR} --gear missing.toml"),
+        f"{PAIR} --cones-deg 3 5 --out missing/a.toml",
     ),
     "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
