@@ -16,7 +16,7 @@ WIDTH = 100
 
 def design_text(design: Design, remark: str = "") -> str:
     """Write a single design as a file, with a `remark` at its top. Read again it has the same numbers, angles
-    to the last digit. Raises ValueError for arrays."""
+    to the last digit; errors are those about the common perpendicular. Raises ValueError for arrays."""
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
     tables: dict[str, dict[str, Any]] = {}
