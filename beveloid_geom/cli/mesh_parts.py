@@ -159,7 +159,6 @@ def write_volume_part(request: Request, path: Path, bar: Any) -> str:
     told = f"{len(mesh.hexahedra):,} hexahedra {element}, {len(mesh.points):,} nodes"
     told += f", scaled Jacobian {element_shapes(mesh)[0].min():.2f} or more"
     comment = [f"{request.part} of {request.source}, {counted(teeth)}, edges within {request.tolerance:g} mm"]
-    comment.append(FIXED_FRAME if request.placed else OWN_FRAME)
     case = None
     if posed is not None and request.suffix == ".inp":
         case = parts.contact_case(mesh, request.design, posed, request.number, request.load, loaded)
@@ -175,7 +174,8 @@ def write_volume_part(request: Request, path: Path, bar: Any) -> str:
             comment.append(f"The loaded tooth is {HELD}.")
             told += f"; {HELD}"
         told += f"; run: {ccx_command(request.out)}"
-    write_volume(mesh, path, element, case=case, comment=comment, suffix=request.suffix)
+    frame = FIXED_FRAME if request.placed else OWN_FRAME
+    write_volume(mesh, path, element, case=case, comment=comment, suffix=request.suffix, frame=frame)
     return told
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Indices
-from ..export import VOLUME_FORMATS, identifier, writer_of
+from ..export import OWN_FRAME, UNITS, VOLUME_FORMATS, identifier, writer_of
 from ..shapes.elements import VolumeMesh, face_nodes
 from .abaqus import LoadCase
 
@@ -31,14 +31,15 @@ def write_volume(
     case: LoadCase | None = None,
     comment: Sequence[str] = (),
     suffix: str | None = None,
+    frame: str = OWN_FRAME,
 ) -> None:
     """Write hexahedra into `path` in the format that `suffix` names, that of `path` if None.
 
     `element` is 'C3D20', 'C3D20R', 'C3D8I' or 'C3D8'; a load `case` and `comment` lines go into .inp, and
-    the comment into .bdf. Raises ValueError for a suffix that is none of VOLUME_FORMATS, OSError
+    the comment into .bdf, with the words for the `frame` in which the points are. Raises ValueError for a suffix that is none of VOLUME_FORMATS, OSError
     where the file cannot be written."""
     writer = writer_of(VOLUME_FORMATS, path.suffix.lower() if suffix is None else suffix)
-    writer(path, mesh, element, case, comment)
+    writer(path, mesh, element, case, (*comment, frame, UNITS))
 
 
 def write_msh(path: Path, mesh: VolumeMesh, *_: object) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
@@ -67,7 +66,7 @@ class Request:
     helix_limits: Bounds = HELICES
     shift_limits: Bounds = SHIFTS
 
-    @cached_property
+    @property
     def members(self) -> tuple[Member, Member]:
         """Pinion and gear, of which teeth, tool and face are meant."""
         tool = Tool(self.module, self.pressure_angle)

@@ -20,6 +20,7 @@ from click.testing import Result
 from beveloid_geom import Design, Member
 from beveloid_geom.contact.placing import Frame
 from beveloid_geom.design.file import builtin_text
+from beveloid_geom.export import FIXED_FRAME, OWN_FRAME
 from tests.cli import running
 
 
@@ -286,6 +287,10 @@ def test_frames_place_a_part_as_it_is_placed(tmp_path: Path) -> None:
     """What is printed carries a part in its own frame to where --placed has it, rows to 15 digits."""
     own, placed = tmp_path / "own.vtu", tmp_path / "placed.vtu"
     run("--part", "gear-flank", *COARSE, "--out", own)
+    for options, frame in (((), OWN_FRAME), (("--placed",), FIXED_FRAME)):
+        run("--part", "pinion-tooth", *options, "--element", "C3D8", *COARSE, "--out", tmp_path / "a.bdf")
+        written = (tmp_path / "a.bdf").read_text(encoding="ascii").replace("\n$ ", " ")
+        assert frame in written
     both = run("--part", "gear-flank", *COARSE, "--placed", "--frames", "--out", placed)
     alone = run("--frames")
     assert (alone.exit_code, both.stdout) == (0, alone.stdout + both.stdout.splitlines()[-1] + "\n")

@@ -30,11 +30,13 @@ from beveloid_geom.operation.mesh import _kept_phase
 from beveloid_geom.operation.mesh_cycle import _gauss_points
 from beveloid_geom.operation.search_starts import chart_of, grid_of
 from beveloid_geom.pair.mounting import _kept_mounting, mounting_of
+from beveloid_geom.report.operation import operation_report
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.studies.claims import Case
 from beveloid_geom.support.chebyshev import _derivation
 from beveloid_geom.support.quadratic_step import _candidates
 from beveloid_geom.support.read_only import kept, read_only
+from beveloid_viz.parts.motion_graph import motion_graph
 from tests.oracle.table1 import table1
 
 TABLE = table1()
@@ -61,6 +63,9 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.studies.claims.Case.modified": lambda: Case(TABLE, "right").modified,
     "beveloid_geom.studies.claims.Case.sweeps": lambda: Case(TABLE, "right").sweeps,
     "beveloid_geom.gear.tooth_side._kept_surface": lambda: _kept_surface(TABLE.pinion, "right"),
+    "beveloid_viz.report.data.FlankResults.motion": lambda: read_only(
+        motion_graph(operation_report("", TABLE, "right", 5, 1, 0.006))
+    ),
     "beveloid_viz.report.data.PageData.found": lambda: True,  # it is a bool
 }
 """An example of every result that a module keeps."""

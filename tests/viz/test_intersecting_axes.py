@@ -92,7 +92,7 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     assert case.study.tolerances == USUAL_AT["mesh"]
     path = solved.solve(AT_MESH, "left")
     header, rows = tolerance_cloud.rows((tolerance_cloud.Side("left", path, (), (case,)),))
-    assert header[4:9] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
+    assert header[5:10] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
     assert {len(row) for row in rows} == {len(header)}
 
 

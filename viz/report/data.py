@@ -34,6 +34,7 @@ from beveloid_geom.report.statements import StatementsReport
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_geom.report.workshop.gear_data import gear_data_report
 from beveloid_geom.studies.statements import is_papers, paper_statements
+from beveloid_geom.support.read_only import read_only
 
 from ..parts.motion_graph import MotionGraph, motion_graph
 from ..parts.solved import FLANKS
@@ -102,7 +103,7 @@ class FlankResults:
     @cached_property
     def motion(self) -> MotionGraph | None:
         """The transmission error of every tooth pair alone, and of the one that runs."""
-        return None if self.operation is None else motion_graph(self.operation)
+        return None if self.operation is None else read_only(motion_graph(self.operation))
 
 
 @dataclass(frozen=True, eq=False)
