@@ -27,7 +27,7 @@ from ...parts.solved import FLANKS, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
-CELLS, PANELS = Cells(left=1.0, right=0.3, across=1.0, down=1.15, most=2, least=3.2), 7
+CELLS, PANELS = Cells(left=1.0, right=0.3, across=1.0, down=1.15, most=2, least=1.7), 7
 COLUMNS = 176
 """Characters in a line of the caption."""
 FIVE = "five equations, warm"

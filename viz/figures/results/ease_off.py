@@ -23,7 +23,7 @@ from ...parts.solved import FLANKS, coefficients, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
-CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=3.0)
+CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.7)
 NARROW = 3.0
 """Inches of a panel under which words under it take more lines."""
 POINTS = 41
