@@ -213,16 +213,17 @@ def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, great
         axes.axhspan(low, low + lines, color=theme.PALE, alpha=0.35, lw=0.0)
     axes.axvline(0.0, color=theme.GREY, linewidth=1.0)
     rows = np.array(list(changes.values()))
+    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
     if not rows[np.isfinite(rows)].any():
         axes.set_xlim(-1.0, 1.0)
         axes.set_xticks([0.0])
         known = np.isfinite(rows).any()
-        theme.say(axes, "0 under every error" if known else "not known", backgroundcolor="white")
+        words = "0 under every error" if known else "not known"
+        theme.say(axes, words, 12 if narrow else 36, backgroundcolor="white")
         return
     ticks = 10.0 ** (np.floor(np.log10(greatest)) - np.array([DECADES, 0.0]))
     axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
-    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
-    low, high = (1.5, 1e5) if narrow else (300.0, 300.0)  # room for words at both ends, or on the right
+    low, high = (4.0, 1e6) if narrow else (300.0, 300.0)  # room for words at both ends, or on the right
     axes.set_xlim(-low * greatest, high * greatest)
     marks = np.concatenate((-ticks[::-1], [0.0], ticks))
     texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]

@@ -32,7 +32,7 @@ EDGE, CORNER = 0.46, 0.32
 """Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
 LINE, ZERO_LINE = 0.8, 2.0
 """Widths of lines, in points, and of that at zero; those of negative levels are dashed."""
-NARROW = 2.4
+NARROW = 3.0
 """Inches of a map under which it has fewer ticks, in small type."""
 LEVEL = "level"
 """What words are called that name a level."""
