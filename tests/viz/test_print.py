@@ -1,5 +1,5 @@
-"""Pages for print: words keep clear of each other and of the edge, pages are no higher than a journal's, files
-have their true size."""
+"""Pages for print: words keep clear of each other and of the edge, pages are no higher than a
+journal's, files have their true size."""
 
 from __future__ import annotations
 

@@ -330,8 +330,8 @@ def flank_rows(
 ) -> dict[str, Picture]:
     """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
     the page), by calling `draw` for each, in the paper's view or from `outside`. `columns` are headings,
-    designs and flanks; `text` inches are left for words under a pinion's and a gear's flank. Where a page is too narrow, further
-    columns follow under the first. The pictures by member and column."""
+    designs and flanks; `text` inches are left for words under a pinion's and a gear's flank. Where a page is
+    too narrow, further columns follow under the first. The pictures by member and column."""
     seen = (flank_views(design, flank, stretch, outside) for _, design, flank in columns)
     views = list(zip(*seen, strict=True))
     spans = np.stack([greatest_span(row) for row in views])

@@ -267,7 +267,7 @@ def _draw_ratios(axes: Axes, lines: Lines) -> None:
     a, ratios = first["parabola_pinion_per_mm"], np.concatenate([line["contact_ratio"] for line in lines])
     axes.set_xlim(a[0], a[-1])
     axes.set_xticks(a[[0, -1]], [number(at) for at in a[[0, -1]]])
-    axes.get_xticklabels()[-1].set_ha("right")
+    axes.get_xticklabels()[-1].set_horizontalalignment("right")
     axes.set_xlabel("a of the pinion (1/mm)", fontsize=theme.SMALL)
     axes.set_ylabel("ratio", fontsize=theme.SMALL)
     if not np.isfinite(ratios).any():

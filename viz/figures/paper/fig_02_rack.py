@@ -22,7 +22,7 @@ EXAGGERATED = 0.09
 BACK = 0.4
 """Thickness of the tool's back, in normal modules."""
 WIDE, NARROW = 2.08, 1.75
-"""Half the width of the tool drawn, in normal modules; and on a narrow page, where fewer words stand on it."""
+"""Half the width of the tool drawn, in normal modules; and on a narrow page, with fewer words."""
 WORDS = 0.9
 """Inches for words beside the dimensions."""
 SHOWN = 0.82

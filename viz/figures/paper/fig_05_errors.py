@@ -56,7 +56,7 @@ TITLES = {
     **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
 }
 """Where the names of frames stand beside their origins: right and up, in points."""
-CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.25, most=2, least=4.0)
+CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
 ASIDE_IN_PRINT = 0.34  # of a panel's width, for words on the left of its picture
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),

@@ -40,11 +40,11 @@ EDGE = 0.9
 NOTE = (
     "Deviation of the pinion's flank along its normal from the conjugate of the gear's flank, which has no"
     " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
-    " where the flanks part. Red: path of contact, from the dot to the arrow head. Grey: zero; dash-dotted: where conjugate flanks"
-    " would touch at three rolls. Heights of a"
-    " flank have one scale, its bar. Level lines: over the face, z from toe to heel, and the profile, l1 from"
-    " root to tip. Below: mean, twist, slopes and crownings along face and profile of the nearest surface of"
-    " second order over both from \u22121 to 1, and the root mean square of the rest."
+    " where the flanks part. Red: path of contact, from the dot to the arrow head. Grey: zero; dash-dotted:"
+    " where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its bar. Level"
+    " lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below: mean, twist,"
+    " slopes and crownings along face and profile of the nearest surface of second order over both from"
+    " \u22121 to 1, and the root mean square of the rest."
 )
 
 

@@ -37,11 +37,11 @@ ROW_OF_TEXT = 125
 DOT: dict[str, Any] = {"ls": "", "marker": "o", "ms": 8.0, "mfc": "white", "mec": theme.INK}
 """How the design is marked."""
 DEFINED = (
-    "Angle: to the axial direction, of the chord in the pinion's side view (z, r), positive if z rises with r; \u00b190\u00b0 are"
-    " one. Shift: of the path, at mid-roll on the pinion's flank, square to the path, under {errors}, each alone and both"
-    " ways (root of the sum of squares). Transmission error: peak to peak, of one tooth pair over its path."
-    " Middle: of the path, positive to the heel."
-    " Colours cover what is not hatched; lines at negative levels are dashed, those at zero thick. "
+    "Angle: to the axial direction, of the chord in the pinion's side view (z, r), positive if z rises with"
+    " r; \u00b190\u00b0 are one. Shift: of the path, at mid-roll on the pinion's flank, square to the path,"
+    " under {errors}, each alone and both ways (root of the sum of squares). Transmission error: peak to"
+    " peak, of one tooth pair over its path. Middle: of the path, positive to the heel. Colours cover what is"
+    " not hatched; lines at negative levels are dashed, those at zero thick. "
 )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -96,10 +95,8 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
 
 def _legend(columns: list[tuple[Axes, Axes]]) -> list[Line2D]:
     """Give the lines with a name, each name once."""
-    lines = (line for pair in columns for axes in pair for line in axes.lines)
-    return list(
-        {str(line.get_label()): line for line in lines if not str(line.get_label()).startswith("_")}.values()
-    )
+    named = {str(line.get_label()): line for pair in columns for axes in pair for line in axes.lines}
+    return [line for name, line in named.items() if not name.startswith("_")]
 
 
 def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:

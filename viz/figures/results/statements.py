@@ -52,25 +52,25 @@ TO_WORDS = {"screen": 0.72, "wide": 0.72, "narrow": 0.46}
 """Inches from the left edge of the words of a cell to its picture, by the page."""
 INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
-ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.5, 0.3)}
+ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.52, 0.3)}
 """Inches over a picture for its words, and under it for its axis, by the page."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
 NOTE = (
     "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
-    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the"
-    " side view, the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick"
-    " the greatest; in M1, M2 solid without error; in M3 dashed unmodified, with lengths in mm. F6: metal against the involute. R: Eq."
-    " 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the range of"
-    " each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares square"
-    " to the path, triangles at mid-roll."
+    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the side view,"
+    " the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick the greatest; in"
+    " M1, M2 solid without error; in M3 dashed unmodified, with lengths in mm. F6: metal against the"
+    " involute. R: Eq. 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the"
+    " range of each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares"
+    " square to the path, triangles at mid-roll."
     f" M6: bars stand at {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
 )
 SHORT = (
-    " Of F6 speaks Fig. 6, of C1 to C4 Figs. 7 to 10, of R1 to R4 Fig. 11, of D1 section 4.1, of M1 to M6 Figs."
-    " 12 to 15. Axes, to the right and up: F6 r of the pinion and metal (mm); C1 to C4, M1 to M3 z, toe to heel,"
-    " and r (mm); R1 to R4 a of the pinion (1/mm) and ratio; D1 cases C1, C4, C2, C3 and turn of the most; M4,"
-    " M5 modified by unmodified; M6 change (%)."
+    " Of F6 speaks Fig. 6, of C1 to C4 Figs. 7 to 10, of R1 to R4 Fig. 11, of D1 section 4.1, of M1 to M6"
+    " Figs. 12 to 15. Axes, to the right and up: F6 r of the pinion and metal (mm); C1 to C4, M1 to M3 z, toe"
+    " to heel, and r (mm); R1 to R4 a of the pinion (1/mm) and ratio; D1 cases C1, C4, C2, C3 and turn of the"
+    " most; M4, M5 modified by unmodified; M6 change (%)."
 )
 """What narrow pages say in the caption instead of over and under each picture."""
 OTHER = " Coefficients and errors are the paper's, whatever the pair."
@@ -117,7 +117,7 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         note,
         below=0.45,
         above=over,
-        tall=cells.tall(layout, count, 0.7 if kind == "narrow" else 1.15),
+        tall=cells.tall(layout, count, 0.66 if kind == "narrow" else 1.15),
     )
     panels = theme.panels(page, cells, count, low, high)
     for cell, axes in zip(data.cells, panels, strict=True):

@@ -58,16 +58,17 @@ NOTE = (
     "Drawn are {drawn} mountings (seed {seed}) of the design as it is, and in black none of the errors. These"
     " are {spread}: {sizes}, on top of the design's own; members stay mounted as without them. Curves: share"
     " of the mountings with a path whose value is at most that below; dots: without errors. Contact ratio by"
-    " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification; middle z"
-    " of the pinion at mid-roll, positive to the heel. Last panel: {all} mountings each, by which chance moves a share by"
-    " up to 3 %."
+    " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification;"
+    " middle z of the pinion at mid-roll, positive to the heel. Last panel: {all} mountings each, by which"
+    " chance moves a share by up to 3 %."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class CaseStudy:
-    """A case by its name, colour and width of lines: its study, None with a `reason`; and by FACTORS the shares of mountings
-    with a path that another limit ends, and of those without a path, NaN where not known (2, factors)."""
+    """A case by its name, colour and width of lines: its study, None with a `reason`; and by FACTORS the
+    shares of mountings with a path that another limit ends, and of those without a path, NaN where not known
+    (2, factors)."""
 
     name: str
     design: Design

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,9 +33,9 @@ WORDS = 42.0
 """Points over a panel for what is said of it."""
 NOTE = (
     "Rigid teeth without load. Grey: where each tooth pair would touch if it were alone, dotted with an edge"
-    " (tip, toe, heel); thick: the first of all teeth, which runs. The error is gear roll plus N1/N2 pinion roll, less that of the"
-    " unmodified pair without errors and less the mean of what runs; in \u00b5m it is at the gear's working"
-    " pitch circle. Scales reach beside what runs as far as marking compound is thick"
+    " (tip, toe, heel); thick: the first of all teeth, which runs. The error is gear roll plus N1/N2 pinion"
+    " roll, less that of the unmodified pair without errors and less the mean of what runs; in \u00b5m it is"
+    " at the gear's working pitch circle. Scales reach beside what runs as far as marking compound is thick"
     f" ({1e3 * MARKING_SEPARATION:g} \u00b5m), or further. Over each: its swing, the share of the"
     " cycle that edges carry, the contact ratio of one tooth pair by Eq. 16, and running, of all teeth."
 )
