@@ -135,8 +135,8 @@ def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
     half, below = 0.25 * np.pi * module, -0.5 * module
     for side in (-half, half):
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
-    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
-    annotate.dimension(axes, (-half, below), (half, below), f"$s_0${space}", (0.0, -14.0), **style)
+    blue: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    annotate.dimension(axes, (-half, below), (half, below), f"$s_0${space}", (0.0, -14.0), **blue)
     if tip.radius > 0.0:
         centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-118.0)

@@ -28,7 +28,7 @@ from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 STEPS, STEPS_IN_OPERATION = 33, 17
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
-CELLS = Cells(left=1.06, right=0.9, across=1.06, down=0.65, most=3, least=1.0)
+CELLS = Cells(left=1.06, right=1.0, across=1.06, down=0.65, most=3, least=1.0)
 BAR = 0.096, 0.144
 """Inches between a map and its bar of colours, and width of the bar."""
 COLUMNS_OF_TEXT = 172

@@ -52,7 +52,7 @@ TO_WORDS = {"screen": 0.72, "wide": 0.72, "narrow": 0.46}
 """Inches from the left edge of the words of a cell to its picture, by the page."""
 INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
-ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.52, 0.3)}
+ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.62, 0.3)}
 """Inches over a picture for its words, and under it for its axis, by the page."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
@@ -117,7 +117,7 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         note,
         below=0.45,
         above=over,
-        tall=cells.tall(layout, count, 0.66 if kind == "narrow" else 1.15),
+        tall=cells.tall(layout, count, 0.56 if kind == "narrow" else 1.15),
     )
     panels = theme.panels(page, cells, count, low, high)
     for cell, axes in zip(data.cells, panels, strict=True):
