@@ -16,9 +16,10 @@ Here are the names that most users need, loaded when first used::
 
 All else is imported from its room. The rooms stand in the data's way, and each imports only from those
 before it: `design` (what is given), `gear` (one gear), `pair` (how two stand to each other), `contact`
-(where their flanks are tangent), `operation` (what touches first), `analysis` (what follows), `shapes` and
-`export` (meshes and files), `reference` and `studies` (the paper), `findings`, `report` and `cli` (words and
-commands). Each has a page of its own, README.md.
+(where their flanks are tangent), `operation` (what touches first), `analysis` (what follows),
+`workshop` (drawing, measuring room, shims), `shapes` and `export` (meshes and files), `reference` and
+`studies` (the paper), `findings`, `report` and `cli` (words and commands). Each has a page of its own,
+README.md.
 """
 
 from __future__ import annotations

@@ -16,6 +16,8 @@ Indices: TypeAlias = NDArray[np.int64]
 Quantity: TypeAlias = float | FloatArray
 Flank: TypeAlias = Literal["right", "left"]
 
+COMPLEX_STEP = 1e-30
+"""Imaginary step of an exact derivative; its square is lost in rounding."""
 FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
 
 

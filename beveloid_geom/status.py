@@ -22,7 +22,7 @@ class Status(IntEnum):
     ENDLESS = 5
     """Of a path: it closes on itself on the flanks, without meeting a limit."""
     UNDEFINED = 6
-    """The inputs leave nothing to solve: a member that its tool cannot cut, parallel axes, NaN."""
+    """The inputs leave nothing to solve: a member that its tool cannot cut, no layout, NaN."""
 
 
 class Limit(IntEnum):
@@ -135,3 +135,31 @@ class PlaceStatus(IntEnum):
     in profile the nearest at which it can, NaN if it cannot at any near."""
     NO_PATH = 3
     """No mounting within the limits of the search has a path."""
+
+
+class BallStatus(IntEnum):
+    """What a ball between two teeth is good for."""
+
+    MEASURED = 0
+    OFF_FLANK = 1
+    """It touches outside root, tip, toe or heel, or where undercut has left nothing."""
+    BELOW_TIP = 2
+    """It does not stand out of the teeth: there is nothing to measure over."""
+    ON_BOTTOM = 3
+    """It would lie in the root cone: the bottom land stops it before both flanks do."""
+    NOT_FOUND = 4
+    """No place at which it touches both flanks."""
+
+
+class ShimStatus(IntEnum):
+    """Whether axial positions give the backlash, and the place of the path, that are wanted."""
+
+    REACHED = 0
+    OUT_OF_REACH = 1
+    """They do, further away than the lesser face width."""
+    NO_EFFECT = 2
+    """Axial positions do not change the backlash: neither member has a cone."""
+    NO_PATH = 3
+    """A place is wanted, and at no position tried is there a path on the flanks."""
+    NOT_FOUND = 4
+    """None were found: a first contact on the way is not known, or nothing near meets both conditions."""

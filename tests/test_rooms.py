@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 LIBRARY = (
     *("status", "arrays", "support", "design", "gear", "pair", "contact", "operation", "analysis"),
-    *("shapes", "export", "reference", "studies", "findings", "report", "cli"),
+    *("workshop", "shapes", "export", "reference", "studies", "findings", "proposal", "report", "cli"),
 )
 """Rooms of `beveloid_geom` and the modules outside them: each imports only from those before it."""
 PICTURES = ("stage", "options", "parts", "figures", "film", "report", "examples", "site")

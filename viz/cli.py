@@ -4,40 +4,43 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
-from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, load_design, write_out
+from beveloid_geom.cli.commands.grid import grid_options, measured_report
+from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, block, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 
-from .figures import FIGURES, SETS, UNASKED, Figure
-from .options import command, option, prepare_folder, require_drawing, size_option, writing
+from .figures import FIGURES, MEASURED, SETS, UNASKED, Figure
+from .options import (
+    MOST_UNASKED,
+    command,
+    option,
+    prepare_folder,
+    require_drawing,
+    size_option,
+    usable_cores,
+    writing,
+)
 from .stage.layout import Layout, of_size, of_width
 
 if TYPE_CHECKING:
     from beveloid_geom import Design
+    from beveloid_geom.report.workshop.grid import DeviationReport
 
     from .stage.theme import Page
 
 DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
 """Widths of a page in print, mm."""
-MOST_UNASKED = 4
-"""Processes that are started unasked: each takes about 0.4 GB."""
-
-
-def usable_cores() -> int:
-    """Count the cores that this process may use, up to MOST_UNASKED."""
-    affinity = getattr(os, "sched_getaffinity", None)  # not on all systems
-    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
+MEASURED_HELP = "Draw the deviations of measured points instead: a file of the grid asked for, as of `grid`."
 
 
 def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
@@ -62,11 +65,11 @@ class Made:
 
 @dataclass(frozen=True)
 class Job:
-    """A figure of a design to be made: which `flank`, if it shows one, how it is laid out, and the `form` of
-    its file, one of `files.FORMATS`."""
+    """A figure of a design, or of measured points, to be made: which `flank`, if it shows one, how it is laid
+    out, and the `form` of its file, one of `files.FORMATS`."""
 
     figure: Figure
-    design: Design
+    design: Design | DeviationReport
     flank: str
     layout: Layout
     form: str
@@ -184,6 +187,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=True,
     help="Flanks of figures that show one; those of the left end in -left.",
 )
+@option("--measured", click.Path(path_type=Path), None, MEASURED_HELP, "FILE")
+@block(*grid_options)
 @click.option(
     "--jobs",
     type=click.IntRange(1, 64),
@@ -201,7 +206,9 @@ def main(
     form: str,
     design: str,
     flank: str,
+    measured: Path | None,
     jobs: int,
+    **grid: Any,
 ) -> None:
     """Draw figures, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
     contact pattern and transmission error, and, if asked for, how fast and how exact the methods are."""
@@ -209,8 +216,11 @@ def main(
     if width_mm is not None and asked == ParameterSource.COMMANDLINE:
         raise Refusal(["--size and --width-mm cannot both be given: either lays out the page"])
     layout = of_size(size, plain) if width_mm is None else of_width(width_mm, plain)
-    figures = chosen_figures(names, sets)
+    if measured is not None and (names or sets):
+        raise Refusal(["--measured draws a figure of its own: leave out --only and --set"])
+    figures = [MEASURED] if measured is not None else chosen_figures(names, sets)
     loaded = load_design(design)
+    shown = loaded if measured is None else measured_report(design, loaded, measured, **grid)
 
     from tqdm import tqdm
 
@@ -219,7 +229,7 @@ def main(
     begin = time.perf_counter()
     flanks = ("right", "left") if flank == "both" else (flank,)
     wanted = [
-        Job(figure, loaded, side, layout, form)
+        Job(figure, shown, side, layout, form)
         for figure in figures
         for side in (flanks if figure.of_flank else flanks[:1])
     ]

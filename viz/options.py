@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from collections.abc import Callable, Iterator
@@ -15,6 +16,8 @@ from beveloid_geom.cli.options import Option, Refusal, option as option, version
 
 SMALLEST, LARGEST = 200, 8000
 """Pixels of a side of a page."""
+MOST_UNASKED = 4
+"""Processes that are started unasked: each takes about 0.4 GB."""
 
 
 class NoOpenGL(click.ClickException):
@@ -39,6 +42,12 @@ class PageSize(click.ParamType[tuple[int, int]]):
         if not all(SMALLEST <= side <= LARGEST for side in (width, height)):
             self.fail(f"{value!r} is out of range: sides are {SMALLEST} to {LARGEST} pixels", param, ctx)
         return width, height
+
+
+def usable_cores() -> int:
+    """Count the cores that this process may use, up to MOST_UNASKED."""
+    affinity = getattr(os, "sched_getaffinity", None)  # not on all systems
+    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
 
 
 def command(name: str) -> Callable[[Callable[..., Any]], click.Command]:

@@ -20,7 +20,10 @@ from ..arrays import FloatArray, flank_sign
 from ..contact.path import ContactPath
 from ..design.model import Design
 from ..operation.mesh_cycle import mesh_cycle
+from .sliding import least_along
 
+PASSES = 6
+"""Steps to where the next tooth pair takes over: transmission errors are next to parabolas."""
 NEIGHBOURS = 6
 """Positions of a path through which a polynomial gives the values between: to 1e-13 rad of 17."""
 
@@ -61,6 +64,30 @@ def leads_of(path: ContactPath) -> FloatArray:
         ahead[1:] = [np.where(k <= ratio, one, -np.inf) for k, one in enumerate(ahead[1:], start=2)]
         leads.append(np.max(ahead, axis=0) - values[..., 0])
     return np.array(leads)
+
+
+def swing_of_all(path: ContactPath) -> FloatArray:
+    """Find the greatest less least transmission error (*batch), rad, of all teeth where no edge carries, by a
+    path, evenly spaced in roll: down to where the next tooth pair takes over. NaN without a path."""
+    error = -flank_sign(path.flank) * path.transmission_error
+    pitch = 1.0 / np.maximum(np.nan_to_num(path.ends.contact_ratio), 1.0)  # shares of the path
+    low, high = np.zeros(pitch.shape), 1.0 - pitch
+
+    def ahead(share: FloatArray) -> FloatArray:
+        """Give by how much this pair is ahead of the one a pitch further on."""
+        return _at(error, share) - _at(error, share + pitch)
+
+    # By secants from the share at which the next pair comes in and that at which this one leaves.
+    last, share = low, high
+    before, value = ahead(last), ahead(share)
+    for _ in range(PASSES):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = value * (share - last) / (value - before)
+        step = np.nan_to_num(step, posinf=0.0, neginf=0.0)
+        last, before, share = share, value, np.clip(share - step, low, high)
+        value = ahead(share)
+    places = np.broadcast_to(np.linspace(0.0, 1.0, error.shape[-1]), error.shape)
+    return np.asarray(_at(error, least_along(places, -error)[0]) - _at(error, share))
 
 
 def _at(values: FloatArray, share: FloatArray) -> FloatArray:

@@ -28,24 +28,25 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Mask, Quantity, flank_sign
 from ..contact.path import path_ends
 from ..design.limits import member_faults, parabola_limit
-from ..design.model import Design, Errors, unchecked
+from ..design.model import Design, Errors, MeshErrors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import half_pitch, mounting_of
 from ..status import Status
 from ..support.few_lines import few_lines
+from .errors import KINDS, errors_below
 from .optimise import Aim, paths_of
 from .path_measures import paths_of as measures_of
-from .tolerance import ERROR_NAMES, USUAL, errors_below
+from .tolerance import USUAL_AT
 
 Over: TypeAlias = Literal["parabola", "mounting", "shift"]
 Bounds: TypeAlias = tuple[float, float]
 OVER: tuple[Over, ...] = ("parabola", "mounting", "shift")
 UNITS = {"parabola": "1/mm", "mounting": "mm", "shift": ""}
 """Units of the values of both members."""
-PARABOLA = 0.006
-"""Greatest coefficient of a usual map times the module: 0.001 1/mm on Table 1, up to the modified pair of
-the paper's Figs. 12 to 15. Beyond, paths change slowly along a1 = -a2, and across are of no use."""
+PARABOLA = 0.012
+"""Greatest coefficient of a usual map times the module: 0.002 1/mm on Table 1, as far as the paper's
+Figs. 9 to 11 go."""
 FACE = 0.6
 """Greatest change of mounting of a usual map, in greater face widths: beyond half of one paths are lost."""
 SHIFT = 0.3
@@ -89,7 +90,7 @@ class DesignMap:
     design: Design
     flank: str
     over: Over
-    errors: Errors
+    errors: Errors | MeshErrors
     pinion: FloatArray
     gear: FloatArray
     status: Codes
@@ -165,6 +166,12 @@ def usual_bounds(design: Design, over: Over) -> tuple[Bounds, Bounds]:
     return (-most[0], most[0]), (-most[1], most[1])
 
 
+def usual_errors(design: Design) -> Errors | MeshErrors:
+    """Give errors as large as the usual tolerances, of the place where a design has its own measured."""
+    usual = USUAL_AT[design.errors_at]
+    return KINDS[design.errors_at](*usual.values().tolist())
+
+
 def design_at(design: Design, over: Over, pinion: Quantity, gear: Quantity) -> Design:
     """Give the design with these values of its members, arrays of one shape or numbers."""
     if over == "parabola":
@@ -187,21 +194,21 @@ def map_of(
     pinion: Bounds | None = None,
     gear: Bounds | None = None,
     steps: int = STEPS,
-    errors: Errors | None = None,
+    errors: Errors | MeshErrors | None = None,
     operation: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> DesignMap:
     """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
 
-    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL`) unless given. About 0.4 to
-    20 ms a cell, most of it for the errors; `operation` takes about 30 ms a cell more. `progress` is
-    called with the number of cells done since.
+    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. A cell takes
+    as long as 1 to 20 paths of 101 positions, most of it for the errors, with `operation` 20 to 30 more.
+    `progress` is called with the number of cells done since.
 
     Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors
     that are not finite or all 0, and steps below 2."""
     usual = usual_bounds(design, over) if over in OVER and not design.batch_shape else ((0.0, 0.0),) * 2
     bounds = (usual[0] if pinion is None else pinion, usual[1] if gear is None else gear)
-    errors = Errors(**{name: getattr(USUAL, name) for name in ERROR_NAMES}) if errors is None else errors
+    errors = usual_errors(design) if errors is None else errors
     _check(design, over, flank, bounds, steps, errors)
     first, second = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
     x, y = (side.ravel() for side in np.meshgrid(first, second, indexing="ij"))
@@ -227,7 +234,7 @@ def map_of(
 
 
 def _cells(
-    design: Design, over: Over, flank: str, errors: Errors, pinion: FloatArray, gear: FloatArray
+    design: Design, over: Over, flank: str, errors: Errors | MeshErrors, pinion: FloatArray, gear: FloatArray
 ) -> dict[str, FloatArray]:
     """Find status and figures of cells (n,), in one call each."""
     cells = design_at(design, over, pinion, gear)
@@ -273,7 +280,12 @@ def _in_operation(design: Design, flank: str) -> list[float]:
 
 
 def _check(
-    design: Design, over: Over, flank: str, bounds: tuple[Bounds, Bounds], steps: int, errors: Errors
+    design: Design,
+    over: Over,
+    flank: str,
+    bounds: tuple[Bounds, Bounds],
+    steps: int,
+    errors: Errors | MeshErrors,
 ) -> None:
     flank_sign(flank)
     if over not in OVER:
@@ -282,11 +294,11 @@ def _check(
         raise ValueError("a map takes a single design: give its cases one by one")
     if not 2 <= steps <= MOST_STEPS or steps != int(steps):
         raise ValueError(f"steps must be 2 to {MOST_STEPS}, a whole number, got {steps}")
-    values = [float(getattr(errors, name)) for name in ERROR_NAMES]
+    values = [float(value) for value in vars(errors).values()]
     if not any(values):
         raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
     for name, most in errors_below(design).items():
-        if abs(error := float(getattr(errors, name))) >= most:
+        if abs(error := float(getattr(errors, name, 0.0))) >= most:
             raise ValueError(f"error of {name} must be less than {most:g} on this pair, got {error:g}")
     for name, (low, high) in zip(("pinion", "gear"), bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):

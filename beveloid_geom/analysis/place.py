@@ -33,9 +33,13 @@ from ..operation.backlash import mounted_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..status import Limit, PlaceStatus, Status
 from ..support.few_lines import few_lines
+from .errors import ANGLES, NAMES, mounted, place_of
 from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
-from .tolerance import ERROR_NAMES, four_errors, mounted
+
+ON_PARALLEL = (
+    "on parallel axes flanks touch along lines, or with parabolas in a point that runs along the face"
+)
 
 AT = (0.25, 0.5, 0.75)
 """Shares of the face at which the middle is wanted where none are given."""
@@ -107,7 +111,7 @@ class _Search:
 
     def under(self, shares: FloatArray) -> Design:
         """Give the mountings (...) under errors (..., 2)."""
-        return mounted(self.design, four_errors(self.by, shares * self.limits))
+        return mounted(self.design, shares * self.limits, self.by)
 
     def places(self, shares: FloatArray) -> FloatArray:
         """Find the middles (n, 2) of paths solved under errors (n, 2); NaN without a path."""
@@ -117,8 +121,9 @@ class _Search:
 
     def rates(self, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Find middles (n, 2) and their derivatives (n, 2, 2) by the shares."""
-        found = path_sensitivity(self.under(shares), self.flank)
-        columns = [ERROR_NAMES.index(name) for name in self.by]
+        at = place_of(self.by)
+        found = path_sensitivity(self.under(shares), self.flank, at)
+        columns = [NAMES[at].index(name) for name in self.by]
         by = np.stack((found.z_by[:, 1, 0], found.l_by[:, 1, 0]), axis=1)[..., columns]
         return np.stack((found.z[:, 1, 0], found.l[:, 1, 0]), axis=-1), by * self.limits
 
@@ -156,13 +161,15 @@ def place_path(
     Raises
     ------
     ValueError
-        For a batch, errors without a name, shares that are none, `l` off the pinion's active profile, and
-        where a tool's rounds overlap.
+        For a batch, parallel axes, errors without a name, shares that are none, `l` off the pinion's active
+        profile, and where a tool's rounds overlap.
     """
     flank_sign(flank)
     check_names(by, "by")
     if design.batch_shape:
         raise ValueError("a path is placed of a single design: give its cases one by one")
+    if design.pair.shaft_angle == 0.0:
+        raise ValueError(f"a path is placed between axes that cross or intersect: {ON_PARALLEL}")
     share = np.array(at, dtype=float)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError(f"at must be shares of the face above 0 and below 1, at least one, got {at}")
@@ -179,13 +186,13 @@ def place_path(
 
 
 def limits_of(design: Design, by: tuple[str, str]) -> FloatArray:
-    """Give how large errors (2), mm or rad, are looked for to either side: a module of offset, as much of
-    shaft angle as turns half the lesser face by a module (5 deg at most, and nine tenths of the shaft angle),
-    the lesser face width of an axial position."""
+    """Give how large errors (2), mm or rad, are looked for to either side: a module of offset or centre
+    distance, as much of shaft angle, in plane or out of it, as turns half the lesser face by a module (5 deg
+    at most, and nine tenths of the shaft angle), the lesser face width of an axial position."""
     module = float(design.pinion.tool.normal_module)
     face = min(float(member.face_width) for member in design.members)
     angle = min(2.0 * module / face, WIDEST_ANGLE, 0.9 * abs(float(design.pair.shaft_angle)))
-    sizes = {"offset": min(module, 0.9 * float(design.pair.offset)), "shaft_angle": angle}
+    sizes = dict.fromkeys(ANGLES, angle) | dict.fromkeys(("offset", "centre_distance"), module)
     return np.array([sizes.get(name, face) for name in by])
 
 

@@ -10,7 +10,7 @@ The last is the equation of meshing (Litvin & Fuentes, Gear Geometry and Applied
 the gear's instantaneous speed phi_2', which with a parabola is not that of the tooth numbers.
 
 The contact point itself moves with V along the path. With T tangent to the path, from its equations
-(`curve_equations`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the
+(`parallel.regular`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the
 pinion's flank. Over either flank it runs, in the tangent plane, with
 
     w_j = V - v_j,   w_2 - w_1 = v_1 - v_2.
@@ -42,9 +42,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, flank_sign
-from ..contact.curve_equations import direction_of, linearised, meet_on_curve, units_of
-from ..contact.equation import COMPLEX_STEP, contact_point, pairing_of
+from ..arrays import COMPLEX_STEP, Codes, FloatArray, flank_sign
+from ..contact.equation import contact_point, pairing_of
+from ..contact.parallel.lines import touches_along_lines
+from ..contact.parallel.regular import (
+    meet_regular,
+    point_on_curve,
+    regular_jacobian,
+    tangent_of,
+    units_of_all,
+)
 from ..contact.path import ContactPath
 from ..design.model import Design
 from ..gear.flank import flank_patch
@@ -174,13 +181,14 @@ def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
 def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> FloatArray:
     """Find tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
     pairing = pairing_of(path.design, path.flank)
-    units, v = units_of(pairing), normal[..., 2]
-    across = (point[..., 2] - v * _dot(point, normal)) / np.sqrt(1.0 - v * v)  # w1, as in `curve_equations`
-    l1, l2 = (values.reshape(v.shape) for values in (path.l1, path.l2))
-    z = np.stack((l1, l2, normal[..., 0], across), axis=-1) / units
-    moved = z + COMPLEX_STEP * 1j * direction_of(linearised(pairing, z, units)[1])
-    met = meet_on_curve(pairing, np.moveaxis(moved * units, -1, 0))[1]
-    return np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
+    l1, l2 = (values.reshape(normal.shape[:-1]) for values in (path.l1, path.l2))
+    y, lines = point_on_curve(point, normal, l1, l2), touches_along_lines(path.design, path.flank)
+    lines = np.broadcast_to(lines.reshape(-1, 1), l1.shape)
+    tangent = np.moveaxis(tangent_of(regular_jacobian(pairing, y)[1], lines), -1, 0)
+    met = meet_regular(pairing, y + COMPLEX_STEP * 1j * tangent * units_of_all(pairing))[1]
+    found = np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
+    plain = (np.asarray(pairing.rack.parabola) == 0.0).all(axis=0)
+    return np.where((lines & plain)[..., None], normal, found)
 
 
 def tooth_traces(path: ContactPath) -> FloatArray:

@@ -1,6 +1,7 @@
 """Tolerance study: the path of contact of a design in many mountings with drawn assembly errors.
 
-The four errors of Fig. 5 are drawn independently, normal or uniform, and add to the design's own.
+The four errors of Fig. 5, or the five at the mesh, are drawn independently, normal or uniform, and add to
+the design's own.
 Every mounting is solved; one without a path on the flanks keeps its status and holds NaN.
 
 Mountings are drawn and solved by units of UNIT, each with a random stream of its own, spawned from
@@ -26,18 +27,17 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask, flank_sign
-from ..contact.path import path_of_contact
-from ..design.limits import MOST_OFFSET_ERROR
-from ..design.model import Design, unchecked
-from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..contact.parallel.lines import touches_along_lines
+from ..contact.path import ContactPath, path_of_contact
+from ..design.model import Design, ErrorsAt
+from ..operation.backlash_by_tangency import TangentBacklash, jammed, tangent_backlash
 from ..status import Limit, Status
 from ..support.few_lines import few_lines
+from .errors import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
 from .running import TOGETHER, Running, all_of, running
 from .sliding import least_along
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
-ERROR_NAMES = ("offset", "shaft_angle", "pinion_axial", "gear_axial")
-"""The columns of drawn errors."""
 PLACES = ("enter", "middle", "leave")
 """The columns of positions: the ends of the path and its mid-roll."""
 UNIT = 1024
@@ -52,7 +52,8 @@ SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of the assembly errors, mm and rad, at least 0 (not drawn).
+    """Tolerances of the assembly errors, mm and rad, at least 0 (not drawn): of those about the common
+    perpendicular or of those at the mesh.
 
     'uniform': errors lie evenly within plus and minus the tolerance. 'normal': their mean is 0 and
     the tolerance is `sigmas` standard deviations; they are not cut off there."""
@@ -63,21 +64,42 @@ class Tolerances:
     gear_axial: float = 0.0
     distribution: Distribution = "normal"
     sigmas: float = 3.0
+    centre_distance: float = 0.0
+    in_plane: float = 0.0
+    out_of_plane: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the errors that are drawn: those at the mesh where one of them alone has a
+        tolerance."""
+        at_mesh = any(getattr(self, name) for name in MESH_ERROR_NAMES if name not in ERROR_NAMES)
+        return MESH_ERROR_NAMES if at_mesh else ERROR_NAMES
 
     def values(self) -> FloatArray:
-        """Give the four tolerances, in the order of ERROR_NAMES."""
-        return np.array([getattr(self, name) for name in ERROR_NAMES], dtype=float)
+        """Give the tolerances, in the order of `names`."""
+        return np.array([getattr(self, name) for name in self.names], dtype=float)
 
 
 USUAL = Tolerances(offset=0.05, shaft_angle=math.radians(0.01), pinion_axial=0.1, gear_axial=0.1)
 """Tolerances where none are given, as in figures: those of a well machined housing of some 200 mm."""
+USUAL_AT: dict[ErrorsAt, Tolerances] = {
+    "perpendicular": USUAL,
+    "mesh": Tolerances(
+        centre_distance=USUAL.offset,
+        in_plane=USUAL.shaft_angle,
+        out_of_plane=USUAL.shaft_angle,
+        pinion_axial=USUAL.pinion_axial,
+        gear_axial=USUAL.gear_axial,
+    ),
+}
+"""The same by where a design has its errors measured."""
 
 
 @dataclass(frozen=True, eq=False)
 class Mountings:
     """Paths of contact of n mountings; NaN where a mounting has no path.
 
-    `errors` (n, 4): drawn errors in the order of ERROR_NAMES, mm and rad, without the design's own.
+    `errors` (n, names): drawn errors by the names of the tolerances, mm and rad, without the design's own.
     `status` (n): codes of `Status`. `limit` (n, 2): codes of `Limit` where the path enters and
     leaves, -1 without a path. `pieces` (n): in how many the path lies on the flanks.
     `contact_ratio` (n): Eq. 16, 0 without contact on the flanks. `peak_to_peak` (n): greatest less
@@ -170,7 +192,7 @@ class _Task:
     """A piece of work that pickles: `cases` mountings from the start of the unit `unit` on."""
 
     design: Design
-    flank: str
+    flanks: Sequence[str]
     tolerances: Tolerances
     seed: int
     unit: int
@@ -224,40 +246,63 @@ def tolerance_study(
     followed by their length take some 10 ms. In operation a mounting takes some 5 to 10 ms, as long as four
     to six paths of 101 positions.
     """
-    _check(design, tolerances, flank, seed)
-    if min(cases, units_per_task) < 1:
-        raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
     if not 0 <= operation <= cases:
         raise ValueError(f"operation must be 0 to {cases}, the number of mountings, got {operation}")
-    step = UNIT * (1 if executor is None else units_per_task)
-    tasks = [
-        _Task(design, flank, tolerances, seed, start // UNIT, min(step, cases - start))
-        for start in range(0, cases, step)
-    ]
-    spread = map if executor is None else executor.map
-    parts: list[Mountings] = []
-    for part in spread(_solved_task, tasks):
-        parts.append(part)
-        if progress is not None:
-            progress(part.status.size)
-    own, found = np.zeros((1, len(ERROR_NAMES))), _joined(parts)
-    study = ToleranceStudy(flank, tolerances, seed, _solved(design, flank, own), found)
+    (study,) = tolerance_studies(
+        design,
+        tolerances,
+        (flank,),
+        cases,
+        seed=seed,
+        executor=executor,
+        units_per_task=units_per_task,
+        progress=progress,
+    )
     if not operation:
         return study
-    runs, first = [], found.errors[:operation]
-    together = [mounted(design, first[start : start + TOGETHER]) for start in range(0, operation, TOGETHER)]
+    names, spread = tolerances.names, map if executor is None else executor.map
+    own, runs, first = np.zeros((1, len(names))), [], study.mountings.errors[:operation]
+    starts = range(0, operation, TOGETHER)
+    together = [mounted(design, first[start : start + TOGETHER], names) for start in starts]
     for run in spread(partial(running, flank=flank), together):
         runs.append(run)
         if progress is not None:
             progress(RUNNING_COST * run.status.size)
-    return replace(study, running=all_of(runs), nominal_running=running(mounted(design, own), flank))
+    return replace(study, running=all_of(runs), nominal_running=running(mounted(design, own, names), flank))
 
 
-def errors_below(design: Design) -> dict[str, float]:
-    """Give what errors of a study of a single design must stay below, by their names: of the offset (mm) what
-    a design file may have, of the shaft angle (rad) the pair's own."""
-    module = float(design.pinion.tool.normal_module)
-    return {"offset": MOST_OFFSET_ERROR * module, "shaft_angle": float(design.pair.shaft_angle)}
+def tolerance_studies(
+    design: Design,
+    tolerances: Tolerances,
+    flanks: Sequence[str],
+    cases: int = 100_000,
+    *,
+    seed: int = 0,
+    executor: Executor | None = None,
+    units_per_task: int = 4,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[ToleranceStudy, ...]:
+    """Study several flanks in the same mountings, each as `tolerance_study` does, and their backlash, which
+    is that of both, once. Arguments and ValueError as there; `progress` counts a mounting of all as 1."""
+    for flank in flanks:
+        _check(design, tolerances, flank, seed)
+    if min(cases, units_per_task) < 1:
+        raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
+    step = UNIT * (1 if executor is None else units_per_task)
+    tasks = [
+        _Task(design, flanks, tolerances, seed, start // UNIT, min(step, cases - start))
+        for start in range(0, cases, step)
+    ]
+    spread = map if executor is None else executor.map
+    parts: list[list[Mountings]] = []
+    for part in spread(_solved_task, tasks):
+        parts.append(part)
+        if progress is not None:
+            progress(part[0].status.size)
+    names = tolerances.names
+    nominal = _solved(design, flanks, np.zeros((1, len(names))), names)
+    found = zip(flanks, nominal, map(_joined, zip(*parts, strict=True)), strict=True)
+    return tuple(ToleranceStudy(flank, tolerances, seed, own, all_) for flank, own, all_ in found)
 
 
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:
@@ -270,9 +315,20 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
         raise ValueError(f"distribution must be 'normal' or 'uniform', got {tolerances.distribution!r}")
     if not 0.0 < tolerances.sigmas < np.inf:
         raise ValueError(f"sigmas must be positive and finite, got {tolerances.sigmas}")
-    most = errors_below(design)
-    for name in ERROR_NAMES:
-        value, unit = getattr(tolerances, name), "rad" if name == "shaft_angle" else "mm"
+    most, names = errors_below(design), tolerances.names
+    for name in (name for place in NAMES.values() for name in place if name not in names):
+        if getattr(tolerances, name):
+            raise ValueError(
+                f"tolerance of {name} is about the common perpendicular, others at the mesh: leave it out"
+            )
+    lean = next((name for name in names if name in ANGLES and getattr(tolerances, name) > 0.0), None)
+    if lean is not None and bool(touches_along_lines(design, flank)):
+        raise ValueError(
+            f"tolerance of {lean} must be 0 where flanks touch along lines: every error of it puts the"
+            " contact on an edge, parabolas keep it on the flanks"
+        )
+    for name in names:
+        value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"
         if not 0.0 <= value < np.inf:
             raise ValueError(
                 f"tolerance of {name} must be finite and at least 0 {unit}, got {value}: it holds both ways"
@@ -285,13 +341,14 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
 
 
 def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> FloatArray:
-    """Draw the errors (cases, 4) of the first mountings of a unit, in the order of ERROR_NAMES, mm and rad.
+    """Draw the errors (cases, names) of the first mountings of a unit, by the names of the tolerances, mm and
+    rad.
 
     The stream is that of the child `unit` of numpy's SeedSequence of the seed. A tolerance changes
     its own error only."""
     # The key is what SeedSequence(seed).spawn gives its children; so a task needs no others.
     stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(unit,)))
-    shape = (cases, len(ERROR_NAMES))
+    shape = (cases, len(tolerances.names))
     if tolerances.distribution == "uniform":
         drawn = stream.uniform(-1.0, 1.0, shape) * tolerances.values()
     else:
@@ -299,27 +356,13 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
     return np.asarray(drawn + 0.0)  # no -0.0 where there is no tolerance
 
 
-def mounted(design: Design, errors: FloatArray) -> Design:
-    """Add errors (..., 4), mm and rad in the order of ERROR_NAMES, to those of a design: (...) mountings."""
-    sums = {name: getattr(design.errors, name) + errors[..., k] for k, name in enumerate(ERROR_NAMES)}
-    return design.with_errors(unchecked(design.errors, **sums))
-
-
-def four_errors(names: Sequence[str], values: FloatArray) -> FloatArray:
-    """Give errors (..., 4) in the order of ERROR_NAMES of which those of some `names` have values (..., n),
-    mm or rad, and the others are 0."""
-    errors = np.zeros((*values.shape[:-1], len(ERROR_NAMES)))
-    errors[..., [ERROR_NAMES.index(name) for name in names]] = values
-    return errors
-
-
-def _solved_task(task: _Task) -> Mountings:
-    """Give the mountings of a task, unit by unit: rounding depends on what is solved in one call."""
+def _solved_task(task: _Task) -> list[Mountings]:
+    """Give the mountings of a task by flank, unit by unit: rounding depends on what is solved in one call."""
     parts = []
     for k, start in enumerate(range(0, task.cases, UNIT)):
         errors = drawn_errors(task.tolerances, task.seed, task.unit + k, min(UNIT, task.cases - start))
-        parts.append(_solved(task.design, task.flank, errors))
-    return _joined(parts)
+        parts.append(_solved(task.design, task.flanks, errors, task.tolerances.names))
+    return [_joined(of_flank) for of_flank in zip(*parts, strict=True)]
 
 
 def _joined(parts: Sequence[Mountings]) -> Mountings:
@@ -327,12 +370,19 @@ def _joined(parts: Sequence[Mountings]) -> Mountings:
     return Mountings(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
-    """Mountings with these drawn errors (n, 4), in one call."""
-    cases = mounted(design, errors)
-    path = path_of_contact(cases, flank, POINTS)
-    backlash = tangent_backlash(cases, {flank: path.ends})
+def _solved(
+    design: Design, flanks: Sequence[str], errors: FloatArray, names: Sequence[str]
+) -> list[Mountings]:
+    """Mountings with these drawn errors (n, names) by flank, in one call."""
+    cases = mounted(design, errors, names)
+    paths = {flank: path_of_contact(cases, flank, POINTS) for flank in flanks}
+    backlash = tangent_backlash(cases, {flank: path.ends for flank, path in paths.items()})
+    return [_mountings(path, backlash, errors) for path in paths.values()]
+
+
+def _mountings(path: ContactPath, backlash: TangentBacklash, errors: FloatArray) -> Mountings:
     at = [0, POINTS // 2, POINTS - 1]
+    module = float(path.design.pinion.tool.normal_module)
     return Mountings(
         errors=errors,
         status=path.ends.status,
@@ -346,7 +396,7 @@ def _solved(design: Design, flank: str, errors: FloatArray) -> Mountings:
         gear_r=path.gear_r[:, at],
         normal_backlash=backlash.normal,
         tangency=backlash.status,
-        jammed=jammed(backlash.normal, float(design.pinion.tool.normal_module)),
+        jammed=jammed(backlash.normal, module),
     )
 
 

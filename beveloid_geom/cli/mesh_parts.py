@@ -9,10 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..export import CAD_FORMATS, FIELD_FORMATS, MEMBERS, writer_of
+from ..export import (
+    ASSEMBLY_FORMATS,
+    CAD_FORMATS,
+    FIELD_FORMATS,
+    FIXED_FRAME,
+    MEMBERS,
+    OWN_FRAME,
+    SCENE_FORMATS,
+    writer_of,
+)
 
 if TYPE_CHECKING:
-    from ..contact.placing import MeshingPair
+    from ..contact.placing import Frame, MeshingPair
     from ..design.model import Design, Member
 
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
@@ -24,8 +33,9 @@ HELD = "held at its cut sides: take --teeth 3 for stresses"
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be written: a `part` of a `design` from the file `source`, as a 'surface', 'volume' or
-    'solid' in the format `suffix`; lengths in mm, the `load` in N."""
+    """What is to be written: a `part` of a `design` from the file `source`, as a 'surface', 'volume',
+    'solid' or 'scene' in the format `suffix`; lengths in mm, the `load` in N; `placed`: in S_f as in mesh,
+    not in the gear's own frame."""
 
     source: str
     design: Design
@@ -39,6 +49,7 @@ class Request:
     bore_radius: float | None
     element: str
     load: float
+    placed: bool
     fields: tuple[str, ...]
 
     @property
@@ -59,26 +70,45 @@ class Request:
     @property
     def posed(self) -> bool:
         """Whether the contact of the flanks is asked for."""
-        return self.part == "pair" or self.suffix == ".inp" or bool(self.fields)
+        return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
+
+    @property
+    def pose(self) -> MeshingPair | None:
+        """The pair in mesh where it is asked for; raises as `pose` does."""
+        return pose(self.design, self.flank) if self.posed else None
+
+    @property
+    def frame(self) -> Frame | None:
+        """The frame in which a single part is written, None for its own."""
+        return self.pose.frames[self.number] if self.pose is not None and self.placed else None
 
 
-def pose(request: Request) -> MeshingPair | None:
-    """Find the pair in mesh where it is asked for; ClickException (status 1) says why where its flanks have
-    no contact."""
+def pose(design: Design, flank: str) -> MeshingPair:
+    """Find the pair in mesh; ClickException (status 1) says why where its flanks have no contact."""
     from ..contact.placing import meshing_pair
 
-    if not request.posed:
-        return None
     try:
-        return meshing_pair(request.design, request.flank)
+        return meshing_pair(design, flank)
     except ValueError as error:
         from ..contact.path import path_of_contact
         from ..findings.path import reason_of
 
-        reason = reason_of(path_of_contact(request.design, request.flank, 3))
+        reason = reason_of(path_of_contact(design, flank, 3))
         raise click.ClickException(f"no contact: {reason or error}") from None
     except ArithmeticError as error:
         raise click.ClickException(str(error)) from None
+
+
+def frames_in_mesh(design: Design, flank: str) -> str:
+    """Say how the gears stand in mesh, as matrices (4, 4) that carry their own frames to S_f, mm."""
+    import numpy as np
+
+    lines = []
+    for name, (rotation, origin) in zip(MEMBERS, pose(design, flank).frames, strict=True):
+        lines.append(f"{name}, from its own frame to S_f, mm:")
+        rows = np.vstack((np.column_stack((rotation, origin)), (0.0, 0.0, 0.0, 1.0)))
+        lines += [" ".join(f"{value:22.15g}" for value in row) for row in rows.tolist()]
+    return "\n".join(lines) + "\n"
 
 
 def begin_writing(request: Request, bar: Any) -> None:
@@ -90,20 +120,22 @@ def begin_writing(request: Request, bar: Any) -> None:
 def write_surface_part(request: Request, path: Path, bar: Any) -> str:
     """Build and write a surface; what is to be told about it."""
     from ..export import parts
-    from ..export.surfaces import write_surface
+    from ..export.surfaces import in_fixed, write_surface
     from ..shapes.solid import NAMES
 
-    posed, suffix, tolerance = pose(request), request.suffix, request.tolerance
+    posed, suffix, tolerance = request.pose, request.suffix, request.tolerance
     if request.part in FLANKS:
         surface = parts.flank_part(
             request.design, request.number, request.flank, tolerance, posed, request.fields
         )
-    elif posed is not None:
+    elif request.part == "pair" and posed is not None:
         surface = parts.pair_surface(request.design, posed, suffix, tolerance)
     else:
         surface = parts.gear_surface(
             request.member, suffix, tolerance, request.tooth_count, request.bore_radius
         )
+    if request.frame is not None:
+        surface = in_fixed(surface, request.frame)
     begin_writing(request, bar)
     write_surface(surface, path, suffix, f"{request.part} of {Path(request.source).name}, mm")
     told = f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
@@ -120,16 +152,20 @@ def write_volume_part(request: Request, path: Path, bar: Any) -> str:
     from ..shapes.hexahedra import tooth_hexahedra
     from ..shapes.outline import counted
 
-    posed, member = pose(request), request.member
+    posed, member = request.pose, request.member
     teeth, element, loaded = request.teeth, request.element, (request.teeth - 1) // 2
     mesh = tooth_hexahedra(member, teeth, element, request.tolerance, request.bore_radius)
     begin_writing(request, bar)
     told = f"{len(mesh.hexahedra):,} hexahedra {element}, {len(mesh.points):,} nodes"
     told += f", scaled Jacobian {element_shapes(mesh)[0].min():.2f} or more"
     comment = [f"{request.part} of {request.source}, {counted(teeth)}, edges within {request.tolerance:g} mm"]
+    comment.append(FIXED_FRAME if request.placed else OWN_FRAME)
     case = None
-    if posed is not None:
+    if posed is not None and request.suffix == ".inp":
         case = parts.contact_case(mesh, request.design, posed, request.number, request.load, loaded)
+    if request.frame is not None:
+        mesh, case = parts.placed_volume(mesh, case, request.frame)
+    if case is not None:
         place = ", ".join(f"{x:.4f}" for x in case.load.point)
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {teeth}"
         where += f" at ({place}) mm"
@@ -157,11 +193,31 @@ def write_solid_part(request: Request, path: Path, _: Any) -> str:
     from ..shapes.outline import counted
 
     member = request.member
+    if request.part == "pair" and request.pose is not None:
+        writer_of(ASSEMBLY_FORMATS, request.suffix)(request.design, path, request.pose.frames)
+        return f"an assembly of {' and '.join(MEMBERS)}"
     numbers = None if request.tooth_count is None else range(request.tooth_count)
     write = writer_of(CAD_FORMATS, request.suffix)
-    write(member, path, numbers, request.bore_radius, MEMBERS[request.number])
+    write(member, path, numbers, request.bore_radius, MEMBERS[request.number], request.frame)
     return f"a solid with {counted(int(member.teeth) if numbers is None else len(numbers))}"
 
 
-WRITE = {"surface": write_surface_part, "volume": write_volume_part, "solid": write_solid_part}
+def write_scene_part(request: Request, path: Path, bar: Any) -> str:
+    """Build and write the pair to look at, with paths and patterns; what is to be told about it."""
+    from ..export.scene import pair_pieces
+
+    assert request.pose is not None  # the pair always has one
+    pieces = pair_pieces(request.design, request.pose, request.tolerance)
+    begin_writing(request, bar)
+    writer_of(SCENE_FORMATS, request.suffix)(pieces, path)
+    faces = sum(len(piece.surface.faces) for piece in pieces)
+    return f"{faces:,} triangles in m, y up: {', '.join(piece.name for piece in pieces)}"
+
+
+WRITE = {
+    "surface": write_surface_part,
+    "volume": write_volume_part,
+    "solid": write_solid_part,
+    "scene": write_scene_part,
+}
 """By the kind of a request."""

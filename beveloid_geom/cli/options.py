@@ -13,7 +13,7 @@ from typing import IO, TYPE_CHECKING, Any, TypeAlias
 import click
 
 if TYPE_CHECKING:
-    from ..design.model import Design
+    from ..design.model import Design, Errors, MeshErrors
 
 BUILTIN_DESIGN = "ni-2017"
 Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -111,9 +111,12 @@ TOLERANCES = (
     ("shaft_angle_deg", "--shaft-angle-tolerance-deg", "DEG", 5.0, "shaft angle", "--shaft-angle-deg"),
     ("pinion_axial", "--pinion-axial-tolerance", "MM", 1000.0, "pinion's axial position", "--pinion-axial"),
     ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
+    ("centre_distance", "--centre-distance-tolerance", "MM", 1000.0, "centre distance at the mesh", ""),
+    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the mesh point", ""),
+    ("out_of_plane_deg", "--out-of-plane-tolerance-deg", "DEG", 5.0, "tilt out of the axes' plane there", ""),
 )
 """Argument, option, unit, greatest value and name of the sizes of assembly errors, and the option's old
-name."""
+name, if it had another."""
 
 
 def _tolerance(argument: str, name: str, metavar: str, most: float, what: str, _: str) -> Option:
@@ -123,9 +126,9 @@ def _tolerance(argument: str, name: str, metavar: str, most: float, what: str, _
 
 tolerance_options = block(
     *(_tolerance(*each) for each in TOLERANCES),
-    *(renamed(old, option) for _, option, *_, old in TOLERANCES),
+    *(renamed(old, option) for _, option, *_, old in TOLERANCES if old),
 )
-"""An option for the size of each of the four assembly errors, to either side."""
+"""An option for the size of each assembly error, to either side."""
 
 
 def errors_option(name: str, default: str | None, text: str) -> Option:
@@ -134,27 +137,59 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
 
     def read(value: str) -> tuple[str, str]:
         """Give their names as `Errors` has them. Raises Refusal."""
+        from ..analysis.errors import ALL_NAMES, place_of
         from ..report.words import TRADE
 
         letters = {letter.lower(): error for error, letter in TRADE.items()}
         words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
         found = [letters.get(word, word) for word in words]
-        if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(TRADE):
-            known = ", ".join(f"{error.replace('_', '-')} ({letter})" for error, letter in TRADE.items())
+        if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(ALL_NAMES):
+            known = ", ".join(
+                error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
+                for error in ALL_NAMES
+            )
             raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
+        try:
+            place_of(found)
+        except ValueError as error:
+            raise Refusal([f"{name}: {error}"]) from None
         return found[0], found[1]
 
     return option(name, read, default, text, "ERROR,ERROR")
 
 
-def sizes_of(values: Mapping[str, float], needed: str = "") -> tuple[float, float, float, float]:
-    """Give the tolerances in mm, rad, mm, mm. Raises Refusal if all are 0 where they are `needed`, such as
-    'tolerances'."""
+def sizes_of(values: Mapping[str, float], needed: str = "") -> dict[str, float]:
+    """Give the tolerances that are not 0, by the names of their errors, in mm and rad. Raises Refusal if all
+    are 0 where they are `needed`, such as 'tolerances', and for those of errors of two places."""
+    from ..analysis.errors import NAMES, place_of
+
     if needed and not any(values.values()):
         *most, last = (option for _, option, *_ in TOLERANCES)
         raise Refusal([f"no {needed}: give {', '.join(most)} or {last}"])
-    angle = math.radians(values["shaft_angle_deg"])
-    return values["offset"], angle, values["pinion_axial"], values["gear_axial"]
+    options = {
+        argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if values[argument]
+    }
+    try:
+        place_of(tuple(options))
+    except ValueError:
+        first, second = (
+            next(option for name, option in options.items() if name not in NAMES[place])
+            for place in ("mesh", "perpendicular")
+        )
+        cure = "leave one of them out"
+        raise Refusal([f"{first} is about the common perpendicular, {second} at the mesh: {cure}"]) from None
+    return {
+        argument.removesuffix("_deg"): math.radians(value) if argument.endswith("_deg") else value
+        for argument, value in values.items()
+        if value
+    }
+
+
+def errors_of(sizes: Mapping[str, float]) -> Errors | MeshErrors:
+    """Give errors as large as sizes by their names, mm or rad, of the place where those are measured."""
+    from ..analysis.errors import KINDS, place_of
+
+    return KINDS[place_of(tuple(sizes))](**sizes)
 
 
 SIDES = click.Choice(["right", "left"])

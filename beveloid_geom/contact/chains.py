@@ -19,11 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import COMPLEX_STEP, FloatArray
 from ..support.chebyshev import basis_of, evaluate
 from .cells import Box
 from .curve_equations import meet_on_curve, onto_curve, units_of
-from .equation import COMPLEX_STEP, Pairing, meet, relative_margins
+from .equation import Pairing, meet, relative_margins
 from .path_polynomial import LOOSENED, WIDTH, PathSeries, between, fitted, rows_of
 
 Mask = NDArray[np.bool_]

@@ -43,17 +43,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, flank_sign
+from ..arrays import COMPLEX_STEP, FloatArray, flank_sign
 from ..design.model import Design, Member, stacked
 from ..gear.flank import highest_parameter, root_parameter, tip_radius
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, rack_tangent
 from ..pair.frames import Layout, common_normal, layout_by_case, layout_of
 from ..pair.mounting import Mounting, across_action, mounting_of
 from ..support.read_only import kept
-
-COMPLEX_STEP = 1e-30
-PARALLEL = 1e-9
-"""Sine of the shaft angle up to which the axes count as parallel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +81,14 @@ class Pairing:
 
     @property
     def undefined(self) -> NDArray[np.bool_]:
-        """Say whether a case (cases) has no flanks, no mounting, or parallel axes."""
+        """Say whether a case (cases) has no flanks, or no mounting."""
         known = (self.lowest + self.highest + self.position).sum(axis=0) + self.layout.offset
-        crossed = np.abs(self.layout.sin_angle) > PARALLEL
-        return np.asarray(~(np.isfinite(known) & crossed)[:, 0])
+        return np.asarray(~np.isfinite(known)[:, 0])
+
+    @property
+    def parallel(self) -> NDArray[np.bool_]:
+        """Say which cases (cases) have parallel axes: `parallel.equation` has their contacts."""
+        return np.asarray(self.layout.parallel[:, 0])
 
     @property
     def scale(self) -> FloatArray:

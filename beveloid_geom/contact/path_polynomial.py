@@ -34,6 +34,7 @@ from .equation import (
     roll_angles,
     trace_parameters,
 )
+from .parallel.equation import contact_at_l1
 from .roots import SHARES, Roots, Samples, roots_in, samples_of, solve_gear_parameter
 
 ROWS = {
@@ -100,6 +101,9 @@ def exact_rows(
 ) -> tuple[FloatArray, NDArray[np.int8]]:
     """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN where not solved, and
     the Status of each position; from `roots` if these are at hand."""
+    parallel = pairing.parallel
+    if parallel.any():
+        return _exact_rows_by_axes(pairing, l1, parallel)
     roots = solve_gear_parameter(pairing, l1) if roots is None else roots
     l = np.array((l1, roots.l2))
     met = meet(pairing, l)
@@ -119,6 +123,23 @@ def exact_rows(
         status[undefined] = Status.UNDEFINED
     if status.any():
         rows[:, status != Status.SOLVED] = np.nan
+    return rows, status
+
+
+def _exact_rows_by_axes(
+    pairing: Pairing, l1: FloatArray, parallel: NDArray[np.bool_]
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Give the same where some cases have parallel axes: of their contacts that midway between the
+    mid-faces."""
+    rows, status = np.empty((WIDTH, *l1.shape)), np.full(l1.shape, np.int8(Status.OFF_FLANK))
+    crossed, others = np.flatnonzero(~parallel), np.flatnonzero(parallel)
+    if crossed.size:
+        rows[:, crossed], status[crossed] = exact_rows(pairing.cases(crossed), l1[crossed])
+    part = pairing.cases(others)
+    l, met, good = contact_at_l1(part, l1[others])
+    rows[:, others] = np.where(good, rows_of(part, l, met), np.nan)
+    status[others] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.OFF_FLANK))
+    status[pairing.undefined] = Status.UNDEFINED
     return rows, status
 
 

@@ -9,17 +9,19 @@ an error of mounting moves it by as many times more as it is greater than roundi
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from .curve_equations import linearised, units_of
 from .equation import pairing_of
+from .parallel.lines import along_lines
+from .parallel.nearly import nearly_parallel
+from .parallel.regular import regular_jacobian
 from .path import ContactPath
 
 
 def rounding_error(path: ContactPath) -> FloatArray:
     """Give the distance (*batch, positions), mm, by which rounding in the terms of the equations may move
-    each contact of a `path`, square to the path; NaN where there is none.
+    each contact of a `path`, square to the path; NaN where there is none, and on lines of contact.
 
     From the least singular value of the equations' Jacobian (`curve_equations`), an estimate within a factor
     of some ten."""
@@ -34,11 +36,20 @@ def rounding_error(path: ContactPath) -> FloatArray:
     v = normal[..., 2]
     across = (point[..., 2] - v * np.einsum("...i,...i", point, normal)) / np.sqrt(1.0 - v * v)
     z = np.stack((l1, l2, n_x, across), axis=-1) / units
-    known: NDArray[np.bool_] = np.all(np.isfinite(z), axis=-1)
-    jacobian = linearised(pairing, np.where(known[..., None], z, 0.0), units)[1]
-    known &= np.all(np.isfinite(jacobian), axis=(-1, -2))
-    jacobian[~known] = 0.0
-    least = np.linalg.svd(jacobian, compute_uv=False)[..., -1]
-    with np.errstate(divide="ignore"):
+    near = pairing.parallel | nearly_parallel(pairing)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = _least_rate(linearised(pairing, z, units)[1])
+        if near.any():
+            regular = np.stack((l1, l2, n_x, normal[..., 1], across))
+            least = np.where(near[:, None], _least_rate(regular_jacobian(pairing, regular)[1]), least)
+        known = np.isfinite(least) & ~along_lines(pairing)[:, None]
         moved = np.finfo(float).eps * units[..., 3] / least
     return np.asarray(np.where(known, moved, np.nan).reshape(shape))
+
+
+def _least_rate(jacobian: FloatArray) -> FloatArray:
+    """Give the least singular value of Jacobians (..., equations, unknowns), NaN where these are not
+    known."""
+    known = np.asarray(np.isfinite(jacobian).all(axis=(-1, -2)))
+    least = np.linalg.svd(np.where(known[..., None, None], jacobian, 0.0), compute_uv=False)[..., -1]
+    return np.where(known, least, np.nan)

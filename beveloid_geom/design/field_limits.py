@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-MIN_SHAFT_ANGLE_DEG = 0.5
 MIN_FLANK_DEPTH = 0.5  # modules; profile shift moves the pitch point about that far
 GREATEST = float(np.finfo(float).max)
 IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
@@ -131,8 +130,7 @@ _CONE = (
     (_ANY, "it is half the angle of the pitch cone, positive if the tooth grows towards the heel at +z"),
 )
 _SHAFT = (
-    (-1e-9, "give its magnitude, its sense follows from the helix angles"),
-    (MIN_SHAFT_ANGLE_DEG, "teeth on parallel axes touch along lines, not in the points this model is for"),
+    (0.0, "give its magnitude, its sense follows from the helix angles"),
     (_ANY, "it is the smaller angle of the two axes, take 180 deg less it"),
 )
 _LAYOUT = ((_ANY, "change the shaft angle of the pair if another layout is meant"),)
@@ -157,7 +155,7 @@ LIMITS: dict[str, dict[str, Limit]] = {
     },
     "Pair": {
         "offset": Limit(0, 1e5, "mm", _OFFSET, most=1e9),
-        "shaft_angle": Limit(MIN_SHAFT_ANGLE_DEG, 90, "deg", _SHAFT, least=-180, most=180),
+        "shaft_angle": Limit(0, 90, "deg", _SHAFT, least=-180, most=180),
         "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
         "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
     },

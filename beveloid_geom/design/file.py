@@ -34,16 +34,17 @@ from .limits import (
     mesh_faults,
     offset_error_faults,
     outside,
+    parallel_faults,
     radian_faults,
-    shaft_angle_error_faults,
 )
-from .model import Design, Errors, Member, MeshErrors, Pair, Tool, from_degrees
+from .model import Design, Errors, ErrorsAt, Member, MeshErrors, Pair, Tool, from_degrees
 
 BUILTIN = "ni-2017"
 BUILTINS = {
     BUILTIN: "crossed pair of Table 1 of Ni et al. 2017: m 6, 29/45 teeth, offset 229 mm, 15 deg",
     "awd-transfer": "transfer pair for all-wheel drive: m 3, 37/37 teeth, axes that intersect at 4 deg",
     "marine-gearbox": "reduction of a marine gearbox: m 6, 24/61 teeth, axes that intersect at 7 deg",
+    "anti-backlash": "backlash set by an axial shift: m 1.5, 24/72 straight teeth on cones, parallel axes",
 }
 """Built-in designs by name, with what they are."""
 _NAMES = ", ".join(BUILTINS)
@@ -74,8 +75,7 @@ def _keys_of(inputs: type) -> dict[str, _Key]:
 
 
 _MEMBER, _ERRORS = _keys_of(Tool) | _keys_of(Member), _keys_of(Errors)
-_PERPENDICULAR, _MESH = "perpendicular", "mesh"
-_ERRORS_AT = {_PERPENDICULAR: _ERRORS, _MESH: _keys_of(MeshErrors)}
+_ERRORS_AT: dict[ErrorsAt, _Keys] = {"perpendicular": _ERRORS, "mesh": _keys_of(MeshErrors)}
 """Keys of [errors] by the place `at` which they are: about the common perpendicular, or at the mesh."""
 FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
 """`pair.mesh_errors.from_mesh`: it needs the pitch point, which follows from the design."""
@@ -167,7 +167,7 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
 
 def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | MeshErrors | None:
     """Read [errors], about the common perpendicular or at the mesh."""
-    keys, at = dict(given), given.get("at", _PERPENDICULAR)
+    keys, at = dict(given), given.get("at", "perpendicular")
     keys.pop("at", None)
     if not isinstance(at, str) or at not in _ERRORS_AT:
         limit = " or ".join(f'"{place}"' for place in _ERRORS_AT)
@@ -177,7 +177,7 @@ def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | Mesh
     values = _checked(_ERRORS_AT[at], "errors", keys, faults)
     if values is None:
         return None
-    return from_degrees(MeshErrors, **values) if at == _MESH else from_degrees(Errors, **values)
+    return from_degrees(MeshErrors, **values) if at == "mesh" else from_degrees(Errors, **values)
 
 
 def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None = None) -> Design:
@@ -212,14 +212,14 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
         faults += given_at_mesh_faults(pinion, pair, errors)
     if pinion and isinstance(errors, Errors):
         faults += offset_error_faults(pinion, errors)
-    if pair and isinstance(errors, Errors):
-        faults += shaft_angle_error_faults(pair, errors)
     if pinion and gear and pair:
         faults += radian_faults(pinion, gear, pair)
+        faults += parallel_faults(pinion, gear, pair)
+        at: ErrorsAt = "mesh" if isinstance(errors, MeshErrors) else "perpendicular"
         if isinstance(errors, MeshErrors) and not faults:
             errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
         if isinstance(errors, Errors) and not faults:
-            return Design(pinion, gear, pair, errors)
+            return Design(pinion, gear, pair, errors, at)
     raise DesignError(dict.fromkeys(faults), source)
 
 
@@ -273,7 +273,8 @@ def builtin_design(name: str = BUILTIN) -> Design:
     Parameters
     ----------
     name : str
-        'ni-2017', the pair of Table 1; 'awd-transfer' or 'marine-gearbox', on axes that intersect.
+        'ni-2017', the pair of Table 1; 'awd-transfer' or 'marine-gearbox', on axes that intersect;
+        'anti-backlash', on parallel ones.
 
     Returns
     -------
@@ -316,7 +317,7 @@ def override(design: Design, **values: float | None) -> Design:
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
     faults += offset_error_faults(changed.pinion, changed.errors)
-    faults += shaft_angle_error_faults(changed.pair, changed.errors)
+    faults += parallel_faults(*changed.members, changed.pair)
     if faults:
         named = (Fault("", names[f[:2]], f.text) if f[:2] in names else f for f in faults)
         raise DesignError(dict.fromkeys(named))

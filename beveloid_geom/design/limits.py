@@ -5,7 +5,8 @@ Limits of single keys belong to the table of `field_limits`. Here, of the finish
 - the generating normal must lean outwards on both flanks, tan(alpha) > sin|beta| tan|gamma|;
   where its radial component vanishes the generating roll of Eq. 6 is infinite;
 - so must it all along a parabolic flank, whose profile must not fold either;
-- the tool must keep a flank between its tip round and the point where its flanks meet.
+- the tool must keep a flank between its tip round and the point where its flanks meet;
+- on parallel axes the members must be made for each other.
 """
 
 from __future__ import annotations
@@ -18,12 +19,11 @@ from .field_limits import (
     IN_RADIANS,
     LIMITS,
     MIN_FLANK_DEPTH,
-    MIN_SHAFT_ANGLE_DEG,
     Fault,
     base_pitch_fault,
     refused,
 )
-from .model import Errors, Member, MeshErrors, Pair
+from .model import MATCH, PARALLEL, Errors, Member, MeshErrors, Pair
 
 SAME_PITCH = 1e-9
 """Share by which base pitches in a file may differ."""
@@ -108,24 +108,59 @@ def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterato
         yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
-def shaft_angle_error_faults(pair: Pair, errors: Errors) -> Iterator[Fault]:
-    """Refuse an error of the shaft angle that leaves parallel axes."""
-    yield from _angle_faults("shaft_angle_deg", pair, errors.shaft_angle)
+def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
+    """Refuse members that do not fit each other on parallel axes.
 
-
-def _angle_faults(key: str, pair: Pair, error: Any) -> Iterator[Fault]:
-    lowest = math.radians(MIN_SHAFT_ANGLE_DEG) - float(pair.shaft_angle)
-    if float(error) < lowest - 1e-12:
-        cure = f"{MIN_SHAFT_ANGLE_DEG} deg of shaft angle must be left"
-        limit = f"be at least {in_degrees(lowest)} deg"
-        yield outside("errors", key, limit, in_degrees(error), cure)
+    Flanks share a normal there only if the axial components of theirs are opposite, so that base helix angles
+    are, on right and left flanks: sin(alpha) sin(gamma) and cos(alpha) sin(beta) cos(gamma) of both members
+    must cancel. Where their pressure angles differ they then touch along cylinders alone, and unmodified."""
+    if abs(math.sin(pair.shaft_angle)) > PARALLEL:
+        return
+    alphas, cones, helices = (
+        tuple(float(getattr(part, name)) for part in parts)
+        for parts, name in (
+            ((pinion.tool, gear.tool), "normal_pressure_angle"),
+            ((pinion, gear), "cone_angle"),
+            ((pinion, gear), "helix_angle"),
+        )
+    )
+    bent = any(float(member.tool.parabola) != 0.0 for member in (pinion, gear)) and any(helices)
+    if abs(alphas[0] - alphas[1]) > MATCH and (any(cones) or bent):
+        cure = (
+            "on parallel axes cones, and helical teeth with parabolas, are cut by tools of one pressure angle"
+        )
+        limit = f"equal that of [pinion], {in_degrees(alphas[0])} deg"
+        yield outside("gear", "normal_pressure_angle_deg", limit, in_degrees(alphas[1]), cure)
+        return
+    cone = -math.asin(math.sin(alphas[0]) * math.sin(cones[0]) / math.sin(alphas[1]))
+    lean = math.cos(alphas[0]) * math.sin(helices[0]) * math.cos(cones[0])
+    helix = -math.asin(lean / (math.cos(alphas[1]) * math.cos(cone)))
+    fits = (
+        ("helix_angle_deg", helix, helices[1], "on parallel axes base helix angles must be opposite"),
+        ("cone_angle_deg", cone, cones[1], "on parallel axes one tooth must taper as the space of the other"),
+    )
+    for key, wanted, given, cure in fits:
+        if abs(wanted - given) > MATCH:
+            limit = f"be {in_degrees(wanted)} deg, opposite to that of [pinion]"
+            if key == "helix_angle_deg" and wanted * given < 0.0:
+                cure = "teeth of equal hands cross each other on parallel axes"
+            yield outside("gear", key, limit, in_degrees(given), cure)
 
 
 def given_at_mesh_faults(pinion: Member, pair: Pair, errors: MeshErrors) -> Iterator[Fault]:
-    """Refuse errors at the mesh that take the teeth far out of each other, or leave parallel axes."""
+    """Refuse errors at the mesh that take the teeth far out of each other, or turn axes past parallel."""
     cure = "it adds to the centre distance"
     yield from _distance_faults("centre_distance", pinion, errors.centre_distance, cure)
-    yield from _angle_faults("in_plane_deg", pair, errors.in_plane)
+    shaft = float(pair.shaft_angle)
+    if shaft > 0.0 and float(errors.in_plane) < -shaft:
+        cure = "past parallel axes they would have another common perpendicular"
+        yield outside(
+            "errors",
+            "in_plane_deg",
+            f"be at least {-in_degrees(shaft)} deg",
+            in_degrees(errors.in_plane),
+            cure,
+        )
 
 
 def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar, get_args
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from ..support.read_only import equal, restored
 from .field_limits import DesignError, base_pitch_fault, in_radians, refused, take
 
 T = TypeVar("T")
+ErrorsAt: TypeAlias = Literal["perpendicular", "mesh"]
+"""Where assembly errors are measured: about the common perpendicular of the axes, or at the mesh."""
 
 ROUNDED_PITCH = 1e-4
 """Share by which base pitches may differ from Python, where designs are noted with a few digits."""
@@ -30,6 +32,10 @@ ROUNDED_PITCH = 1e-4
 
 CANCELLING = 1e-9
 """Sum of helix angles (rad) below which it gives the shaft angle no sense."""
+PARALLEL = 1e-9
+"""Sine of the shaft angle up to which the axes count as parallel."""
+MATCH = 1e-9
+"""Sum of axial components of the normals of two flanks up to which it counts as zero on parallel axes."""
 
 
 def unchecked(given: T, **values: Any) -> T:
@@ -185,12 +191,14 @@ class MeshErrors:
 
 @dataclass(frozen=True)
 class Design:
-    """A pair of beveloid gears, as mounted."""
+    """A pair of beveloid gears, as mounted. `errors` are about the common perpendicular; `errors_at` says
+    where those are measured that studies of it draw, map and differentiate by where they are not told."""
 
     pinion: Member
     gear: Member
     pair: Pair
     errors: Errors = field(default_factory=Errors)
+    errors_at: ErrorsAt = "perpendicular"
 
     __eq__ = equal
     __setstate__ = restored
@@ -199,6 +207,10 @@ class Design:
     def __post_init__(self) -> None:
         """Raises DesignError for what is no input, and for members of different base pitch."""
         _require(self, pinion=Member, gear=Member, pair=Pair, errors=Errors)
+        if self.errors_at not in (places := get_args(ErrorsAt)):
+            limit = f"be {' or '.join(map(repr, places))}"
+            cure = "it says where errors are measured"
+            raise DesignError([f"errors_at {refused(limit, self.errors_at, cure)}"], "Design")
         pinion, gear = (m.tool.normal_module * np.cos(m.tool.normal_pressure_angle) for m in self.members)
         if fault := base_pitch_fault((pinion, gear), ROUNDED_PITCH, "", "", "the pinion"):
             raise DesignError([f"gear {fault}"], "Design")

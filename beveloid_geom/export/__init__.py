@@ -26,6 +26,7 @@ SURFACE_FORMATS = {
     ".stl": Format("surfaces:write_stl", "CAD, printing"),
     ".ply": Format("surfaces:write_ply", "CAD, printing"),
     ".obj": Format("surfaces:write_obj", "CAD, printing"),
+    ".3mf": Format("surfaces:write_3mf", "CAD, printing"),
     ".vtk": Format("surfaces:write_vtk", "ParaView", fields=True),
     ".vtp": Format("vtp:write_polydata", "ParaView", fields=True),
     ".vtu": Format("surfaces:write_vtu", "ParaView", fields=True),
@@ -43,13 +44,20 @@ CAD_FORMATS = {
     ".step": Format("step:write_step", "CAD"),
     ".stp": Format("step:write_step", "CAD"),
 }
-"""Of solids: a writer takes a member, the path, teeth, the radius of the bore, and a name."""
+"""Of solids: a writer takes a member, the path, teeth, the radius of the bore, a name, and a frame."""
+ASSEMBLY_FORMATS = {suffix: Format("step:write_step_pair", "CAD") for suffix in CAD_FORMATS}
+"""Of the pair as solids: a writer takes a design, the path, and the frames of its members in mesh."""
+SCENE_FORMATS = {".glb": Format("scene:write_glb", "viewers, web pages")}
+"""Of the pair to look at: a writer takes pieces, and the path."""
 FIELD_FORMATS = tuple(suffix for suffix, one in SURFACE_FORMATS.items() if one.fields)
 """Those surface formats that hold fields."""
 MEMBERS = ("pinion", "gear")
-CONVENTIONS = (
-    "Units: N, mm, MPa, tonne, s.",
-    "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth.",
+UNITS = "Units: N, mm, MPa, tonne, s."
+OWN_FRAME = (
+    "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth."
+)
+FIXED_FRAME = (
+    "Frame of the pair in mesh: z along the pinion's axis, x along the common perpendicular to the gear's."
 )
 """What the header of a mesh of hexahedra says."""
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
@@ -30,7 +30,7 @@ from OCP.Geom import (
     Geom_Plane,
 )
 from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
-from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d
+from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d, gp_Trsf
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Message import Message
 from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
@@ -40,11 +40,13 @@ from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_REVERSED
+from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from ..arrays import FloatArray
-from .strips import Net, Revolved, Strip, Trace
+from ..contact.placing import Frame
+from .strips import Net, Part, Revolved, Strip, Trace
 
 PRECISION = 1e-7
 """mm. The kernel's own; edges and surfaces must agree to it."""
@@ -58,6 +60,10 @@ COLOURS = {
 GREY = (0.75, 0.75, 0.75)
 STRAIGHT = 1e-12
 """Cone angles (rad) below which a surface of revolution is a cylinder."""
+
+
+NamedSolid: TypeAlias = tuple[TopoDS_Solid, list[tuple[str, TopoDS_Face]]]
+"""A solid and its faces with their names."""
 
 
 def _array(kind: Any, values: Sequence[Any]) -> Any:
@@ -225,7 +231,7 @@ def _loop_faces(
     return faces, (toe, heel)
 
 
-def solid_of(loops: Sequence[Sequence[Strip]]) -> tuple[TopoDS_Solid, list[tuple[str, TopoDS_Face]]]:
+def solid_of(loops: Sequence[Sequence[Strip]]) -> NamedSolid:
     """Give the solid between two planes bounded by closed loops of strips, the outer one first, and its
     faces with their names."""
     builder = BRep_Builder()
@@ -256,35 +262,60 @@ def _name(strip: Strip) -> str:
     return strip.name if strip.tooth is None else f"{strip.name} {strip.tooth}"
 
 
-def write_solid(loops: Sequence[Sequence[Strip]], name: str, path: Path) -> None:
-    """Write the solid bounded by `loops` as STEP, mm, with the names of its faces. Raises OSError,
-    or RuntimeError where the kernel finds fault with the solid."""
-    solid, named = solid_of(loops)
-    if not BRepCheck_Analyzer(solid).IsValid():
-        raise RuntimeError(f"{name}: the kernel finds fault with the solid, please report it")
+def write_solids(parts: Sequence[Part], path: Path, name: str) -> None:
+    """Write solids as STEP, mm, with the names of their faces; those with a frame as components of an
+    assembly of that `name`. Raises OSError, or RuntimeError where the kernel finds fault with a solid."""
+    shapes = [solid_of(part.loops) for part in parts]
+    for part, (solid, _) in zip(parts, shapes, strict=True):
+        if not BRepCheck_Analyzer(solid).IsValid():
+            raise RuntimeError(f"{part.name}: the kernel finds fault with the solid, please report it")
     with quiet_kernel():
         writer = STEPCAFControl_Writer()
-        writer.Transfer(_document(name, solid, named))
+        writer.Transfer(_document(parts, shapes, name))
         finder = writer.ChangeWriter().WS().TransferWriter().FinderProcess()
-        for part, shape in [*named, (name, solid)]:
-            STEPConstruct.FindEntity_s(finder, shape).SetName(_text(part))
+        for part, (solid, faces) in zip(parts, shapes, strict=True):
+            for own, shape in [*faces, (part.name, solid)]:
+                STEPConstruct.FindEntity_s(finder, shape).SetName(_text(own))
         _sign(writer.ChangeWriter().Model(), name)
         if writer.Write(str(path)) != IFSelect_RetDone:
             raise OSError("the CAD kernel could not write it")
 
 
-def _document(name: str, solid: TopoDS_Solid, named: Sequence[tuple[str, TopoDS_Face]]) -> TDocStd_Document:
-    """Give the solid as a product of that name, its faces coloured."""
+def _document(parts: Sequence[Part], shapes: Sequence[NamedSolid], name: str) -> TDocStd_Document:
+    """Give the solids as products of their names, their faces coloured, and those with a frame as
+    components of one assembly, each in its place."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
-    shapes, colours = (
+    products, colours = (
         tool(document.Main()) for tool in (XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s)
     )
-    product = shapes.AddShape(solid, False)
-    TDataStd_Name.Set_s(product, TCollection_ExtendedString(name))
-    for part, face in named:
-        colour = Quantity_Color(*COLOURS.get(part.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
-        colours.SetColor(shapes.AddSubShape(product, face), colour, XCAFDoc_ColorSurf)
+    placed = []
+    for part, (solid, faces) in zip(parts, shapes, strict=True):
+        product = products.AddShape(solid, False)
+        _called(product, part.name)
+        for own, face in faces:
+            colour = Quantity_Color(*COLOURS.get(own.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
+            colours.SetColor(products.AddSubShape(product, face), colour, XCAFDoc_ColorSurf)
+        if part.frame is not None:
+            placed.append((part.name, product, _location(part.frame)))
+    if placed:
+        assembly = products.NewShape()
+        _called(assembly, name)
+        for own, product, place in placed:
+            _called(products.AddComponent(assembly, product, place), own)
+        products.UpdateAssemblies()
     return document
+
+
+def _called(label: Any, name: str) -> None:
+    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+
+
+def _location(frame: Frame) -> TopLoc_Location:
+    """Give the place of a member's own frame in the kernel's terms."""
+    rotation, origin = frame
+    place = gp_Trsf()
+    place.SetValues(*np.column_stack((rotation, origin)).ravel().tolist())
+    return TopLoc_Location(place)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..export import CONVENTIONS, identifier
+from ..export import UNITS, identifier
 from ..shapes.elements import VolumeMesh
 from ..shapes.hexahedra import ELEMENTS
 from .load import ContactLoad
@@ -70,7 +70,7 @@ def write_deck(
 
 def _header(comment: Sequence[str]) -> Iterator[str]:
     yield "*HEADING\nbeveloid-geom\n"
-    yield from (f"** {' '.join(line.split())}\n" for line in (*comment, *CONVENTIONS))
+    yield from (f"** {' '.join(line.split())}\n" for line in (*comment, UNITS))
 
 
 def _mesh(mesh: VolumeMesh, element: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 
-from ..export import CONVENTIONS, identifier
+from ..export import UNITS, identifier
 from ..shapes.elements import VolumeMesh
 from .material import DENSITY, POISSON, YOUNG
 
@@ -38,7 +38,7 @@ def write_bulk(
 
 
 def _control(mesh: VolumeMesh, comment: Sequence[str]) -> Iterator[str]:
-    for line in (*comment, *CONVENTIONS):
+    for line in (*comment, UNITS):
         yield from (f"$ {part}\n" for part in wrap(line, COLUMNS - 2))
     yield "SOL 101\nCEND\n"
     for number, (name, indices) in enumerate(mesh.node_sets.items(), 1):

@@ -14,13 +14,13 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..contact.ellipse import relative_curvature
-from ..contact.placing import MeshingPair
+from ..contact.placing import Frame, MeshingPair
 from ..design.model import Design, Member
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
-from ..operation.least_over_roll import least_separation, mating_of
-from ..operation.operating_rolls import first_contact_operation
+from ..operation.least_over_roll import first_contact_operation, least_separation, mating_of
 from ..operation.separation import separation
+from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.elements import VolumeMesh
 from ..shapes.outline import require_tolerance
 from ..shapes.sampling import FlankGrid, grid_faces, sample_flank
@@ -153,3 +153,14 @@ def contact_case(
     load = contact_load(mesh, own if own in mesh.surfaces else f"{pose.flank} flank", place, force)
     held = tuple(name for name in FIXED_SETS if name in mesh.node_sets)  # a whole gear has no sides
     return LoadCase(load, nearest_node(mesh, edge), held)
+
+
+def placed_volume(
+    mesh: VolumeMesh, case: LoadCase | None, frame: Frame
+) -> tuple[VolumeMesh, LoadCase | None]:
+    """Carry hexahedra and their load from the member's own frame to S_f."""
+    placed = replace(mesh, points=to_fixed(frame, mesh.points))
+    if case is None:
+        return placed, None
+    forces, point = normals_to_fixed(frame, case.load.forces), to_fixed(frame, case.load.point)
+    return placed, replace(case, load=replace(case.load, forces=forces, point=point))

@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray
+from ..contact.placing import Frame
 from ..design.field_limits import shown_value
 from ..design.model import Member
 from ..gear.fillet import bottom_point, fillet_point, root_radius, tool_round
@@ -94,6 +95,16 @@ class _Tooth:
     root: Revolved
     middle: Trace
     has_land: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A solid to be written: its `name`, the closed `loops` of strips that bound it, the outer one first,
+    and the `frame` that carries it to that of an assembly, None for a product by itself."""
+
+    name: str
+    loops: Sequence[Sequence[Strip]]
+    frame: Frame | None = None
 
 
 def gear_loops(

@@ -1,4 +1,4 @@
-"""Triangles with fields, written as .stl, .ply, .obj, .vtk, .vtp or .vtu.
+"""Triangles with fields, written as .stl, .ply, .obj, .3mf, .vtk, .vtp or .vtu.
 
 Lengths are mm. .stl and .ply hold single precision (about 1e-5 mm on these gears), .obj nine
 decimals, the VTK formats double precision.
@@ -131,22 +131,37 @@ def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> 
     return trimesh.Trimesh(points, faces, vertex_normals=normals, process=False)
 
 
-def _obj(surface: SurfaceMesh, title: str) -> str:
-    """Write the text of an .obj file, with an object and a group for each member of a pair."""
-    import trimesh
-    from trimesh.exchange import obj
+def write_3mf(surface: SurfaceMesh, path: Path, title: str) -> None:
+    """Write a 3MF file, mm, with an object for each member of a pair."""
+    _scene(surface, title).export(str(path), file_type="3mf")
 
-    export: Any = obj.export_obj
-    normals, of = surface.point_fields.get("normals"), surface.cell_fields.get("member")
-    if of is None:
-        mesh = _trimesh(surface.points, surface.faces, normals)
-        return str(export(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
+
+def _scene(surface: SurfaceMesh, title: str) -> Any:
+    """Make trimesh's scene of a surface, with a geometry for each member of a pair."""
+    import trimesh
+
+    of = surface.cell_fields.get("member")
     scene = trimesh.Scene()
+    if of is None:
+        scene.add_geometry(_trimesh(surface.points, surface.faces, None), geom_name=title, node_name=title)
+        return scene
     for number, name in enumerate(MEMBERS):
         faces = surface.faces[of == number]
         start = faces.min()
         mesh = _trimesh(surface.points[start : faces.max() + 1], faces - start, None)
         mesh.metadata["name"] = name
-        scene.add_geometry(mesh)
-    text = str(export(scene, include_normals=False, digits=OBJ_DIGITS, header=title))
+        scene.add_geometry(mesh, geom_name=name, node_name=name)
+    return scene
+
+
+def _obj(surface: SurfaceMesh, title: str) -> str:
+    """Write the text of an .obj file, with an object and a group for each member of a pair."""
+    from trimesh.exchange import obj
+
+    export: Any = obj.export_obj
+    normals = surface.point_fields.get("normals")
+    if "member" not in surface.cell_fields:
+        mesh = _trimesh(surface.points, surface.faces, normals)
+        return str(export(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
+    text = str(export(_scene(surface, title), include_normals=False, digits=OBJ_DIGITS, header=title))
     return re.sub(r"^o (.+)$", r"o \1\ng \1", text, flags=re.MULTILINE)

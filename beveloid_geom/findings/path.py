@@ -7,12 +7,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..analysis.errors import ANGLES, mounted
 from ..analysis.pressure import WHOLE, PathPressure
-from ..analysis.sensitivity import path_sensitivity
-from ..analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from ..analysis.sensitivity import Sensitivity, path_sensitivity
+from ..analysis.tolerance import USUAL_AT
+from ..arrays import FloatArray
+from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
-from ..design.model import Design
+from ..design.model import Design, ErrorsAt
 from ..gear.fillet import tool_round
 from ..gear.flank import highest_parameter, root_parameter
 from ..operation.certificate import Certificate
@@ -24,6 +27,9 @@ SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
 """Shift of a path under one usual tolerance, over the size of the flank in the direction of the shift, from
 which it is said. A path in the middle of the flank leaves it at one half; half of that is a warning: the
 other errors, deflection and the length of the path take the rest."""
+ALONG_LINES = "they touch along lines, and an error of the shaft angle puts the contact on an edge"
+STILL = 1e-12
+"""Step along a path, mm or rad, up to which a quantity stands still."""
 ROUNDING_TOLERANCE = 1e-9
 """mm by which rounding may move a contact without a note."""
 UNKNOWN = {
@@ -79,53 +85,76 @@ def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Re
     says why."""
     if path.ends.status != Status.SOLVED:
         return ()
-    found = [*_sensitivity_remarks(path), *_loss_remarks(path)]
+    lines = bool(touches_along_lines(path.design, path.flank))
+    found = [(NOTE, ALONG_LINES)] if lines else [*_sensitivity_remarks(path), *loss_remarks(path)]
     if certificate is not None:
         found += _certificate_remarks(certificate)
     found += _path_remarks(path)
     return tuple(Remark(level, f"{path.flank} flanks: {text}") for level, text in found)
 
 
-def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Find how far usual tolerances of offset and shaft angle move the path, where that is far."""
-    design, found = path.design, path_sensitivity(path.design, path.flank)
-    sizes = np.array([USUAL.offset, USUAL.shaft_angle])
+def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give how far two errors of these `sizes` (2), the first two of `found`, move a path along the face and
+    square to itself (..., place, member, error), mm."""
     face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
-    widths = np.array([float(member.face_width) for member in design.members])
-    depths = [float(highest_parameter(member) - root_parameter(member)) for member in design.members]
+    return face, square
+
+
+def usual_sizes(at: ErrorsAt = "perpendicular") -> FloatArray:
+    """Give the usual tolerances of the first two errors `at` common perpendicular or mesh, mm and rad."""
+    return np.asarray(USUAL_AT[at].values()[:2])
+
+
+def shares_of_flank(design: Design, found: Sensitivity, sizes: FloatArray) -> FloatArray:
+    """Give the same over the size of the flank in the direction of the shift, of the design's batch shape."""
+    face, square = usual_shifts(found, sizes)
+    depths = [highest_parameter(member) - root_parameter(member) for member in design.members]
+    both = [member.face_width for member in design.members], depths
+    width, depth = (np.stack(np.broadcast_arrays(*size), axis=-1)[..., None, :, None] for size in both)
     # The flank, face by depth, as wide as it is square to the path: the cosine is that of path and depth.
     cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
-    room = widths[:, None] * cosine + np.array(depths)[:, None] * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    share = square / room
+    return np.asarray(square / (width * cosine + depth * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))))
+
+
+def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
+    """Find how far usual tolerances of offset and shaft angle, or of centre distance and the angle in plane,
+    move the path, where that is far."""
+    design, at = path.design, path.design.errors_at
+    found, sizes = path_sensitivity(design, path.flank, at), usual_sizes(at)
+    what = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
+    share, (face, square) = shares_of_flank(design, found, sizes), usual_shifts(found, sizes)
     if np.isnan(share).all():
         return
-    place, member, error = np.unravel_index(np.nanargmax(share), share.shape)
-    level = next((level for least, level in SENSITIVE if share[place, member, error] >= least), None)
+    worst = np.unravel_index(np.nanargmax(share), share.shape)
+    level = next((level for least, level in SENSITIVE if share[worst] >= least), None)
     if level is None:
         return
-    shift, where = (
-        (face, "along its face") if cosine[place, member, error] > 0.5 else (square, "square to itself")
-    )
-    offset, angle = shift[place, member]
+    place, member, _ = worst
+    lengthwise = 2.0 * square[worst] > face[worst]
+    where = "along its face" if lengthwise else "square to itself"
+    offset, angle = (face if lengthwise else square)[place, member]
+    width = float(design.members[member].face_width)
     yield (
         level,
-        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of shaft"
-        f" angle shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
-        f" {sizes[0]:g} mm of offset by {offset:.3g} mm; the face is {widths[member]:g} mm wide",
+        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of"
+        f" {what[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
+        f" {sizes[0]:g} mm of {what[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
     )
 
 
-def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
+def loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
-    design, size = path.design, USUAL.values()
+    design, usual = path.design, USUAL_AT[path.design.errors_at]
+    size, names = usual.values(), usual.names
     errors = np.concatenate((np.diag(size), np.diag(-size)))
-    errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
-    status = path_of_contact(mounted(design, errors), path.flank, 2).ends.status
+    if design.pair.shaft_angle > 0.0:
+        errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
+    status = path_of_contact(mounted(design, errors, names), path.flank, 2).ends.status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:
         column = int(np.flatnonzero(row)[0])
-        name, value = ERROR_NAMES[column], float(row[column])
-        size_words = f"{math.degrees(value):+g} deg" if name == "shaft_angle" else f"{value:+g} mm"
+        name, value = names[column], float(row[column])
+        size_words = f"{math.degrees(value):+g} deg" if name in ANGLES else f"{value:+g} mm"
         words.append(f"{name.replace('_', ' ')} {size_words}")
     if words:
         yield WARNING, f"contact is lost within usual tolerances, at an error of {' or '.join(words)}"
@@ -152,7 +181,7 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         (path.l1, "l1 turns back along the path: at some l1 the pinion's flank has two contacts"),
     ):
         steps = np.diff(values)
-        if steps.size and steps.min() < 0.0 < steps.max():
+        if steps.size and steps.min() < -STILL and steps.max() > STILL:
             yield NOTE, words
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
         where = "at one place of the path the common normal is square to the common perpendicular (n_x = 0)"

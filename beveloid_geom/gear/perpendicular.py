@@ -74,12 +74,9 @@ class Sheet:
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Feet as in `Feet`, and the generating roll angle `phi` (rad) of each; `normal` by components, and its
-    `moment` (mm) about the member's axis."""
+    """Feet as in `Feet`, but for u; `normal` by components, and its `moment` (mm) about the member's axis."""
 
     l: FloatArray
-    phi: FloatArray
-    u: FloatArray
     z: FloatArray
     distance: FloatArray
     normal: Vector
@@ -117,21 +114,31 @@ def feet(
     off = np.where(beyond, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
     status = np.where(np.isnan(foot.l), np.int8(Status.NOT_CONVERGED), off).astype(np.int8)
     normal = np.stack(np.broadcast_arrays(*foot.normal), axis=-1)
-    return Feet(foot.l, foot.u, foot.z, foot.distance, normal, foot.margin, status)
+    u = (foot.z - rack_point(sheet.rack, foot.l)[2]) / sheet.rack.trace[2]
+    return Feet(foot.l, u, foot.z, foot.distance, normal, foot.margin, status)
 
 
-def foot_on(sheet: Sheet, point: Vector, near: tuple[FloatArray, FloatArray] | None = None) -> Foot:
+def foot_on(
+    sheet: Sheet,
+    point: Vector,
+    near: tuple[FloatArray, FloatArray] | None = None,
+    last_step: float = LAST_STEP,
+) -> Foot:
     """Find the feet on a flank of perpendiculars from points by components; `near`: l and phi to start from,
-    else those of the unmodified flank's foot. To be called where errors of numbers are ignored."""
-    rack, last = sheet.rack, LAST_STEP * np.asarray(sheet.module)
-    l, phi = _unmodified_foot(rack, *point) if near is None else near
-    for _ in range(NEWTON_LIMIT):
-        step_l, step_phi, regular = _newton_step(rack, point, l, phi)
+    else those of the unmodified flank's foot; `last_step` as LAST_STEP. To be called where errors of numbers
+    are ignored."""
+    rack, last, rest = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
+    l, phi = (np.empty(0), _unmodified_roll(rack, *point)) if near is None else near
+    for count in range(NEWTON_LIMIT):
+        slid = _slid(rack, point, phi, rest)
+        if count == 0 and near is None:
+            l = slid[0]  # of the unmodified flank's foot: V.d = l
+        step_l, step_phi, regular = _newton_step(rack, slid, l)
         l, phi = l + step_l, phi + step_phi
         done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
         if np.all(done | ~np.isfinite(l)):
             break
-    return _foot(sheet, point, np.where(done & regular, l, np.nan), phi)
+    return _foot(sheet, point, np.where(done & regular, l, np.nan), _slid(rack, point, phi, rest))
 
 
 def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -143,64 +150,62 @@ def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, Flo
     return l, np.asarray(across / rack.pitch_radius)
 
 
-def _unmodified_foot(
-    rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Find l and phi of the foot on the involute helicoid that the rack's straight flank cuts."""
+def _unmodified_roll(rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Find phi of the foot on the involute helicoid that the rack's straight flank cuts."""
     nx, ny, _ = rack.normal
-    sine = rack.pitch_radius * ny / (np.hypot(x, y) * np.hypot(nx, ny))
-    theta = np.arctan2(ny, nx) - np.arcsin(np.clip(sine, -1.0, 1.0))
-    turn = np.arctan2(y, x) - theta
-    phi = np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi
-    return _slid(rack, (x, y, z), phi)[0], phi
+    sine = rack.pitch_radius * ny / np.hypot(nx, ny) / np.sqrt(x * x + y * y)
+    turn = np.arctan2(y, x) + np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0)) - np.arctan2(ny, nx)
+    return np.asarray(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
 
 
-def _slid(rack: Rack, point: Vector, phi: FloatArray) -> tuple[FloatArray, ...]:
-    """Find V.d, V.m, V.t of the module's text, with W.d, W.m and dW/dphi . d, dW/dphi . m."""
-    x, y, z = point
+def _rest(rack: Rack, z: FloatArray) -> tuple[FloatArray, ...]:
+    """Find what V.d and V.m have of the rack and of z, whatever phi."""
+    x, y, up = rack.pitch_radius + rack.apex[0], rack.apex[1], z - rack.apex[2]
+    return tuple(up * e[2] - (x * e[0] + y * e[1]) for e in (rack.direction, rack.normal))
+
+
+def _slid(rack: Rack, point: Vector, phi: FloatArray, rest: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+    """Find V.d, V.m of the module's text, W.d, W.m and dW/dphi . d, dW/dphi . m; cosine and sine of phi."""
+    (x, y, _), r = point, rack.pitch_radius
     cos, sin = np.cos(phi), np.sin(phi)
     fx, fy = cos * x + sin * y, cos * y - sin * x
-    wy, slide = rack.pitch_radius - fx, rack.pitch_radius * phi
-    vx, vy, vz = fx - rack.pitch_radius - rack.apex[0], fy + slide - rack.apex[1], z - rack.apex[2]
-    d, m, t = rack.direction, rack.normal, rack.trace
-    return (
-        *(vx * e[0] + vy * e[1] + vz * e[2] for e in (d, m, t)),
-        *(fy * e[0] + wy * e[1] for e in (d, m)),
-        *(-fx * e[0] - fy * e[1] for e in (d, m)),
-    )
+    slide, wy = r * phi, r - fx
+    (dx, dy, _), (mx, my, _) = rack.direction, rack.normal
+    d, m = fx * dx + fy * dy, fx * mx + fy * my
+    v = d + slide * dy + rest[0], m + slide * my + rest[1]
+    return *v, fy * dx + wy * dy, fy * mx + wy * my, -d, -m, cos, sin
 
 
 def _newton_step(
-    rack: Rack, point: Vector, l: FloatArray, phi: FloatArray
+    rack: Rack, slid: tuple[FloatArray, ...], l: FloatArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
-    vd, vm, _, wd, wm, wd_phi, wm_phi = _slid(rack, point, phi)
-    bend = 2.0 * rack.parabola * l
+    vd, vm, wd, wm, wd_phi, wm_phi, *_ = slid
+    double = 2.0 * rack.parabola
+    bend = double * l
     standing = vd - l + bend * (vm - 0.5 * bend * l)
     moving = wm - bend * wd
     # Jacobian of (standing, moving) by (l, phi).
-    a = -1.0 + 2.0 * rack.parabola * vm - 1.5 * bend * bend
+    a = double * vm - 1.5 * bend * bend - 1.0
     b = wd + bend * wm
-    c = -2.0 * rack.parabola * wd
+    c = -double * wd
     e = wm_phi - bend * wd_phi
     determinant = a * e - b * c
     step_l, step_phi = b * moving - e * standing, c * standing - a * moving
     return step_l / determinant, step_phi / determinant, (determinant > 0.0) & (a < 0.0)
 
 
-def _foot(sheet: Sheet, point: Vector, l: FloatArray, phi: FloatArray) -> Foot:
-    rack = sheet.rack
-    vd, vm, u, *_ = _slid(rack, point, phi)
+def _foot(sheet: Sheet, point: Vector, l: FloatArray, slid: tuple[FloatArray, ...]) -> Foot:
+    rack, (vd, vm, *_, cos, sin) = sheet.rack, slid
     bend = 2.0 * rack.parabola * l
     length = np.sqrt(1.0 + bend * bend)
     distance = (vm - 0.5 * bend * l - bend * (vd - l)) / length
     nx, ny, nz = ((m - bend * d) / length for m, d in zip(rack.normal, rack.direction, strict=True))
-    cos, sin = np.cos(phi), np.sin(phi)
     normal = cos * nx - sin * ny, sin * nx + cos * ny, nz
     x, y, z = (value - distance * n for value, n in zip(point, normal, strict=True))
     reach = sheet.tip + sheet.taper * z - np.sqrt(x * x + y * y)
     # A parabola folds back far out, to where radii mean nothing: no tip lies beyond `highest`.
     margin = np.minimum(np.minimum(l - sheet.root, sheet.highest - l), reach)
     margin = np.minimum(margin, sheet.half - np.abs(z))
-    return Foot(l, phi, np.where(np.isnan(l), np.nan, u), z, distance, normal, rack.pitch_radius * ny, margin)
+    return Foot(l, z, distance, normal, rack.pitch_radius * ny, margin)

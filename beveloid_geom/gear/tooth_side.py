@@ -35,8 +35,8 @@ LEAST_SCALE = 0.1
 """Modules: least length for which the profile coordinate counts one rad of the fillet."""
 PASSES, FILLET_PASSES = 14, 80
 LAST_STEP = 1e-8
-"""Share of the flank's depth. A Newton step below it is the last: it leaves an error of its square
-over a radius."""
+"""Share of the flank's depth, or of the fillet's scale. A Newton step below it is the last: it leaves an
+error of its square over a radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,6 +324,6 @@ def _fillet_profile(surface: Surface, square: FloatArray, z: FloatArray) -> Floa
         following = s - excess / cut.square_s
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
         step, s = following - s, following
-        if not (np.abs(step) > 1e-12 * surface.scale).any():
+        if not (np.abs(step) > LAST_STEP * surface.scale).any():
             break
     return np.where((share >= -slack) & (share <= 1.0 + slack), s, np.nan)

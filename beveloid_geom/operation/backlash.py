@@ -201,7 +201,7 @@ def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArr
     turned = moved_by_gear(design, first.point)[..., 0, :]
     _, y, z = np.moveaxis(first.point[..., 0, :], -1, 0)
     layout, zero, one = layout_of(design), np.zeros_like(z), np.ones_like(z)
-    sin, cos, sense = one * layout.sin_angle, one * layout.cos_angle, np.sign(layout.shaft_angle)
+    sin, cos, sense = one * layout.sin_angle, one * layout.cos_angle, layout.sense
     moved = ((one, zero, zero), (zero, sense * z, -sense * y), (zero, zero, -one), (zero, sin, cos))
     along = np.stack([(normal * np.stack(v, axis=-1)).sum(axis=-1) for v in moved], axis=-1)
     return np.asarray(-along / (normal * turned).sum(axis=-1, keepdims=True))

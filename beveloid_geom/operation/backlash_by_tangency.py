@@ -125,11 +125,9 @@ def _lowest_from(
     """Give the least play (mm) near each of SAMPLES rolls of a mesh cycle, the first in the middle of one
     path, and how far beside the faces: (SAMPLES, cases)."""
     start = one.first + 0.5 * (POINTS - 1) * one.step
-    play, beside = np.empty((2, SAMPLES + 2, own.size))
-    for k, part in enumerate(np.arange(-1, SAMPLES + 1) / SAMPLES):
-        sides = [_first_of(curve, start + part * pitch, pitch) for curve in curves]
-        play[k] = own + sides[0][0] + sides[1][0]
-        beside[k] = np.maximum(sides[0][1], sides[1][1])
+    roll = start + np.arange(-1, SAMPLES + 1)[:, None] / SAMPLES * pitch
+    sides = [_first_of(curve, roll, pitch) for curve in curves]
+    play, beside = own + sides[0][0] + sides[1][0], np.maximum(sides[0][1], sides[1][1])
     slope, bend = 0.5 * (play[2:] - play[:-2]), play[2:] - 2.0 * play[1:-1] + play[:-2]
     with np.errstate(invalid="ignore", divide="ignore"):
         vertex = (bend > 0.0) & (np.abs(slope) < bend) & ~hollow  # hollow curves begin and end with a step
@@ -154,7 +152,7 @@ def _curve(design: Design, flank: str) -> _Curve:
     beside = [np.abs(z) - width for z, width in zip((path.pinion_z, path.gear_z), half, strict=True)]
     rows = path.pinion_roll, flank_sign(flank) * lever * half_pitch(phase, pitch), np.maximum(*beside)
     order = 1 if flank_sign(flank) > 0.0 else -1  # the pinion's roll falls along paths of left flanks
-    roll, clearance, beside_both = (row.reshape(-1, POINTS).T[::order] for row in rows)
+    roll, clearance, beside_both = (row.reshape(-1, POINTS).T[::order].copy() for row in rows)
     step = (roll[-1] - roll[0]) / (POINTS - 1)
     with np.errstate(invalid="ignore"):
         even = (step > 0.0) & (np.abs(np.diff(roll, axis=0) - step).max(axis=0) <= EVEN * step)
@@ -162,8 +160,8 @@ def _curve(design: Design, flank: str) -> _Curve:
 
 
 def _first_of(curve: _Curve, roll: FloatArray, pitch: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give the clearance of the first of all tooth pairs at rolls (cases), by cubics, and how far beside the
-    faces."""
+    """Give the clearance of the first of all tooth pairs at rolls (samples, cases), by cubics, and how far
+    beside the faces."""
     into, last = np.remainder(roll - curve.first, pitch), POINTS - 1
     least, beside = np.full(into.shape, np.inf), np.full(into.shape, np.nan)
     pairs = np.nan_to_num(last * curve.step / pitch).max(initial=0.0)
@@ -179,9 +177,12 @@ def _first_of(curve: _Curve, roll: FloatArray, pitch: FloatArray) -> tuple[Float
             -0.5 * (x + 1.0) * x * (x - 2.0),
             x * (x + 1.0) * (x - 1.0) / 6.0,
         )
-        case = np.arange(at.size)
+        place = at * at.shape[1] + np.arange(at.shape[1])  # in the rows one after the other
         clearance, off = (
-            sum(weight * row[at + way, case] for way, weight in zip((-1, 0, 1, 2), weights, strict=True))
+            sum(
+                weight * row.take(place + way * at.shape[1])
+                for way, weight in zip((-1, 0, 1, 2), weights, strict=True)
+            )
             for row in (curve.clearance, curve.beside)
         )
         first = reached & (clearance < least)

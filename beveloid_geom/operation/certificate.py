@@ -20,7 +20,7 @@ from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath
 from ..status import FirstStatus, Status, Verdict
 from ..support.few_lines import few_lines
-from .first_contact import FirstContact, contact_normals, first_contact, mesh_of, moved_by_gear
+from .first_contact import FirstContact, Mesh, contact_normals, first_contact, mesh_of, moved_by_gear
 from .least_clearance import local_at
 from .mesh_cycle import mesh_cycle
 
@@ -78,12 +78,17 @@ def certify(path: ContactPath) -> Certificate:
     design, solved = path.design, path.status == Status.SOLVED
     roll = np.where(solved, path.pinion_roll, 0.0)
     few = roll.shape[-1] < FEW
-    first = first_contact(design, path.flank, roll) if few else mesh_cycle(design, path.flank, 1).at(roll)
+    if few:
+        first, mesh = first_contact(design, path.flank, roll), mesh_of(design, path.flank, roll)[0]
+    else:
+        cycle = mesh_cycle(design, path.flank, 1)
+        case = np.arange(cycle.start.size).repeat(roll.shape[-1])
+        first, mesh = cycle.at(roll), cycle.mesh.at(case, roll.ravel())
     solved &= first.status == FirstStatus.SOLVED
     ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
     moment = (contact_normals(design, path.flank, first) * moved_by_gear(design, first.point)).sum(axis=-1)
     separation = np.where(solved, ahead * moment, np.nan)
-    curvature = np.where(solved, _curvature(path, roll), np.nan)
+    curvature = np.where(solved, _curvature(path, mesh), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0
     module = float(design.gear.tool.normal_module)
     saddle = curvature < -SADDLE / module
@@ -99,14 +104,13 @@ def certify(path: ContactPath) -> Certificate:
     return Certificate(separation, first, curvature, verdict.astype(np.int8))
 
 
-def _curvature(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) at the positions."""
-    mesh, _ = mesh_of(path.design, path.flank, roll)
-    position = np.arange(roll.size)
+def _curvature(path: ContactPath, mesh: Mesh) -> FloatArray:
+    """Give the lesser curvature (1/mm) of the clearance by the pinion's (l1, z1) along a path."""
+    position = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore"):
         task = mesh.task(position, np.zeros_like(position))
         # The path is one of flanks: at the joint rounding must not make a fillet of it.
         l1 = np.maximum(path.l1.reshape(-1), mesh.own.joint + JOINT * mesh.module)
         a, b, c = local_at(task, l1, path.pinion_z.reshape(-1)).bend
         lesser = 0.5 * (a + c) - np.hypot(0.5 * (a - c), b)
-    return np.asarray(lesser.reshape(roll.shape))
+    return np.asarray(lesser.reshape(path.l1.shape))

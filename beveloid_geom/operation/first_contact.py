@@ -31,7 +31,7 @@ from ..design.model import Design
 from ..gear.tooth_side import cut_at, surface_of
 from ..status import FirstStatus, Limit
 from ..support.few_lines import few_lines
-from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances
+from .least_clearance import FEASIBLE, OVERLAP, Least, Task, least_clearances, repeated
 from .mesh import (
     Mesh as Mesh,
     conjugate_phase as conjugate_phase,
@@ -43,6 +43,8 @@ from .search_starts import TIP_SPARE, Chart, Grid, Scan, beside_fillets, chart_o
 from .separation import pitch_shift, pose_of
 
 Grids: TypeAlias = tuple[Grid, Grid, Chart]
+Numbered: TypeAlias = tuple[Integers, "Found"]
+"""Contacts, and the numbers of the positions at which they are."""
 
 GRIDS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Points scanned, coarse and fine: on the fillet, on the flank, along the face, and along the face for
@@ -104,6 +106,10 @@ class Found:
     pair: Integers
     status: Codes
 
+    def pick(self, index: Integers | Mask) -> Found:
+        """Give the contacts `index`."""
+        return Found(*(value[..., index] for value in vars(self).values()))
+
 
 def first_contact(
     design: Design, flank: str = "right", pinion_roll: ArrayLike = 0.0, pairs: ArrayLike | None = None
@@ -156,14 +162,14 @@ def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:
 
 def found_at(mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None) -> Found:
     """Give first contacts at all positions of a mesh, of the tooth pairs `pairs` or of all that can touch."""
-    return found_with_pairs(mesh, grids, pairs, False)[0]
+    return found_with_others(mesh, grids, pairs)[0]
 
 
-def found_with_pairs(
-    mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None, each: bool = True
-) -> tuple[Found, Integers, Found]:
-    """Give first contacts at all positions of a mesh; and of `each` tooth pair that is not much later, alone:
-    the numbers of their positions, ascending, and the contacts."""
+def found_with_others(
+    mesh: Mesh, grids: Grids, pairs: ArrayLike | None = None, each: bool = False
+) -> tuple[Found, Numbered, Numbered]:
+    """Give first contacts at all positions of a mesh; all local least clearances that are not much later; and
+    the first contacts of `each` tooth pair that is not much later alone, if asked for, by position."""
     block = max(1, POSITIONS * GRIDS[1][0][2] // grids[1].shape[1])
     every = np.arange(mesh.roll.size)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -171,8 +177,13 @@ def found_with_pairs(
             _solved(mesh, every[start : start + block], pairs, grids, each)
             for start in range(0, max(1, every.size), block)
         ]
-    first, position, alone = zip(*parts, strict=True)
-    return _put_together(first), np.concatenate(position), _put_together(alone)
+    first, near, alone = zip(*parts, strict=True)
+    return _put_together(first), _numbered(near), _numbered(alone)
+
+
+def _numbered(parts: tuple[Numbered, ...]) -> Numbered:
+    position, found = zip(*parts, strict=True)
+    return np.concatenate(position), _put_together(found)
 
 
 def _put_together(parts: tuple[Found, ...]) -> Found:
@@ -195,9 +206,8 @@ def in_step(mesh: Mesh, unknown: Mask, grids: Grids) -> Mesh:
 
 def _solved(
     mesh: Mesh, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
-) -> tuple[Found, Integers, Found]:
-    """Give first contacts at a block of positions; and of `each` tooth pair near alone, if asked for, with
-    the numbers of their positions."""
+) -> tuple[Found, Numbered, Numbered]:
+    """Give what `found_with_others` does for a block of positions."""
     near = mesh.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
@@ -215,34 +225,39 @@ def _solved(
     own = np.minimum(rough.within[kept], scan.within)
     known = own if each else best[group]
     known = np.where(bottom[group], -np.inf, known)  # nothing is searched for there
-    least, row, periods = _searched(task, scan, grids[1], known, mesh.module)
+    least, row, periods, distinct = _searched(task, scan, grids[1], known, mesh.module)
     turned = pair[row] - mesh.again * periods
     found = _chosen(mesh, positions, least, group[row], turned, best, bottom)
+    local, solved = least.pick(distinct), np.full(distinct.size, FirstStatus.SOLVED, dtype=np.int8)
+    others = Found(local.f, local.place, local.meeting, local.limit, turned[distinct], solved)
     if not each:
-        return found, position[:0], found
+        return found, (position[row[distinct]], others), (position[:0], others.pick(distinct[:0]))
     lone = np.flatnonzero(periods == 0)
-    row = row[lone]
-    return found, position, _chosen(mesh, position, least.pick(lone), row, pair[row], own, scan.bottom)
+    alone = _chosen(mesh, position, least.pick(lone), row[lone], pair[row[lone]], own, scan.bottom)
+    return found, (position[row[distinct]], others), (position, alone)
 
 
 def _searched(
     task: Task, scan: Scan, grid: Grid, known: FloatArray, module: float
-) -> tuple[Least, Integers, Integers]:
+) -> tuple[Least, Integers, Integers, Integers]:
     """Give local least clearances of tooth pairs that a scan leads to, given the least f `known` of each; the
-    number of the pair, and after how many of its periods."""
+    number of the pair, and after how many of its periods; and which of them are not much later than the least
+    known and within the limits, each place once."""
     starts = starts_of(task, scan, grid, known, module)
     row, periods, task = starts.row, starts.periods, task.pick(starts.row).later(starts.periods)
     owner = row + periods * scan.bottom.size
     least = least_clearances(task, starts.place, starts.box, owner)
     close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_SPARE * module))
     places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
-    close = close[np.unique(places, axis=1, return_index=True)[1]]
+    close = close[~repeated(places)]
     more = beside_fillets(task.pick(close), least.place[:, close], grid)
     if more.row.size:
         again = close[more.row]
         least = least.and_also(least_clearances(task.pick(again), more.place, more.box, owner[again]))
         row, periods = np.append(row, row[again]), np.append(periods, periods[again])
-    return least, row, periods
+        close = np.append(close, np.arange(row.size - again.size, row.size))
+    on = least.converged & (least.outside <= FEASIBLE * task.depth)
+    return least, row, periods, close[on[close]]
 
 
 def _chosen(

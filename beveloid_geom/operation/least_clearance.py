@@ -28,7 +28,7 @@ from ..support.quadratic_step import quadratic_step
 from .separation import Pose
 
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
-PASSES, LAST_STEP = 60, 1e-8
+PASSES, LAST_STEP = 60, 1e-7
 """Steps; share of the tooth depth below which a step is the last, as it leaves an error of its square."""
 PENALTY = 150.0
 """Over the tooth depth: what the square of being outside a limit costs, beside the multiplier times it.
@@ -37,9 +37,8 @@ FEASIBLE, NOISE = 1e-10, 1e-12
 """Shares of the tooth depth: outside a limit and still on it; f that means nothing."""
 OVERLAP = 0.25
 """Share of the period after which two teeth meet again that may be overlap; clearances are larger."""
-MEETINGS, ALIKE = (1, 2, 3), 1e-3
-"""After which steps searches are looked for that go the same way; shares of the first steps, within which
-places count as the same."""
+ALIKE = 1e-3
+"""Shares of the first steps, within which places of searches count as the same."""
 BLOCK = 2048
 
 
@@ -61,9 +60,10 @@ class Task:
         """Give the depth of the pinion's teeth, mm: what small lengths are shares of."""
         return self.own.tip - self.own.root
 
-    def pick(self, index: Integers | slice) -> Task:
+    def pick(self, index: Integers) -> Task:
         """Give the tasks `index`."""
-        return replace(self, pose=self.pose.at(index), roll=self.roll[index], start=self.start[index])
+        own, other, lever, pose, roll, start, period = vars(self).values()
+        return Task(own, other, lever, pose.at(index), roll.take(index), start.take(index), period)
 
     @property
     def earliest(self) -> float:
@@ -102,7 +102,7 @@ class Local:
 
     def pick(self, index: Integers) -> Local:
         """Give the places with the numbers `index`."""
-        return Local(*(value[..., index] for value in vars(self).values()))
+        return Local(*(value.take(index, axis=-1) for value in vars(self).values()))
 
     def where_not(self, moved: Mask, there: Local) -> Local:
         """Give these places, but those `there` where `moved` (n,)."""
@@ -124,7 +124,7 @@ class Least:
 
     def pick(self, index: Integers) -> Least:
         """Give the results with the numbers `index`."""
-        return Least(*(value[..., index] for value in vars(self).values()))
+        return Least(*(value.take(index, axis=-1) for value in vars(self).values()))
 
     def and_also(self, *others: Least) -> Least:
         """Give these and others, in order."""
@@ -233,6 +233,30 @@ def square(rows: FloatArray) -> FloatArray:
     return rows[..., [[0, 1], [1, 2]], :]
 
 
+def clearance_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give the clearance f (n,), its slope (2, n) by s1 and z1, and s2 where places (s1, z1) meet, mm."""
+    other, cut = task.other, cut_at(task.own, s, z)
+    seen = _seen(task, z, cut)
+    x, y, high = seen[:, 0]
+    square = x * x + y * y
+    other_s = profile_at(other, square, high)
+    met = cut_at(other, other_s, high)
+    f, cos, sin = _turn(task, x, y, met)
+    normal = _turned(np.array((met.nx, met.ny, met.nz)) / met.ny, cos / square, sin / square)
+    scale = other.sigma * task.lever / other.pitch_radius
+    return f, scale * (normal[:, None] * seen[:, 1:3]).sum(axis=0), other_s
+
+
+def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give f of points at x, y from the points of the gear's surface that they meet; and, times r^2, cosine
+    and sine of the angle from those before they turn."""
+    other, cos, sin = task.other, x * met.x + y * met.y, y * met.x - x * met.y
+    # Angle between the point and the cut point as one arctangent, small at contact.
+    turn = np.arctan2(sin, cos) - met.phi - task.start
+    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    return task.counted(angle) * task.lever, cos, sin
+
+
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     """Give the clearance and its derivatives at places (s1, z1), each (n,), mm."""
     other = task.other
@@ -242,10 +266,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     squares, moves = _squares_seen(seen), seen[:, 1:3]
     other_s = profile_at(other, squares[0], high)
     met, by_other = cut_with_turn(other, other_s, high)
-    cos, sin = x * met.x + y * met.y, y * met.x - x * met.y
-    # Angle between the point and the cut point as one arctangent, small at contact.
-    turn = np.arctan2(sin, cos) - met.phi - task.start
-    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    f, cos, sin = _turn(task, x, y, met)
     cos, sin = cos / squares[0], sin / squares[0]
     own = np.array((met.nx, met.ny, met.nz)) / met.ny
     normal, bent = _turned(own, cos, sin), _turned((by_other - by_other[1] * own) / met.ny, cos, sin)
@@ -263,7 +284,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     bend[1] += 0.5 * (moves * change[:, ::-1]).sum(axis=(0, 1))
     rows = _limits(task, s, z, (_squares(cut, bends), squares), seen[2])
     return Local(
-        f=task.counted(angle) * task.lever,
+        f=f,
         slope=scale * slope,
         bend=scale * bend,
         margin=rows[:, 0],
@@ -284,8 +305,9 @@ def least_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Inte
     lead to the same place one is followed there, the others end as `outside` as can be."""
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, max(1, place.shape[1]), BLOCK):
-            block = slice(start, start + BLOCK)
+        every = np.arange(place.shape[1])
+        for start in range(0, max(1, every.size), BLOCK):
+            block = every[start : start + BLOCK]
             parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
     return parts[0].and_also(*parts[1:])
 
@@ -302,8 +324,10 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         converged=np.zeros(n, dtype=bool),
     )
     going = np.flatnonzero(np.isfinite(here.f))
-    task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
+    if going.size < n:
+        task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
     weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
+    unit = ALIKE * box.max(axis=1, initial=0.0, keepdims=True)
     for count in range(PASSES):
         # Longer steps along the profile only where it is convex, off the fillets.
         size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
@@ -323,10 +347,12 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
             here = here.where_not(better, there)
         reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
         found, doubled = small & better, np.zeros(going.size, dtype=bool)
-        if count in MEETINGS:
-            near = np.flatnonzero(better & ~boxed)
-            units = np.rint(place[:, near] / (ALIKE * box.max(axis=1, initial=0.0, keepdims=True)))
-            doubled[near] = _doubled(np.array((*units, *active[:, near], owner[going[near]])))
+        if count:  # those that come where another is going, or has ended
+            near, met = np.flatnonzero(better & ~boxed & ~found), np.flatnonzero(least.converged)
+            ways = np.concatenate((least.place[:, met], place[:, near]), axis=1) / unit
+            limits = np.concatenate((least.limit[:, met], active[:, near]), axis=1)
+            owners = owner[np.append(met, going[near])]
+            doubled[near] = repeated(np.array((*np.rint(ways), *limits, owners)))[met.size :]
         done = found | doubled | (reach <= 1e-12) | (count == PASSES - 1)
         if not done.any():
             continue
@@ -338,13 +364,13 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
         if not stays.size:
             break
-        task, place, box, here = task.pick(stays), place[:, stays], box[:, stays], here.pick(stays)
-        going, weight, reach = going[stays], weight[:, stays], reach[stays]
+        task, here, going, reach = task.pick(stays), here.pick(stays), going[stays], reach[stays]
+        place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
 
 
-def _doubled(columns: FloatArray) -> Mask:
+def repeated(columns: FloatArray) -> Mask:
     """Say which columns (k, n) are the same as one before them."""
     order = np.lexsort(columns)
     doubled = np.zeros(order.size, dtype=bool)

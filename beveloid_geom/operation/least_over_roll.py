@@ -9,21 +9,36 @@ as the foot itself moves square to n: V is the velocity of Q by a turn of its ow
 of n about the mate's axis, r' and R' are the rates at which the two members turn. The least f is where this
 slope is zero, or where the foot reaches an edge of the mating flank, its `margin` being zero; whichever comes
 first on the way down from the least of the samples. Secants lead there, of both at a time.
+
+The pair operates at rolls that are given, or at those of the first contact. A tooth pair's cycle begins
+before its path of contact and ends after it, as its flanks come close and part beyond the place where they
+touch.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arrays import Codes, FloatArray, Integers, Mask
+from ..contact.path import path_ends
+from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..gear.perpendicular import EDGE, Sheet, foot_on, sheet_of
-from ..status import PatternStatus
-from .operating_rolls import Operation
+from ..status import FirstStatus, PatternStatus, Status
+from ..support.read_only import read_only
+from .first_contact import middle_roll, spread
+from .mesh_cycle import MeshCycle, mesh_cycle
 from .separation import Pose, pose_of, seen_by_other
 
+RUN_OUT, LEAST_CYCLE = 0.5, 3.0
+"""Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
+STEP = 1e-7
+"""rad between rolls of which the difference gives a rate."""
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
 BESIDE = 3
@@ -31,13 +46,104 @@ BESIDE = 3
 PASSES, STAND, REACHED, HALVED = 60, 2e-4, 1e-7, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
-BLOCK = 8192
+LAST_STEP = 1e-3
+"""Modules below which a step towards a foot is the last: it leaves an error of its square over a radius, a
+few nm, and of the distance, which is least at the foot, of that squared."""
+BLOCK = 4096
 """Points taken at a time, so that the arrays stay in the cache."""
 ROUNDING = 1e-12
 """Relative: what counts as whole."""
 DISTANCE, MARGIN, OWN, MATE = range(4)
 """Rows of what is known of a point at a pose: its distance from the mating flank and how far the foot lies
 within that, mm; by what the distance changes with the rolls of the own member and of the mate, mm/rad."""
+
+
+class UnknownOperationError(ValueError):
+    """At some rolls the first contact of a pair is not known, whatever is asked of it, for a `reason`."""
+
+    def __init__(self, reason: str) -> None:
+        """Take the reason; the message adds the cure from Python."""
+        self.reason = reason
+        super().__init__(reason)
+
+    def __str__(self) -> str:
+        return f"{self.reason}: give pinion_roll and gear_roll"
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """Gear rolls (rad) as a function of pinion rolls (rad, any shape) over a `span` (rad) of these, smooth
+    between `kinks` (n,), rad, as far as they are known."""
+
+    span: tuple[float, float]
+    gear_roll: Callable[[FloatArray], FloatArray]
+    kinks: FloatArray = field(default_factory=lambda: np.zeros(0))
+    exact: Callable[[FloatArray, FloatArray], FloatArray] | None = None
+
+    def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
+        """Give the gear's roll (rad) and its rate over the pinion's (2, n) at rolls (n,), rad: the `exact`
+        ones, if known, or by differences. At a kink it is the rate on the side `towards` (n,)."""
+        if self.exact is not None:
+            return self.exact(roll, towards)
+        beside = roll + np.minimum(np.maximum(0.25 * (towards - roll), -STEP), STEP)
+        here, there = self.gear_roll(np.array((roll, beside)))
+        return np.array((here, (there - here) / (beside - roll)))
+
+
+def given_operation(
+    design: Design, pinion_roll: ArrayLike | None, gear_roll: ArrayLike | None
+) -> Operation | None:
+    """Give the operation through given poses of a single design (n,), rad, in the order of the roll, with an
+    even transmission error between them; None without any. Raises ValueError for poses of one member only or
+    without an order."""
+    if pinion_roll is None and gear_roll is None:
+        return None
+    if pinion_roll is None or gear_roll is None:
+        raise ValueError("poses need the rolls of both members: give pinion_roll and gear_roll")
+    roll, other = float64_of("pinion_roll", pinion_roll), float64_of("gear_roll", gear_roll)
+    if roll.ndim != 1 or roll.shape != other.shape or roll.size < 2:
+        raise ValueError(
+            f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"
+        )
+    if not np.isfinite(roll + other).all():
+        raise ValueError("rolls must be finite: leave out poses without an answer")
+    if roll[0] > roll[-1]:
+        roll, other = roll[::-1], other[::-1]
+    if not (np.diff(roll) > 0.0).all():
+        raise ValueError("pinion_roll must rise or fall from pose to pose")
+    ratio = float(design.pinion.teeth) / float(design.gear.teeth)
+    phase = other + ratio * roll
+    span = float(roll[0]), float(roll[-1])
+    return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls, roll[1:-1])
+
+
+def first_contact_operation(
+    design: Design, flank: str, cycle: MeshCycle | None = None, case: int = 0
+) -> Operation:
+    """Give operating rolls by the first contact of all teeth, over a tooth pair's path of contact and half a
+    pitch or the face's spread either way, three pitches at least. `cycle`: the mesh cycle of the design, or
+    of a batch of which it is the `case`, if it is known. Raises ValueError where the first contact is not."""
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    ends = path_ends(design, flank)
+    start, stop = sorted(ends.pinion_roll.tolist())
+    if ends.status != Status.SOLVED:
+        start = stop = float(middle_roll(design, flank))
+    run_out = max(RUN_OUT, spread(design, flank)) * pitch
+    reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
+    start, stop = start - reach, stop + reach
+    cycle = mesh_cycle(design, flank, 1) if cycle is None else cycle
+    code, first = cycle.status.flat[case], cycle.start.flat[case]
+    if code != FirstStatus.SOLVED:
+        status = FirstStatus(int(code)).name.lower().replace("_", " ")
+        raise UnknownOperationError(
+            f"the first contact of the {flank} flanks is not known at some rolls ({status})"
+        )
+    turns = np.arange(np.floor((start - first) / pitch), np.ceil((stop - first) / pitch))
+    changes = cycle.changes.reshape(cycle.start.size, -1)[case]
+    kinks = (changes[~np.isnan(changes)] + pitch * turns[:, None]).ravel()
+    gear_roll = partial(cycle.gear_roll, case=case)
+    kinks = kinks[(kinks > start) & (kinks < stop)]
+    return Operation((start, stop), gear_roll, kinks, cycle.motion(case))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +177,11 @@ class Mating:
         own, mate = both[self.member], both[1 - self.member]
         return np.array((np.cos(own), np.sin(own), np.cos(mate), np.sin(mate)))
 
+    @cached_property
+    def poses(self) -> FloatArray:
+        """Give the poses at the rolls sampled, (4, k)."""
+        return read_only(self.turned(self.rolls, self.operation.gear_roll(self.rolls)))
+
     def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
         (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
         x, y = cos * x - sin * y, sin * x + cos * y
@@ -78,7 +189,7 @@ class Mating:
         (x, y, z), (u, v, w) = (
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
-        foot = foot_on(self.sheet, (x, y, z))
+        foot = foot_on(self.sheet, (x, y, z), last_step=LAST_STEP)
         (nx, ny, nz), margin = foot.normal, foot.margin + EDGE * np.asarray(self.sheet.module)
         return foot.distance, margin, u * nx + v * ny + w * nz, -foot.moment
 
@@ -122,23 +233,26 @@ class Samples:
     def near(self) -> Mask:
         """Say near which samples (k, n) the least may be: all, if there is none, else those lower than the
         ones beside them, those from which the separation falls while the foot leaves the mating flank, and
-        those at which the foot comes nearest to that without being on it."""
+        those at which the foot comes nearest to that without being on it. Next to samples that were not asked
+        for there is none."""
         on, known = np.isfinite(self.table), self.place >= 0
-        low, margin, apart = on & _least(self.table), *np.full((2, *on.shape), np.nan)
-        margin[known] = self.rows[MARGIN, self.place[known]]
-        apart[known] = self.rows[DISTANCE, self.place[known]]
-        found = low | (~on & (margin > -self.room) & _least(-np.nan_to_num(margin, nan=-np.inf)))
-        falls = ~on[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), ~on[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
+        low, off = on & _least(self.table, known), known & ~on
+        apart, margin = np.append(self.rows[:2], [[np.nan], [-np.inf]], axis=1)[:, self.place]
+        beyond = np.where(np.isnan(margin), np.inf, -margin)
+        found = low | (off & (beyond < self.room) & _least(beyond, known))
+        falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
-        count, near = len(low), np.pad(found, ((BESIDE, BESIDE), (0, 0)))
-        near = np.logical_or.reduce([near[k : k + count] for k in range(2 * BESIDE + 1)])
-        return np.asarray(near | ~low.any(axis=0))
+        near = found | ~low.any(axis=0)
+        for k in range(1, BESIDE + 1):
+            near[k:] |= found[:-k]
+            near[:-k] |= found[k:]
+        return near
 
 
-def _least(values: FloatArray) -> Mask:
-    """Say which values (k, n) are not above those beside them."""
-    wide = np.pad(values, ((1, 1), (0, 0)), constant_values=np.inf)
+def _least(values: FloatArray, known: Mask) -> Mask:
+    """Say which values (k, n) are not above those beside them, if these are `known`."""
+    wide = np.pad(np.where(known, values, -np.inf), ((1, 1), (0, 0)), constant_values=np.inf)
     return np.asarray((values <= wide[:-2]) & (values <= wide[2:]))
 
 
@@ -156,13 +270,12 @@ class LeastSeparation:
 def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Samples:
     """Sample points (n, 3) at all rolls, or at those that are `near` (k, n); at all too if the least of these
     is not between others."""
-    rolls, count, n = mating.rolls, len(mating.rolls), len(points)
-    poses = mating.turned(rolls, mating.operation.gear_roll(rolls))
+    count, n = len(mating.rolls), len(points)
     table, place, parts, done = np.full((count, n), np.inf), np.full((count, n), -1), [np.empty((4, 0))], 0
     asked = np.ones((count, n), dtype=bool) if near is None else near
     while asked.any():
         at, column = np.nonzero(asked)
-        parts.append(mating.at(points[column], poses[:, at]))
+        parts.append(mating.at(points[column], mating.poses.take(at, axis=1)))
         table[at, column] = mating.valid(parts[-1])
         place[at, column] = done + np.arange(at.size)
         done += at.size
@@ -181,22 +294,18 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     start = samples.rows[:, samples.place[best[met], met]]
-    ways = []
-    for way in (-1, 1):
-        beside = np.clip(best[met] + way, 0, len(rolls) - 1)
-        inner, towards = beside != best[met], rolls[beside]
-        other = rolls[np.clip(best[met] - way, 0, len(rolls) - 1)]
-        _, rate = mating.operation.motion(at[met], np.where(inner, towards, other))
-        fall = -way * mating.slope(start, rate)
-        status[met[(fall > 0.0) & ~inner]] = PatternStatus.END_OF_ROLL
-        leaves = np.isinf(samples.table[beside, met])
-        for edge, wanted in ((False, fall > 0.0), (True, leaves)):
-            down = np.flatnonzero(inner & wanted)
-            end = samples.rows[:2, samples.place[beside[down], met[down]]]
-            span = np.array((at[met[down]], towards[down]))
-            ways.append((down, span, fall[down], end, np.full(down.size, edge)))
-    down, span, fall, end, to_edge = (np.concatenate(parts, axis=-1) for parts in zip(*ways, strict=True))
-    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge)
+    way = np.array(((-1,), (1,)))
+    beside = np.clip(best[met] + way, 0, len(rolls) - 1)
+    inner, towards = beside != best[met], rolls[beside]
+    sides = np.where(inner, towards, towards[::-1])
+    _, rate = mating.operation.motion(np.tile(at[met], 2), sides.ravel())
+    fall = -way * mating.slope(start, rate.reshape(sides.shape))
+    status[met[((fall > 0.0) & ~inner).any(axis=0)]] = PatternStatus.END_OF_ROLL
+    leaves = np.isinf(samples.table[beside, met])
+    to_edge, side, down = np.nonzero(inner & (fall > 0.0, leaves))
+    end = samples.rows[:2, samples.place[beside[side, down], met[down]]]
+    span, fall = np.array((at[met[down]], towards[side, down])), fall[side, down]
+    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge > 0)
     order = np.argsort(-found, kind="stable")  # of two ways the lower comes last
     order = order[found[order] < least[met[down[order]]]]
     point = met[down[order]]
@@ -220,39 +329,39 @@ def _way_down(
     `end`. At the start the separation falls by `fall` (n,), mm/rad.
 
     Shares t of the way are looked for: `low` and beyond that the least is, not beyond `high`."""
-    n, length = len(points), span[1] - span[0]
-    t, low, high = np.zeros(n), np.zeros(n), np.ones(n)
-    f = start[DISTANCE].copy()
+    n, (begin, whole) = len(points), (span[0], span[1] - span[0])
+    length, found, reached, going = whole, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
+    f, t, low, high = start[DISTANCE], *np.zeros((2, n)), np.ones(n)
     left = np.array((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
     by_t = np.array((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
-    edge, going = np.zeros(n, dtype=bool), np.arange(n)
     for count in range(PASSES):
         with np.errstate(invalid="ignore", divide="ignore"):
-            ends = np.where(by_t[:, going] < 0.0, t[going] - left[:, going] / by_t[:, going], np.inf)
-        ends[1, to_edge[going]] = np.inf
-        new, edge[going] = ends.min(axis=0), ends[0] < ends[1]
-        halved = ~((new >= low[going]) & (new <= high[going])) | (count % 8 == 7)
-        new = np.where(halved, 0.5 * (low[going] + high[going]), new)
-        step = new - t[going]
-        found = ~halved & (np.abs(step) <= np.where(edge[going], REACHED, STAND))
-        found |= high[going] - low[going] <= HALVED
-        done, step = going[found], step[found]
-        f[done] -= step * (left[1, done] + 0.5 * step * np.nan_to_num(by_t[1, done]))
-        t[done] = new[found]
-        going, new = going[~found], new[~found]
-        if not going.size:
-            break
-        roll, towards = span[0, going] + new * length[going], span[(new < 0.5).astype(int), going]
+            ends = np.where(by_t < 0.0, t - left / by_t, np.inf)
+        ends[1, to_edge] = np.inf
+        new, edge = np.minimum(*ends), ends[0] < ends[1]
+        halved = ~((new >= low) & (new <= high)) | (count % 8 == 7)
+        new = np.where(halved, 0.5 * (low + high), new)
+        step = new - t
+        small = np.abs(step) <= np.where(edge, REACHED, STAND)
+        ended = ~halved & small & (count > 0) | (high - low <= HALVED)
+        if ended.any() or count == PASSES - 1:
+            f = np.where(ended, f - step * (left[1] + 0.5 * step * np.nan_to_num(by_t[1])), f)
+            found[:, going], reached[going] = (f, np.where(ended, new, t)), edge
+            stays = np.flatnonzero(~ended)
+            if not stays.size:
+                break
+            points, going, to_edge = points[stays], going[stays], to_edge[stays]
+            rows = np.array((f, t, new, length, low, high)).take(stays, axis=1)
+            f, t, new, length, low, high = rows
+            span, left, by_t = (row.take(stays, axis=1) for row in (span, left, by_t))
+        roll, towards = span[0] + new * length, np.where(new < 0.5, span[1], span[0])
         gear_roll, rate = mating.operation.motion(roll, towards)
-        rows = mating.at(points[going], mating.turned(roll, gear_roll))
-        after = np.array((rows[MARGIN], -length[going] * mating.slope(rows, rate)))
+        rows = mating.at(points, mating.turned(roll, gear_roll))
+        after = np.array((rows[MARGIN], -length * mating.slope(rows, rate)))
         lost = np.isnan(rows[DISTANCE])
-        inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge[going])
-        low[going] = np.where(inside, new, low[going])
-        high[going] = np.where(
-            inside, high[going], np.where(lost, low[going] + 0.999 * (new - low[going]), new)
-        )
-        here, new, after, rows = going[~lost], new[~lost], after[:, ~lost], rows[:, ~lost]
-        by_t[:, here] = (after - left[:, here]) / (new - t[here])
-        t[here], f[here], left[:, here] = new, rows[DISTANCE], after
-    return f, span[0] + t * length, edge
+        inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge)
+        high = np.where(inside, high, np.where(lost, low + 0.999 * (new - low), new))
+        low = np.where(inside, new, low)
+        by_t = np.where(lost, by_t, (after - left) / (new - t))
+        t, f, left = np.where(lost, t, new), np.where(lost, f, rows[DISTANCE]), np.where(lost, left, after)
+    return found[0], begin + found[1] * whole, reached

@@ -11,7 +11,8 @@ search is asked again: a piece that is late there, or does not meet the next, is
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -22,7 +23,7 @@ from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
-from ..support.chebyshev import evaluate
+from ..support.chebyshev import evaluate, polynomials, with_derivative
 from ..support.few_lines import few_lines, html_table
 from ..support.read_only import kept
 from .first_contact import (
@@ -30,16 +31,17 @@ from .first_contact import (
     Found,
     Grids,
     Mesh,
+    Numbered,
     first_contact,
     found_at,
-    found_with_pairs,
+    found_with_others,
     grids_of,
     in_step,
     mesh_of,
     middle_roll,
     result_of,
 )
-from .least_clearance import FEASIBLE
+from .overlooked import checked, earlier, overtaken
 from .pieces import (
     DEGREE,
     QUANTITIES,
@@ -49,10 +51,8 @@ from .pieces import (
     changes_of,
     extremes,
     fitted,
-    held_to,
-    holding,
     put_together,
-    tails_of,
+    samples_of,
 )
 
 Waves: TypeAlias = NDArray[np.complex128]
@@ -60,19 +60,15 @@ BETWEEN = 96
 """Gauss-Legendre points at which the polynomial of a piece is integrated."""
 MOST = 1000
 """Samples of a case on the average beyond which no piece is divided any more."""
-PLACED = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
-"""What the last coefficients of f, over the lever, and of places, over the tooth depth, may reach while there
-are rounds left."""
 CHECKS, ROUNDS = np.array((-0.95, 0.1, 1.0)), 8
 """Where in a piece, from -1 to 1, it is checked; how often pieces that fail are divided."""
 CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 """Where first contacts are looked for besides in pieces that fail."""
-CHECKED = 3e-11
-"""rad of the gear's roll by which a piece may lie behind a first contact."""
+LEAST, ASIDE = 2e-16, 1e-7
+"""rad: coefficients that do not count in a gear roll; how far aside a piece is taken that ends or begins at a
+roll."""
 CLOSE_SAMPLES = 64
-"""Rolls of a pitch that are searched where divisions do not end, or at which a carrier may come back."""
-AWAY = 1.0
-"""Lengths of a piece beyond its ends at which it is asked whether its carrier comes back."""
+"""Rolls of a pitch that are searched where divisions do not end."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
 """Pitches from a jump at which first contacts are looked for that have not been seen."""
 
@@ -138,14 +134,35 @@ class MeshCycle:
         )
         return result_of(self.mesh.at(case, roll.ravel()), self.phase[case], found, roll.shape)
 
-    def gear_roll(self, pinion_roll: FloatArray) -> FloatArray:
-        """Give the gear roll (rad) of a single design at pinion rolls of any shape, rad."""
-        if self.status != FirstStatus.SOLVED:
+    def gear_roll(self, pinion_roll: FloatArray, case: int = 0) -> FloatArray:
+        """Give the gear roll (rad) of a single design, or of a SOLVED case of a batch, at pinion rolls
+        of any shape, rad."""
+        if self.status.flat[case] != FirstStatus.SOLVED:
             return self.at(pinion_roll).gear_roll
-        roll, mesh = np.asarray(pinion_roll).ravel(), self.mesh
-        f = self.located(np.zeros(roll.size, dtype=np.int64), roll, 1)[2][0]
-        turned = mesh.phase - mesh.pitch[1] / mesh.pitch[0] * roll + mesh.other.sigma * f / mesh.lever
-        return np.asarray(turned.reshape(np.shape(pinion_roll)))
+        roll = np.ravel(pinion_roll)
+        return np.asarray(self.motion(case)(roll, roll)[0].reshape(np.shape(pinion_roll)))
+
+    def motion(self, case: int = 0) -> Callable[[FloatArray, FloatArray], FloatArray]:
+        """Give a function of rolls (n,), rad, that gives the gear's roll (rad) of a single design, or of a
+        SOLVED case of a batch, and its rate over the pinion's (2, n); at a change of the carrier those on the
+        side of other rolls (n,), its second argument."""
+        piece, start, pitch = np.flatnonzero(self.pieces.case == case), self.mesh.roll[case], self.pitch
+        low, high = self.pieces.low[piece] - start, self.pieces.high[piece] - start
+        series, ratio = self.phase_series()[piece], self.mesh.pitch[1] / self.mesh.pitch[0]
+        last = max(1, np.flatnonzero((np.abs(series) > LEAST).any(axis=0))[-1])
+        both = with_derivative(series[None, :, : last + 1]).transpose(2, 0, 1).copy()
+
+        def at(roll: FloatArray, towards: FloatArray) -> FloatArray:
+            """Give roll and rate of the gear."""
+            aside = np.minimum(np.maximum(0.25 * (towards - roll), -ASIDE), ASIDE)
+            turned = np.remainder(roll + aside - start, pitch)
+            own = np.maximum(low.searchsorted(turned, side="right") - 1, 0)
+            length = (high - low)[own]
+            powers = polynomials(2.0 * (turned - aside - low[own]) / length - 1.0, len(both) - 1)
+            phase, rate = (both.take(own, axis=2) * powers[:, None]).sum(axis=0)
+            return np.array((phase - ratio * roll, 2.0 * rate / length - ratio))
+
+        return at
 
     def phase_series(self) -> FloatArray:
         """Give Chebyshev coefficients (pieces, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
@@ -189,7 +206,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
 
 def cycle_and_pairs(
     design: Design, flank: str, harmonics: int, each: bool = True
-) -> tuple[MeshCycle, Grids, Samples, tuple[Integers, Found]]:
+) -> tuple[MeshCycle, Grids, Samples, Numbered]:
     """Give the mesh cycle with the points scanned and its samples; and the contacts of `each` tooth pair that
     is not much later than the first, alone, with the numbers of their samples."""
     if harmonics < 1:
@@ -199,10 +216,10 @@ def cycle_and_pairs(
     grids, shape = grids_of(mesh, design, flank), start.shape
     if np.isnan(phase).any():
         mesh = in_step(mesh, np.isnan(phase)[:, None], grids)
-    case, roll = _samples_of(mesh)
-    first, position, alone = found_with_pairs(mesh.at(case, roll), grids, each=each)
-    samples = Samples(case, roll, np.zeros(case.size, dtype=bool), first)
-    pieces, status = _pieces_of(mesh, grids, samples)
+    case, roll = _rolls_of(mesh)
+    first, near, alone = found_with_others(mesh.at(case, roll), grids, each=each)
+    samples = samples_of(case, roll, first)
+    pieces, status = _pieces_of(mesh, grids, samples, samples_of(case[near[0]], roll[near[0]], near[1]))
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     waves, swing, edges = _sums(mesh, pieces, harmonics)
     waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
@@ -224,7 +241,7 @@ def cycle_and_pairs(
         mesh=mesh,
         phase=phase,
     )
-    return cycle, grids, samples, (position, alone)
+    return cycle, grids, samples, alone
 
 
 @kept(1)
@@ -250,10 +267,10 @@ def _sums(mesh: Mesh, pieces: Pieces, harmonics: int) -> tuple[Waves, FloatArray
 
 
 def _sampled(mesh: Mesh, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
-    return Samples(case, roll, np.zeros(case.size, dtype=bool), found_at(mesh.at(case, roll), grids))
+    return samples_of(case, roll, found_at(mesh.at(case, roll), grids))
 
 
-def _samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
+def _rolls_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray]:
     """Give cases and rolls (n,), rad, at which first contacts tell the carriers over a pitch from the rolls
     of a mesh on, of which each is a case: `number` a pitch, and its end."""
     share, cases = np.linspace(0.0, 1.0, number + 1), mesh.roll.size
@@ -261,19 +278,20 @@ def _samples_of(mesh: Mesh, number: int = SAMPLES) -> tuple[Integers, FloatArray
     return case, mesh.roll[case] + np.tile(mesh.pitch[0] * share, cases)
 
 
-def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
+def _pieces_of(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tuple[Pieces, Integers]:
     """Give pieces over a pitch of the pinion from the rolls of a mesh on, of which each is a case, and the
     status of the cases, codes of `FirstStatus`: of the first roll that is not SOLVED. Such a case has no
-    pieces. `samples`: the first contacts at `_samples_of` the mesh."""
-    pieces, status = _divided(mesh, grids, samples)
+    pieces. `samples`: the first contacts at `_rolls_of` the mesh; `near`: all contacts found there."""
+    pieces, status = _divided(mesh, grids, samples, near)
     if (lost := status == FirstStatus.NOT_CONVERGED).any():  # a carrier may have been overlooked all along
-        case, roll = _samples_of(mesh, CLOSE_SAMPLES)
-        closer, again = _divided(mesh, grids, _sampled(mesh, grids, case[lost[case]], roll[lost[case]]))
+        case, roll = _rolls_of(mesh, CLOSE_SAMPLES)
+        samples = _sampled(mesh, grids, case[lost[case]], roll[lost[case]])
+        closer, again = _divided(mesh, grids, samples, near)
         pieces, status = in_order([pieces, closer]), np.where(lost, again, status)
     return pieces, status
 
 
-def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Integers]:
+def _divided(mesh: Mesh, grids: Grids, samples: Samples, near: Samples) -> tuple[Pieces, Integers]:
     """Give pieces with the carriers of the samples, divided until all hold, and the status of all cases."""
     cases = mesh.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
@@ -284,13 +302,20 @@ def _divided(mesh: Mesh, grids: Grids, samples: Samples) -> tuple[Pieces, Intege
         if not 0 < samples.case.size <= MOST * cases:
             break
         pieces = fitted(mesh, samples)
-        checks, good = _checked(mesh, grids, pieces, count < ROUNDS // 2)
-        jumps, samples = _overtaken(mesh, samples, pieces)
-        bad = np.union1d(np.flatnonzero(~good.all(axis=1)), np.append(jumps, jumps + 1))
-        back = _coming_back(mesh, pieces)
-        failed = np.isin(np.arange(cases), np.append(pieces.case[bad], back.case))
+        if count == 0:  # many samples know it better than few checks
+            piece = pieces.number(mesh, samples.case, samples.roll)
+            samples, bad = checked(mesh, pieces, piece, samples, True)
+            checks = samples.pick(np.zeros(0, dtype=np.int64))
+        else:
+            piece, roll = np.arange(pieces.case.size).repeat(CHECKS.size), pieces.rolls(CHECKS).ravel()
+            checks = _sampled(mesh, grids, pieces.case[piece], roll)
+            checks, bad = checked(mesh, pieces, piece, checks, count < ROUNDS // 2)
+        jumps, mended, samples = overtaken(mesh, samples, pieces)
+        bad = np.union1d(bad, np.append(jumps, jumps + 1))
+        early = earlier(mesh, pieces, near)
+        failed = np.isin(np.arange(cases), np.concatenate((pieces.case[bad], mended, early.case)))
         if failed.any():
-            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(back)
+            checks = checks.and_also(_between(mesh, grids, samples, pieces, bad, jumps)).and_also(early)
         done.append(pieces.pick(~failed[pieces.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
@@ -306,85 +331,6 @@ def _between(
     beside = np.clip(pieces.high[jumps, None] + mesh.pitch[0] * BESIDE, start[:, None], stop[:, None])
     case = np.append(pieces.case[bad].repeat(CLOSER.size), pieces.case[jumps].repeat(BESIDE.size))
     return _sampled(mesh, grids, case, np.append(pieces.rolls(CLOSER)[bad], beside))
-
-
-def _checked(mesh: Mesh, grids: Grids, pieces: Pieces, strict: bool) -> tuple[Samples, Mask]:
-    """Give first contacts at other rolls, and whether (n, CHECKS) the pieces are as early there and, if
-    `strict`, their places known. A piece may be earlier, within all limits: a search missed its contact, and
-    what it found is left out."""
-    roll, each = pieces.rolls(CHECKS), np.arange(pieces.case.size)
-    checks = _sampled(mesh, grids, pieces.case.repeat(roll.shape[1]), roll.ravel())
-    values, bound = pieces.values(each, roll), CHECKED * mesh.lever
-    behind = values[0] - checks.found.f.reshape(roll.shape)
-    earlier = np.asarray(behind < -bound)
-    if earlier.any():
-        piece = each.repeat(roll.shape[1])
-        there, within = _moved(mesh, checks.case, checks.roll, pieces, piece, values[1:3].reshape(2, -1))
-        earlier &= within.reshape(roll.shape)
-        earlier &= np.abs(values[0] - there[0].reshape(roll.shape)) <= bound
-    sizes = np.array((mesh.lever, *[mesh.own.tip - mesh.own.root] * (QUANTITIES - 1)))
-    most = PLACED * sizes if strict else np.full(QUANTITIES, np.inf)
-    placed = np.asarray((tails_of(pieces) <= most[:, None]).all(axis=0))
-    good = np.asarray(((np.abs(behind) <= bound) | earlier) & placed[:, None])
-    checks = replace(checks, cut=~good.ravel())
-    return checks.pick(~earlier.ravel()), good
-
-
-def _moved(
-    mesh: Mesh, case: Integers, roll: FloatArray, pieces: Pieces, piece: Integers, place: FloatArray
-) -> tuple[FloatArray, Mask]:
-    """Give contacts near places (2, n) at rolls that are carried as the pieces: f, s1, z1, s2, z2 (5, n), and
-    whether they lie within the limits."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = mesh.at(case, roll).task(np.arange(case.size), pieces.pair[piece])
-        values = held_to(task, place, pieces.limit[:, piece])
-        margin = np.where(holding(pieces.limit[:, piece]), 0.0, values[QUANTITIES:])
-    return values[:QUANTITIES], np.asarray((margin >= -FEASIBLE * task.depth).all(axis=0))
-
-
-def _coming_back(mesh: Mesh, pieces: Pieces) -> Samples:
-    """Give contacts beside the pieces, carried as these, that are earlier than the pieces there: a carrier
-    that comes back for less than the distance of two samples is not seen by those."""
-    piece = np.arange(pieces.case.size).repeat(CLOSE_SAMPLES)
-    share = np.tile(np.arange(CLOSE_SAMPLES) / CLOSE_SAMPLES, pieces.case.size)
-    roll = mesh.roll[pieces.case[piece]] + mesh.pitch[0] * share
-    away = np.maximum(pieces.low[piece] - roll, roll - pieces.high[piece])
-    beside = (away > 0.0) & (away < AWAY * (pieces.high - pieces.low)[piece])
-    piece, roll = piece[beside], roll[beside]
-    case = pieces.case[piece]
-    values, within = _moved(mesh, case, roll, pieces, piece, pieces.values_at(piece, roll)[1:3])
-    there = pieces.values_at(pieces.number(mesh, case, roll), roll, 1)[0]
-    row = np.flatnonzero(within & (values[0] < there - CHECKED * mesh.lever))
-    values, piece = values[:, row], piece[row]
-    found = Found(
-        f=values[0],
-        place=values[1:3],
-        meeting=values[3:],
-        limit=pieces.limit[:, piece],
-        pair=pieces.pair[piece],
-        status=np.full(row.size, FirstStatus.SOLVED, dtype=np.int8),
-    )
-    return Samples(case[row], roll[row], np.zeros(row.size, dtype=bool), found)
-
-
-def _overtaken(mesh: Mesh, samples: Samples, pieces: Pieces) -> tuple[Integers, Samples]:
-    """Give pieces at whose end the curve jumps, as a contact between was not seen, or an earlier one missed;
-    and the samples, of the pieces behind those that their neighbours are carried by, if these are earlier."""
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = np.stack([pieces.values_at(inner + k, pieces.high[inner]) for k in (0, 1)])
-    jump, found = ends[0, 0] - ends[1, 0], samples.found
-    jumps = np.flatnonzero(np.abs(jump) > CHECKED * mesh.lever)
-    early = (jump[jumps] > 0.0).astype(int)
-    own = pieces.number(mesh, samples.case, samples.roll)
-    which, row = np.nonzero(own == (inner[jumps] + 1 - early)[:, None])
-    piece, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
-    values, within = _moved(mesh, samples.case[row], samples.roll[row], pieces, piece, place)
-    better = np.flatnonzero(within & (values[0] < found.f[row]))
-    better = better[np.argsort(-values[0, better], kind="stable")]  # of two neighbours the earlier comes last
-    row, values, piece = row[better], values[:, better], piece[better]
-    found.f[row], found.place[:, row], found.meeting[:, row] = values[0], values[1:3], values[3:]
-    found.limit[:, row], found.pair[row] = pieces.limit[:, piece], pieces.pair[piece]
-    return inner[jumps], samples
 
 
 def in_order(parts: list[Pieces]) -> Pieces:

@@ -16,13 +16,16 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
+from ..contact.parallel.lines import touches_along_lines
+from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import CHECKED, MeshCycle, cycle_and_pairs, in_order
-from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted
+from .mesh_cycle import MeshCycle, cycle_and_pairs, in_order
+from .overlooked import CHECKED
+from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted, samples_of
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
@@ -83,6 +86,8 @@ def operating_ratios(
     lost, mesh = cycle.lost.reshape(-1), cycle.mesh
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
+    lines = np.flatnonzero(conjugate_lines(design, flank).reshape(-1) & ~lost)
+    eq16 = contact_ratio(design, flank).reshape(-1) if lines.size else np.empty(0)
     useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
     pieces, followed = _pieces_alone(cycle, grids, alone, np.array(useful or [0.0]))
     share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
@@ -93,11 +98,21 @@ def operating_ratios(
             curves = _first(cycle, known, roll), contacts(known, roll)
             for k, thickness in enumerate(thicknesses):
                 ratio[k, known], status[k, known] = _ratio(cycle, contacts, known, roll, curves, thickness)
+                if thickness == 0.0 and lines.size:  # which of them is first is a matter of rounding
+                    ratio[k, lines], status[k, lines] = eq16[lines], RatioStatus.KNOWN
         # By search those that the pieces do not tell.
         followed = ~followed | (status == RatioStatus.UNSTEADY).any(axis=0)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape), cycle)
+
+
+def conjugate_lines(design: Design, flank: str) -> Mask:
+    """Say (batch shape) whether unmodified flanks touch along lines, of all tooth pairs at once."""
+    plain = np.zeros(design.batch_shape, dtype=bool)
+    for member in design.members:
+        plain = plain | (np.asarray(member.tool.parabola) != 0.0)
+    return np.asarray(touches_along_lines(design, flank) & ~plain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +152,7 @@ def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found)
     order = once[np.lexsort((turned[once], samples.case[position[once]]))]
     rows = {name: value[..., order] for name, value in vars(found).items()}
     alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
-    return Samples(samples.case[position[order]], turned[order], np.zeros(order.size, dtype=bool), alone)
+    return samples_of(samples.case[position[order]], turned[order], alone)
 
 
 def _pieces_alone(
@@ -176,7 +191,7 @@ def _pieces_alone(
         elif run.size:
             found = found_at(runs.at(run, roll), grids, 0)
             followed[case[run[found.status != FirstStatus.SOLVED]]] = False
-            samples = samples.and_also(Samples(run, roll, np.zeros(run.size, dtype=bool), found))
+            samples = samples.and_also(samples_of(run, roll, found))
     pieces = in_order([replace(part, case=case[part.case]) for part in parts])
     return pieces.pick(followed[pieces.case]), followed
 

@@ -27,8 +27,16 @@ from ..gear.flank import flank_point, place_at
 from ..status import PatternStatus
 from ..support.few_lines import few_lines
 from ..support.marked_area import marked_area
-from .least_over_roll import Mating, least_separation, mating_of, sampled, whole
-from .operating_rolls import first_contact_operation, given_operation
+from .least_over_roll import (
+    Mating,
+    Operation,
+    first_contact_operation,
+    given_operation,
+    least_separation,
+    mating_of,
+    sampled,
+    whole,
+)
 
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
@@ -91,6 +99,7 @@ def contact_pattern(
     area_error: float = AREA_ERROR,
     pinion_roll: ArrayLike | None = None,
     gear_roll: ArrayLike | None = None,
+    operation: Operation | None = None,
 ) -> ContactPattern:
     """Find where marking compound is left: the contact pattern over the mesh of one tooth pair.
 
@@ -110,6 +119,8 @@ def contact_pattern(
     pinion_roll, gear_roll : array_like, shape (n), optional
         Poses of the pair, rad, in the order of the roll, between which its transmission error is
         interpolated; without them those of first contact.
+    operation : Operation, optional
+        Those of first contact, if they are known (`first_contact_operation`).
 
     Returns
     -------
@@ -122,7 +133,8 @@ def contact_pattern(
         only, or where the first contact is not known.
     """
     _check(design, separation, resolution, tolerance, area_error)
-    operation = given_operation(design, pinion_roll, gear_roll) or first_contact_operation(design, flank)
+    operation = given_operation(design, pinion_roll, gear_roll) or operation
+    operation = operation or first_contact_operation(design, flank)
     patterns = []
     for number, member in enumerate(design.members):
         side = _Side(member, flank, mating_of(design, flank, number, operation))

@@ -25,9 +25,9 @@ from ..support.chebyshev import basis_of, evaluate, greatest, polynomials
 from .first_contact import TOGETHER, Found, Mesh
 from .least_clearance import Local, Task, local_at, square
 
-SAMPLES = 16
+SAMPLES = 24
 """Rolls of a pitch at which first contacts tell the carriers."""
-DEGREE, PASSES, LAST_STEP, EXACT = 20, 12, 1e-9, 1e-12
+DEGREE, PASSES, LAST_STEP, EXACT = 20, 12, 1e-7, 1e-12
 """Degree of the polynomials; Newton steps at most; share of the tooth depth below which one is the last, and
 below which it is not made."""
 FITS, SETTLED = 12, 1e-12
@@ -70,8 +70,8 @@ class Pieces:
 
     def number(self, mesh: Mesh, case: Integers, roll: FloatArray) -> Integers:
         """Say which piece holds the rolls (n,), rad, of the cases (n,) of a mesh, over its span."""
-        begins = _order(mesh, self.case, self.low)
-        return np.maximum(np.searchsorted(begins, _order(mesh, case, roll), side="right") - 1, 0)
+        begins = order_of(mesh, self.case, self.low)
+        return np.maximum(np.searchsorted(begins, order_of(mesh, case, roll), side="right") - 1, 0)
 
     def rolls(self, places: FloatArray) -> FloatArray:
         """Give rolls (n, k), rad, at `places` (k,) from -1, where the pieces begin, to 1, where they end."""
@@ -105,8 +105,7 @@ class Samples:
 
     def pick(self, index: Integers | Mask) -> Samples:
         """Give the samples `index`."""
-        found = Found(*(value[..., index] for value in vars(self.found).values()))
-        return Samples(self.case[index], self.roll[index], self.cut[index], found)
+        return Samples(self.case[index], self.roll[index], self.cut[index], self.found.pick(index))
 
     def ends(self, case: Integers) -> tuple[FloatArray, FloatArray]:
         """Give the first and the last rolls (n,), rad, of the cases (n,)."""
@@ -123,6 +122,11 @@ class Samples:
             Found(*(np.concatenate(row, axis=-1) for row in rows)),
         )
         return both.pick(np.lexsort((both.roll, both.case)))
+
+
+def samples_of(case: Integers, roll: FloatArray, found: Found) -> Samples:
+    """Give first contacts (n,) of the cases at rolls, none of which cuts a piece."""
+    return Samples(case, roll, np.zeros(case.size, dtype=bool), found)
 
 
 def holding(limit: Codes) -> Mask:
@@ -236,13 +240,14 @@ def _starts(
     from the first to the last of the `runs` (2, n): by a `former` fit where it is known, elsewhere on
     straight lines between samples, which far from any of them may lead Newton's method astray."""
     roll = pieces.rolls(basis_of(DEGREE).nodes)
-    order = _order(mesh, samples.case, samples.roll)
-    after = np.searchsorted(order, _order(mesh, pieces.case.repeat(roll.shape[1]), roll.ravel()))
-    ends = [run.repeat(roll.shape[1]) for run in runs]
-    before, after = np.clip(after - 1, *ends), np.clip(after, *ends)
+    order = order_of(mesh, samples.case, samples.roll)
+    after = np.searchsorted(order, order_of(mesh, pieces.case.repeat(roll.shape[1]), roll.ravel()))
+    first, last = (run.repeat(roll.shape[1]) for run in runs)
+    before = np.maximum(np.minimum(after, last) - 1, first)
+    after = np.minimum(before + 1, last)
     step = samples.roll[after] - samples.roll[before]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), 0.0, 1.0)
+        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), -1.0, 2.0)
     place = samples.found.place[:, before]
     place = place + share * (samples.found.place[:, after] - place)
     if former is None:
@@ -270,18 +275,18 @@ def _rolls(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
     return np.asarray(0.5 * ((low + high)[:, None] + (high - low)[:, None] * nodes))
 
 
-def _order(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
+def order_of(mesh: Mesh, case: Integers, roll: FloatArray) -> FloatArray:
     """Give numbers that rise with case and roll, over the span of a mesh."""
     turned = (roll - mesh.roll[case]) / (mesh.span * mesh.pitch[0])
     return np.asarray(case + 0.5 * np.clip(turned, 0.0, 1.0))
 
 
-def held_to(task: Task, place: FloatArray, limit: Codes) -> FloatArray:
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = PASSES) -> FloatArray:
     """Give the contacts near places (2, n) that are held to the limits (2, n): f, places and the margins of
-    the eight limits (13, n), mm; NaN where Newton's method does not settle."""
+    the eight limits (13, n), mm; NaN where Newton's method does not settle within so many steps at `most`."""
     found = np.full((QUANTITIES + len(Limit), limit.shape[1]), np.nan)
     going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
-    for _ in range(PASSES + 1):
+    for _ in range(most + 1):
         here = local_at(task, *place)
         step = _newton_step(here, limit)
         size = np.abs(step).max(axis=0) / task.depth

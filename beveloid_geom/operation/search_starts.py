@@ -27,7 +27,7 @@ from ..gear.flank import tip_parameter
 from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..status import Limit
 from ..support.read_only import kept
-from .least_clearance import Task, limits_at, local_at
+from .least_clearance import Task, clearance_at, limits_at
 from .separation import met_by
 
 STARTS, STATIONS = 3, 8
@@ -38,7 +38,7 @@ SPARE, TIP_SPARE = 0.05, 0.01
 scanned and still be a start."""
 TIPS, INWARDS = np.array((Limit.GEAR_TIP, Limit.PINION_TIP)), np.array((1.0, -1.0))
 """Tips, and which way along the pinion's profile leads from their edges onto the flank."""
-EDGE_PASSES = 3
+EDGE_PASSES = 2
 TIP_SLOPE = 0.03
 """A tip's edge is no start where the clearance falls faster than this from it along the profile."""
 FURTHEST = 2.0
@@ -298,8 +298,10 @@ def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[
     for axis in (1, 2):
         best = f.argmin(axis=axis)
         line = f.min(axis=axis)
-        wide = np.pad(line, ((0, 0), (1, 1)), constant_values=np.inf)
-        line = np.where((line <= wide[:, :-2]) & (line <= wide[:, 2:]), line, np.inf)
+        low = np.ones(line.shape, dtype=bool)
+        low[:, 1:] = line[:, 1:] <= line[:, :-1]
+        low[:, :-1] &= line[:, :-1] <= line[:, 1:]
+        line = np.where(low, line, np.inf)
         chosen = line.argsort(axis=1)[:, : max(STARTS, shape[1] // STATIONS)]
         other = np.take_along_axis(best, chosen, axis=1)
         points.append(other * shape[1] + chosen if axis == 1 else chosen * shape[1] + other)
@@ -333,8 +335,8 @@ def _edge_starts(
     if not row.size:
         return row, periods, place, np.zeros(0)
     place = _on_edge(chosen, place, tip)
-    here = local_at(chosen, *place)
-    close = (here.f <= bound[1][row]) & (-INWARDS[tip] * here.slope[0] < TIP_SLOPE)
+    f, slope, _ = clearance_at(chosen, *place)
+    close = (f <= bound[1][row]) & (-INWARDS[tip] * slope[0] < TIP_SLOPE)
     return row[close], periods[close], place[:, close], INWARDS[tip[close]]
 
 
@@ -368,8 +370,7 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
     if close.size:
         near = task.pick(close)
         edge = _on_edge(near, edge, tip)
-        meeting = local_at(near, *edge).meeting
-        gap = np.where(tip == 0, edge[0] - own.joint, meeting[0] - task.other.joint)
+        gap = np.where(tip == 0, edge[0] - own.joint, clearance_at(near, *edge)[2] - task.other.joint)
     away, parts = np.abs(edge[0] - place[0, close]), []
     for step, inside, least in zip(TIP_STEPS, (0.0, 0.5), (1e-6 * cell[0, 0], 0.0), strict=True):
         row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))

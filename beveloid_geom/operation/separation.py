@@ -51,9 +51,9 @@ class Pose:
     cos: FloatArray
     position: FloatArray
 
-    def at(self, index: Integers | slice) -> Pose:
+    def at(self, index: Integers) -> Pose:
         """Give the poses with the numbers `index` along the last axis."""
-        return Pose(*(value[..., index] for value in vars(self).values()))
+        return Pose(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)

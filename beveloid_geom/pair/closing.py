@@ -37,7 +37,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.model import Design, Member
 from ..gear.rack import rack_of
-from .frames import common_normal, layout_of
+from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
 
 SAMPLES = 721
@@ -131,10 +131,12 @@ def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, r
 
 
 def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
-    """Give the closed layout of the members of a single `design` with the working normal pressure
-    angle(s) given (rad, any shape). The pair's own offset and shaft angle are not used."""
+    """Give the closed layout of the members of a `design` with the working normal pressure angle(s) given
+    (rad, any shape, that broadcasts with the design's). The pair's own offset and shaft angle are not
+    used."""
     aw = np.asarray(pressure_angle, dtype=float)
-    gw, bw, rw, thickness = (np.empty((2, *aw.shape)) for _ in range(4))
+    shape = np.broadcast_shapes(aw.shape, design.batch_shape)
+    gw, bw, rw, thickness = (np.empty((2, *shape)) for _ in range(4))
     for j, member in enumerate(design.members):
         alpha, beta, gamma = member.tool.normal_pressure_angle, member.helix_angle, member.cone_angle
         base_pitch = np.pi * member.tool.normal_module * np.cos(alpha)  # the same for both
@@ -153,15 +155,20 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     sin_d = np.sqrt(square + (cosine[0] * cosine[1] * sum_sine) ** 2)
     reach = rw[0] * cosine[1] + rw[1] * cosine[0]
     lean = rw[::-1] * (sine + sine[::-1] * cos_d) / cosine[::-1]
-    sin_d = np.where(sin_d > ROUNDING, sin_d, np.nan)
+    parallel = (
+        sin_d <= ROUNDING
+    )  # cones and helix angles cancel: r_w1 + r_w2 apart, mid-face against mid-face
+    with np.errstate(invalid="ignore", divide="ignore"):
+        offset = np.where(parallel, rw[0] + rw[1], design.sense * reach * sum_sine / sin_d)
+        mounting = np.where(parallel, 0.0, (lean + lean[::-1] * cos_d) / sin_d**2)
     return ClosedLayout(
-        offset=np.asarray(design.sense * reach * sum_sine / sin_d),
-        shaft_angle=np.arctan2(sin_d, cos_d),
+        offset=np.asarray(offset),
+        shaft_angle=np.where(parallel, 0.0, np.arctan2(sin_d, cos_d)),
         pressure_angle=aw,
         cone_angle=gw,
         helix_angle=bw,
         working_radius=rw,
-        mounting=(lean + lean[::-1] * cos_d) / sin_d**2,
+        mounting=mounting,
         normal_backlash=np.asarray((2.0 * np.pi - thickness[0] - thickness[1]) * base_pitch / (2.0 * np.pi)),
     )
 
@@ -201,8 +208,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     Raises
     ------
     ValueError
-        For arrays, where the members have backlash in every layout that closes, and where the axes of the
-        one without are parallel.
+        For arrays, and where the members have backlash in every layout that closes.
     """
     _only_single(design)
 
@@ -216,14 +222,12 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
         reason = "the teeth are too thin in all that close"
         raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
     found = closed_layout(design, roots[0])
-    if math.isnan(found.offset):
-        raise ValueError("no layout without backlash: the helix angles cancel, the axes would be parallel")
     return replace(found, offset=np.asarray(0.0)) if _meet(found) else found
 
 
 def _meet(layout: ClosedLayout) -> bool:
     """Tell whether the axes of a single layout intersect."""
-    return abs(float(np.sum(layout.helix_angle))) < ROUNDING
+    return bool(layout.shaft_angle > 0.0) and abs(float(np.sum(layout.helix_angle))) < ROUNDING
 
 
 def _pressure_angle_as_mounted(design: Design) -> float:
@@ -233,8 +237,10 @@ def _pressure_angle_as_mounted(design: Design) -> float:
     normals = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for flank, sign in zip(("right", "left"), branch, strict=True):
-            axial = np.array([rack_of(member, flank).normal[2] for member in design.members])
-            normal = common_normal(layout, axial)
+            racks = [rack_of(member, flank) for member in design.members]
+            axial = np.array([rack.normal[2] for rack in racks])
+            moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
+            normal = normal_of_unmodified(layout, axial, moment)
             normals.append((sign * np.sqrt(normal.x_squared), normal.y[0], axial[0]))
         return float(np.arcsin(0.5 * np.linalg.norm(np.sum(normals, axis=0))))
 

@@ -18,24 +18,31 @@ Difference to the paper: it lays the errors of offset and shaft angle on either 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray, Quantity
-from ..design.model import Design, Errors
+from ..design.model import MATCH, PARALLEL, Design, Errors
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
     """Axes of the pair: offset E (mm) and signed shaft angle d (rad), with the functions of
-    it that keep their digits when the axes are nearly parallel."""
+    it that keep their digits when the axes are nearly parallel, and the sign with which its errors count."""
 
     offset: Quantity
     shaft_angle: Quantity
+    sense: Quantity
     sin_angle: Quantity
     cos_angle: Quantity
     versed_angle: Quantity
+
+    @property
+    def parallel(self) -> NDArray[np.bool_]:
+        """Say whether the axes are parallel."""
+        return np.asarray(np.abs(self.sin_angle) <= PARALLEL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +62,12 @@ def layout_of(design: Design, with_errors: bool = True) -> Layout:
     errors = design.errors if with_errors else Errors()
     angle = np.asarray(design.sense * (design.pair.shaft_angle + errors.shaft_angle))
     offset = design.pair.offset + errors.offset
-    return Layout(np.asarray(offset), angle, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
+    return layout_at(np.asarray(offset), angle, design.sense)
+
+
+def layout_at(offset: Any, angle: Any, sense: Any) -> Layout:
+    """Give the axes at an offset, mm, and a signed shaft angle, rad, which may be complex."""
+    return Layout(offset, angle, sense, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
 
 
 def layout_by_case(layout: Layout, batch_shape: tuple[int, ...]) -> Layout:
@@ -75,6 +87,30 @@ def common_normal(layout: Layout, axial: FloatArray | tuple[FloatArray, FloatArr
     both = axial[0] + axial[1]
     y = np.array([(layout.versed_angle * own - both) / layout.sin_angle for own in axial])
     return CommonNormal(1.0 - axial[0] * axial[0] - y[0] * y[0], y)
+
+
+def parallel_normal(layout: Layout, axial: FloatArray, moment: FloatArray) -> CommonNormal:
+    """Find the common normal on parallel axes of two flanks whose outward unit normals have the axial
+    components `axial` and the moments `moment` about their axes, mm, pinion first.
+
+    n.k1 = v1 and n.k2 = -v2 are one equation there, which asks for v1 + v2 = 0 and leaves n_y free; the
+    moments g1, g2 of the line of action about both axes give it, E n_y = g1 + g2. NaN where v1 + v2 is
+    more than MATCH."""
+    y = (moment[0] + moment[1]) / layout.offset
+    y = np.where(np.abs(axial[0] + axial[1]) <= MATCH, y, np.nan)
+    return CommonNormal(1.0 - axial[0] * axial[0] - y * y, np.array((y, y)))
+
+
+def normal_of_unmodified(layout: Layout, axial: FloatArray, moment: FloatArray) -> CommonNormal:
+    """Find the common normal of unmodified flanks: `parallel_normal` where axes are parallel, elsewhere
+    `common_normal`."""
+    crossed, parallel = common_normal(layout, axial), layout.parallel
+    if not parallel.any():
+        return crossed
+    own = parallel_normal(layout, axial, moment)
+    return CommonNormal(
+        np.where(parallel, own.x_squared, crossed.x_squared), np.where(parallel, own.y, crossed.y)
+    )
 
 
 def member_frame(

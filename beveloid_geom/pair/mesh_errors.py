@@ -29,13 +29,13 @@ axial errors.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from ..arrays import FloatArray, Mask, Quantity
+from ..arrays import COMPLEX_STEP, FloatArray, Mask, Quantity
 from ..design import file
 from ..design.model import Design, Errors, MeshErrors, unchecked
 from .frames import layout_of
@@ -47,6 +47,8 @@ LEAST_STEP = 1e-8
 """Rad, of which the secant's slope is taken."""
 
 Kind = TypeVar("Kind", Errors, MeshErrors)
+Complex: TypeAlias = np.ndarray[Any, np.dtype[Any]]
+"""Values that may be complex, by whose imaginary parts they are differentiated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ class _Nominal:
     sense: FloatArray
     angle: FloatArray
     sign: FloatArray
-    arm: tuple[FloatArray, FloatArray, FloatArray]
+    arm: FloatArray
     centre_line: FloatArray
 
 
@@ -74,7 +76,8 @@ class _Turned:
     along: FloatArray
 
 
-def _nominal(design: Design) -> _Nominal:
+def _nominal(design: Design, lean: Any = 0.0) -> _Nominal:
+    """Give the layout of a design; parallel axes have the sign of the turn `lean` that they are given."""
     bare = design.with_errors(Errors())
     layout, mounting = layout_of(bare, with_errors=False), mounting_of(bare)
     sin, cos = layout.sin_angle, layout.cos_angle
@@ -87,8 +90,8 @@ def _nominal(design: Design) -> _Nominal:
         offset=np.asarray(layout.offset, dtype=float),
         sense=design.sense,
         angle=np.asarray(layout.shaft_angle, dtype=float),
-        sign=np.where(np.asarray(layout.shaft_angle) < 0.0, -1.0, 1.0),
-        arm=(layout.offset - x, -second, z * sin - y * cos),
+        sign=np.where(np.where(layout.parallel, lean, layout.shaft_angle) < 0.0, -1.0, 1.0),
+        arm=np.stack(np.broadcast_arrays(layout.offset - x, -second, z * sin - y * cos)),
         centre_line=line,
     )
 
@@ -108,34 +111,38 @@ def _turned(nominal: _Nominal, turn: Any, tilt: Any) -> _Turned:
         (down * np.cos(middle) - aside * np.sin(middle)) * step + change * sin,
         (-down * np.sin(middle) - aside * np.cos(middle)) * step + change * cos,
     )
-    normal = np.hypot(cos_tilt * sin, sin_tilt)
-    x = nominal.sign * cos_tilt * sin / normal, -nominal.sign * sin_tilt / normal
+    normal = np.sqrt((cos_tilt * sin) ** 2 + sin_tilt**2)
+    # Axes that stay parallel keep their line of centres.
+    x = (
+        np.where(normal == 0.0, 1.0, nominal.sign * cos_tilt * sin / normal),
+        np.where(normal == 0.0, 0.0, -nominal.sign * sin_tilt / normal),
+    )
     return _Turned(np.stack(np.broadcast_arrays(*moved)), x, (-x[1], x[0]), normal, cos_tilt * cos)
 
 
-def _widened(nominal: _Nominal, turn: Any, tilt: Any) -> FloatArray:
-    """Find d' - |D|, by which a tilt widens the shaft angle, as the angle between (sin d', cos d') and
-    (sin D, cos D)."""
+def _widened(nominal: _Nominal, turn: Any, tilt: Any) -> Complex:
+    """Find d' - |D|, by which a tilt widens the shaft angle, as the angle, below 90 deg, between
+    (sin d', cos d') and (sin D, cos D)."""
     angle = nominal.sign * (nominal.angle + turn)
     sin, cos, sin_tilt, cos_tilt = np.sin(angle), np.cos(angle), np.sin(tilt), np.cos(tilt)
-    normal = np.hypot(cos_tilt * sin, sin_tilt)
-    rise = sin_tilt * sin_tilt / (normal + cos_tilt * sin)
-    return np.asarray(np.arctan2(rise * cos, normal * sin + cos_tilt * cos * cos))
+    normal = np.sqrt((cos_tilt * sin) ** 2 + sin_tilt**2)
+    rise = np.where(sin_tilt == 0.0, 0.0, sin_tilt * sin_tilt / (normal + cos_tilt * sin))
+    return np.asarray(np.arctan(rise * cos / (normal * sin + cos_tilt * cos * cos)))
 
 
-def _offset_error(nominal: _Nominal, turned: _Turned, moved: FloatArray) -> FloatArray:
+def _offset_error(nominal: _Nominal, turned: _Turned, moved: Complex) -> Complex:
     """Find E' - E, where the foot was moved by `moved`, without the digits of E."""
     first, second = turned.x
-    versed = np.where(first > 0.0, second * second / (1.0 + np.abs(first)), 1.0 - first)
+    versed = np.where(np.real(first) > 0.0, second * second / (1.0 + first), 1.0 - first)
     return np.asarray(moved[0] * first + moved[1] * second - nominal.offset * versed)
 
 
-def _feet(nominal: _Nominal, turned: _Turned, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _feet(nominal: _Nominal, turned: _Turned, moved: Complex) -> tuple[Complex, Complex]:
     """Find the ways along pinion and gear axis from the old feet of the common perpendicular, the gear's
     as it was moved, to the new ones."""
     first, second = turned.y
     across = (nominal.offset + moved[0]) * first + moved[1] * second
-    gear = -across / (nominal.sign * turned.normal)
+    gear = np.where(turned.normal == 0.0, 0.0, -across / (nominal.sign * turned.normal))
     return moved[2] + gear * turned.along, gear
 
 
@@ -162,19 +169,46 @@ def from_mesh(design: Design, errors: MeshErrors) -> Errors:
         NaN where the pair has no pitch point, or its axes are turned past parallel. They may pass the
         limits of those that users give.
     """
-    nominal = _nominal(design)
+    nominal = _nominal(design, design.sense * errors.in_plane)
+    return _made(Errors(), _about_perpendicular(nominal, errors))
+
+
+def _about_perpendicular(nominal: _Nominal, errors: MeshErrors) -> dict[str, Complex]:
+    """Find the errors about the common perpendicular by their names."""
     with np.errstate(invalid="ignore", divide="ignore"):
         turned = _turned(nominal, nominal.sense * errors.in_plane, errors.out_of_plane)
         moved = _add(turned.moved, nominal.centre_line, errors.centre_distance)
         pinion, gear = _feet(nominal, turned, moved)
         more = _widened(nominal, nominal.sense * errors.in_plane, errors.out_of_plane)
-        found = {
+        return {
             "offset": _offset_error(nominal, turned, moved),
             "shaft_angle": errors.in_plane + nominal.sense * nominal.sign * more,
             "pinion_axial": errors.pinion_axial - pinion,
             "gear_axial": errors.gear_axial - gear,
         }
-    return _made(Errors(), found)
+
+
+def by_mesh_errors(design: Design, rates: FloatArray) -> FloatArray:
+    """Give derivatives (*batch, ..., 5) by the errors at the mesh for those (*batch, ..., 4) by the errors
+    about the common perpendicular, under the errors that a design has, in the orders of their classes.
+
+    By the chain rule, with derivatives of `from_mesh` from a complex step, exact to rounding; NaN where
+    `at_mesh` gives none, and by a tilt of axes that are parallel under these errors."""
+    own = at_mesh(design)
+    nominal = _nominal(design, design.sense * own.in_plane)
+    last = _Nominal(**{name: np.asarray(value)[..., None] for name, value in vars(nominal).items()})
+    steps = COMPLEX_STEP * 1j * np.eye(len(fields(MeshErrors)))
+    moved = {
+        name: np.asarray(value)[..., None] + steps[k] for k, (name, value) in enumerate(vars(own).items())
+    }
+    found = _about_perpendicular(last, unchecked(own, **moved))
+    by = np.stack(np.broadcast_arrays(*found.values()), axis=-2).imag / COMPLEX_STEP
+    still = (nominal.angle + nominal.sense * own.in_plane == 0.0) & (np.asarray(own.out_of_plane) == 0.0)
+    tilted = np.array([field.name == "out_of_plane" for field in fields(MeshErrors)])
+    by = np.where(still[..., None, None] & tilted, np.nan, by)
+    batch, more = design.batch_shape, rates.ndim - 1 - len(design.batch_shape)
+    by = np.broadcast_to(by, (*batch, *by.shape[-2:])).reshape(*batch, *[1] * more, *by.shape[-2:])
+    return np.asarray((rates[..., None, :] @ by)[..., 0, :])
 
 
 def holds_tilt(design: Design) -> Mask:
@@ -198,7 +232,7 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
     MeshErrors
         NaN where there are none: no pitch point, or an offset that no tilt gives.
     """
-    nominal, errors = _nominal(design), design.errors
+    nominal, errors = _nominal(design, design.sense * design.errors.shaft_angle), design.errors
     line = nominal.centre_line
     with np.errstate(invalid="ignore", divide="ignore"):
         tilted = np.abs(line[0]) > 0.5
@@ -224,7 +258,7 @@ def pivot_distance(design: Design) -> FloatArray:
     return np.asarray(np.hypot(point[..., 1], point[..., 2]))
 
 
-def _add(moved: FloatArray, line: FloatArray, distance: Any) -> FloatArray:
+def _add(moved: Complex, line: FloatArray, distance: Any) -> Complex:
     """Add a way along a direction, both of components on the leading axis."""
     return np.stack([own + part * distance for own, part in zip(moved, line, strict=True)])
 
@@ -234,6 +268,7 @@ def _turn(nominal: _Nominal, errors: Errors, tilt: Any) -> FloatArray:
     error = nominal.sense * errors.shaft_angle
     whole = nominal.sign * (nominal.angle + error)
     rise = -(np.sin(tilt) ** 2) / (np.sqrt(np.sin(whole - tilt) * np.sin(whole + tilt)) + np.sin(whole))
+    rise = np.where(np.asarray(tilt) == 0.0, 0.0, rise)
     # What the tilt takes from the angle, as a difference of two angles of the tangents
     # (sin D' + rise, cos D') and (sin D', cos D').
     less = np.arctan2(rise * np.cos(whole), 1.0 + rise * np.sin(whole))

@@ -19,6 +19,10 @@ to P, and its axial coordinates z_1, z_2,
 
 Without cones that is N_x > 0; where the axes intersect the false signs put P beyond their common point.
 Of the signs that allow this, those that bring the two lines closer are right.
+
+On parallel axes unmodified flanks touch along lines in planes of action that all pass through one pitch line:
+what P is along the axes is free. It lies midway between the mid-faces, which stand against each other
+unless mounting distances are given; then but their difference matters.
 """
 
 from __future__ import annotations
@@ -32,7 +36,7 @@ from ..arrays import FloatArray, Quantity
 from ..design.model import Design, Errors, Member, Pair
 from ..gear.rack import rack_of
 from ..support.read_only import kept, restored
-from .frames import Layout, common_normal, layout_by_case, layout_of
+from .frames import Layout, layout_by_case, layout_of, normal_of_unmodified
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +110,9 @@ def _action(layout: Layout, members: Member, flank: str, sign: float, distance: 
     rack = rack_of(members, flank)
     nx, ny, v = rack.normal
     x0, y0, z0 = rack.apex
-    normal = common_normal(layout, v)
-    fx, fy = sign * np.sqrt(normal.x_squared), normal.y
     moment, square = rack.pitch_radius * ny, np.sqrt(1.0 - v * v)
+    normal = normal_of_unmodified(layout, v, moment)
+    fx, fy = sign * np.sqrt(normal.x_squared), normal.y
     w = across_action(layout, v, square, fy, moment)[0] / fx
     # Foot: w along (k1 - v1 n) / S1 and g1/S1 along (n x k1) / S1.
     reach, arm = w * v[0] / square[0], moment[0] / square[0] ** 2
@@ -173,6 +177,23 @@ def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArra
     return point, gap, np.moveaxis(np.array(SIGNS)[best], -1, 0)
 
 
+def _on_parallel_axes(
+    layout: Layout, members: Member, given: list[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give the same on parallel axes; NaN where they have no common normal. All planes of action pass through
+    the pitch line, which parts the offset as N1 to N2. The point on it lies midway between the mid-faces
+    where these are `given` (cases, 1), else at z = 0."""
+    lost = np.zeros(layout.parallel.shape)
+    for flank in ("right", "left"):
+        rack = rack_of(members, flank)
+        normal = normal_of_unmodified(layout, rack.normal[2], rack.pitch_radius * rack.normal[1])
+        lost = lost + np.where(normal.x_squared > 0.0, 0.0, np.nan)
+    first, second = np.asarray(members.teeth)
+    middle = sum(given) / len(given) if given else 0.0
+    point = np.stack(np.broadcast_arrays(layout.offset * first / (first + second), lost, middle), axis=-1)
+    return point + lost[..., None], lost, np.ones((2, *lost.shape))
+
+
 def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: FloatArray) -> FloatArray:
     """Find the normal backlash (cases, 1), reduced to half a pitch either way, mm."""
     right, left = (
@@ -212,15 +233,23 @@ def _mounting(design: Design) -> Mounting:
     members, shape = design.stacked_members(), design.batch_shape
     layout = layout_by_case(layout_of(design), shape)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        given = {
+            member: np.broadcast_to(distance, shape).reshape(-1, 1)
+            for member, distance in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting))
+            if distance is not None
+        }
         point, gap, branch = _pitch_point(layout, members)
+        if (parallel := layout.parallel).any():
+            own = _on_parallel_axes(layout, members, list(given.values()))
+            point = np.where(parallel[..., None], own[0], point)
+            gap, branch = np.where(parallel, own[1], gap), np.where(parallel, own[2], branch)
         x, y, z = np.moveaxis(point, -1, 0)
         sin, cos = layout.sin_angle, layout.cos_angle
         pitch = _along_axes(layout, point)
         radius = np.stack([np.hypot(x, y), np.hypot(x - layout.offset, cos * y - sin * z)])
         distance = pitch.copy()
-        for member, given in enumerate((design.pair.pinion_mounting, design.pair.gear_mounting)):
-            if given is not None:
-                distance[member] = np.broadcast_to(given, shape).reshape(-1, 1)
+        for member, value in given.items():
+            distance[member] = value
         backlash = _backlash(layout, members, branch, distance)
     return Mounting(
         distance=distance.reshape(2, *shape),

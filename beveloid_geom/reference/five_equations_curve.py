@@ -21,7 +21,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, fsolve
 
-from ..arrays import FloatArray, Integers
+from ..arrays import COMPLEX_STEP, FloatArray, Integers
 from ..design.model import Design
 from ..gear.flank import generated, highest_parameter, root_parameter
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, reference_radius
@@ -33,7 +33,6 @@ XTOL, ACCEPTED = 1e-14, 1e-9
 itself reports rounding noise at this xtol as lack of progress."""
 ROUGH = 1e-8
 """Relative step that does for the nodes of a curve, on which no answer rests."""
-COMPLEX_STEP = 1e-30
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.05, 0.1, 1e-6
 """Steps along the curve, in scaled unknowns."""
 STRAIGHT, FLAT = 0.98, 0.2

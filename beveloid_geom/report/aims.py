@@ -21,6 +21,7 @@ from .columns import ARCSEC, label, number, scaled
 from .path import ContactReport, contact_report
 from .result import Rows, by_columns
 from .words import (
+    SHORT,
     TRADE,
     error_words,
     head_data,
@@ -30,8 +31,13 @@ from .words import (
     name_in_files,
     remark_lines,
     trade_words,
+    unit_of,
 )
 
+LEAST = {
+    "shift": "least shift under errors",
+    "transmission_error": "least error of all teeth under any error",
+}
 POINTS = 21
 """Positions of the path that are certified."""
 WIDTH = 36
@@ -92,7 +98,7 @@ class OptimumReport:
     def summary(self) -> str:
         """Write aim, coefficients, and the figures found beside those given."""
         found, contact = self.optimum, self.contact
-        text = f"Parabola coefficients for {self.name}, {self.flank} flanks: least shift under errors\n"
+        text = f"Parabola coefficients for {self.name}, {self.flank} flanks: {LEAST[self.aim.least]}\n"
         text += head_lines(self.design) + line("aim", _aim_words(self.aim))
         text += line("errors of the aim", error_words(self.aim.errors))
         coefficients = found.pinion_parabola, found.gear_parabola
@@ -118,6 +124,7 @@ def _aim_words(aim: Aim) -> str:
     if math.isfinite(aim.peak_to_peak):
         limit = ARCSEC * aim.peak_to_peak
         words += f", transmission error at most {limit:g} arcsec peak to peak"
+    words += f", shift at most {aim.shift:g} mm" if math.isfinite(aim.shift) else ""
     words += "" if aim.edges else ", no edge carries, with these errors or without"
     bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
     return words + bounds
@@ -172,7 +179,7 @@ class PlaceReport:
         data = {
             **head_data(self.name, found.design, found.flank),
             "by": found.by,
-            "trade": [TRADE[name] for name in found.by],
+            "trade": [TRADE.get(name) for name in found.by],
             "limits": found.limits,
             "wanted_l": found.wanted_l,
             "places": self.places,
@@ -189,7 +196,7 @@ class PlaceReport:
         found = self.found
         by = " and ".join(name.replace("_", " ") for name in found.by)
         text = f"Placing the path of {self.name} by {by}, {found.flank} flanks\n\n"
-        heads = ["face, %", *(f"{TRADE[name]}, {unit_of(name)}" for name in found.by)]
+        heads = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in found.by)]
         heads += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
         text += "".join(f"{head:>{w}}" for head, w in zip(heads, PLACE_WIDTHS, strict=True)) + "  status\n"
         for place in self.places:
@@ -254,14 +261,9 @@ def distances_of(found: Placement) -> dict[str, FloatArray]:
     }
 
 
-def unit_of(error: str) -> str:
-    """Give the unit of an error in a text."""
-    return "deg" if error == "shaft_angle" else "mm"
-
-
 def _error_words(found: Placement, errors: FloatArray) -> str:
     return ", ".join(
-        f"{TRADE[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
+        f"{SHORT[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
         for name, size in zip(found.by, errors, strict=True)
     )
 

@@ -30,7 +30,13 @@ SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
 MM, ANGLE, SWING, SPEED = Column("mm"), Column("rad", "deg"), Column("rad", "arcsec"), Column("mm/rad")
 PLACES = ("enter", "middle", "leave")
 COLUMNS: dict[str, Column] = {
-    **dict.fromkeys(("l", "l1", "l2", "u1", "u2", "z", "r", "point", "least", "separation", "backlash"), MM),
+    **dict.fromkeys(
+        (
+            *("l", "l1", "l2", "u1", "u2", "x", "y", "z", "r"),
+            *("point", "least", "separation", "backlash", "length"),
+        ),
+        MM,
+    ),
     **{f"{name}_{place}": Column("mm", digits=3) for name in ("z", "r") for place in PLACES},
     "z1": Column("mm", heading="pinion z"),
     "z2": Column("mm", heading="gear z"),
@@ -38,9 +44,10 @@ COLUMNS: dict[str, Column] = {
     **dict.fromkeys(
         ("dw1", "dw2", "rw1", "rw2", "working_radius", "offset_error", "axial_error", "axial"), MM
     ),
+    "centre_distance_error": MM,
     "centre": Column("mm", digits=3, heading="pinion z middle"),
     "roll": Column("rad", "deg", 6),
-    **dict.fromkeys(("angle", "shaft_angle_error", "shaft_angle_difference"), ANGLE),
+    **dict.fromkeys(("angle", "shaft_angle_error", "shaft_angle_difference", "plane_error"), ANGLE),
     "transmission_error": SWING,
     "peak_to_peak": SWING._replace(heading="transmission error"),
     "cycle_peak_to_peak": SWING._replace(heading="the same of all teeth"),
@@ -49,18 +56,24 @@ COLUMNS: dict[str, Column] = {
     "film_ratio": Column(heading="contact ratio in a film"),
     **dict.fromkeys(("speed", "profile", "lengthwise", "sliding"), SPEED),
     **dict.fromkeys(("specific", "specific_total"), Column(digits=3)),
-    "contact_ratio": Column(digits=6),
+    **dict.fromkeys(("contact_ratio", "ratio"), Column(digits=6)),
     "area": Column("mm^2"),
     **dict.fromkeys(("major", "minor", "off_centre"), MM),
+    **dict.fromkeys(("diameter", "thickness", "height", "dimension", "beside"), MM),
+    "swivel": ANGLE,
     "pair": Column(digits=0),
     "deviation": Column("mm", "um", 3),
+    "profile_shift": Column(),
+    "tip_clearance": MM,
+    "undercut_margin": Column(digits=3),
+    "reserve": Column(digits=2),
     "force": Column("N", digits=2),
     "curvature": Column("1/mm", digits=7),
     "semi_axis": MM,
     "pressure": Column("MPa", digits=2),
     **dict.fromkeys(("parabola_pinion", "parabola_gear"), Column("1/mm")),
-    **dict.fromkeys(("by_offset", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
-    "by_shaft_angle": Column("1/rad"),
+    **dict.fromkeys(("by_offset", "by_centre_distance", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
+    **dict.fromkeys(("by_shaft_angle", "by_in_plane", "by_out_of_plane"), Column("1/rad")),
 }
 
 

@@ -14,7 +14,7 @@ from ..findings.backlash import backlash_report
 from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
-from ..operation.operating_ratio import operating_ratios
+from ..operation.operating_ratio import conjugate_lines, operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
 from .columns import number, table_lines
 from .result import Rows
@@ -39,7 +39,8 @@ DOUBTS = {
 class OperationReport:
     """One mesh cycle of a flank pair: its `cycle`, first contacts at even rolls, and the contact
     ratios by Eq. 16, in operation, and within `film` (mm) of touching. `reason` says why the
-    cycle is not known, None if it is; `doubts` the same of the last two ratios."""
+    cycle is not known, None if it is; `doubts` the same of the last two ratios; `along_lines` whether it is
+    lines of contact that carry, of which the first contacts are points."""
 
     name: str
     design: Design
@@ -52,6 +53,7 @@ class OperationReport:
     within_film: float
     reason: str | None
     doubts: tuple[str | None, str | None]
+    along_lines: bool
 
     @property
     def status(self) -> list[str]:
@@ -65,6 +67,7 @@ class OperationReport:
         for codes, on_fillet, status in zip(self.first.limit, self.first.on_fillet, self.status, strict=True):
             edges = " and ".join(str(Limit(int(code))) for code in codes if code >= 0)
             text = (edges or "flanks") + (" on fillet" if on_fillet.any() else "")
+            text = "a line" if self.along_lines else text
             words.append(text if status == "solved" else status)
         return words
 
@@ -91,7 +94,7 @@ class OperationReport:
             "peak_to_peak": cycle.peak_to_peak,
             "mean": cycle.mean,
             "amplitudes": np.abs(cycle.harmonics),
-            "edge_share": cycle.edge_share,
+            "edge_share": math.nan if self.along_lines else cycle.edge_share,
             "changes": cycle.changes,
             "hand_over": cycle.hand_over,
             "positions": self.positions,
@@ -124,7 +127,8 @@ class OperationReport:
         )
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
-        text += line("edges", f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle")
+        share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
+        text += line("edges", "are the ends of the lines that carry" if self.along_lines else share)
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 
@@ -162,4 +166,5 @@ def operation_report(
         within_film=ratios[1],
         reason=f"no first contact of the {flank} teeth: {why}" if why else None,
         doubts=(doubts[0], doubts[1]),
+        along_lines=bool(conjugate_lines(design, flank)) and not cycle.lost,
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.pressure import WHOLE, Load, PathPressure, pressure_along
+from ..contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on
@@ -23,6 +24,7 @@ from .columns import number, table_lines
 from .result import Rows
 from .words import (
     advice_data,
+    advice_lines,
     end_words,
     ends_data,
     failure_of,
@@ -47,6 +49,12 @@ PRESSED = (
 )
 """Columns of the text under a load."""
 
+OF_LINE_ENDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
+LINE_RATIOS = ("transverse_ratio", "overlap_ratio", "total_ratio")
+LINE_ENDS = ("first", "last")
+LINES_SHOWN = ("pinion_z", "pinion_r", "gear_r")
+"""Of both ends, in the text."""
+
 
 @dataclass(frozen=True, eq=False)
 class ContactReport:
@@ -55,7 +63,8 @@ class ContactReport:
     `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
     asked for or the pair cannot be put together (`backlash`); `reason` why there is no contact on the
     flanks, None if there is; `remarks` on layout and path, what matters most first; `advice` what to change
-    about a layout without contact. `pressed`: ellipses and pressures under a load, None without one."""
+    about a layout without contact. `pressed`: ellipses and pressures under a load, None without one. `lines`:
+    those along which flanks on parallel axes touch, None where they touch in points."""
 
     name: str
     design: Design
@@ -67,6 +76,7 @@ class ContactReport:
     remarks: tuple[Remark, ...]
     advice: tuple[Advice, ...]
     pressed: PathPressure | None = None
+    lines: ContactLines | None = None
 
     @property
     def contact_ratio(self) -> float:
@@ -137,6 +147,8 @@ class ContactReport:
         if self.pressed is not None:
             material = {"youngs_modulus_mpa": self.pressed.load.young, "poisson": self.pressed.load.poisson}
             data["hertz"] = material | self.pressures
+        if self.lines is not None:
+            data["contact_lines"] = lines_data(self.lines)
         if self.reason:
             data |= {"reason": self.reason, "advice": advice_data(self.advice)}
         return data
@@ -144,7 +156,8 @@ class ContactReport:
     def rows(self) -> Rows:
         """Give the positions."""
         backlash = np.full(self.path.status.size, self.backlash.normal)
-        return {**self.positions, "mounted_backlash": backlash, **self.certified, **self.pressures}
+        lines = {} if self.lines is None else lines_rows(self.lines)
+        return {**self.positions, "mounted_backlash": backlash, **self.certified, **self.pressures, **lines}
 
     @property
     def lost_ellipses(self) -> list[str]:
@@ -168,6 +181,8 @@ class ContactReport:
         if not self.reason:
             rows = self.rows()
             text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
+            if self.lines is not None:
+                text += lines_table(self.lines) + "\n"
             if self.pressed is not None:
                 words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
                 pressed = {name: rows[name] for name in PRESSED}
@@ -177,6 +192,8 @@ class ContactReport:
         text += line("contact ratio", "not known" if math.isnan(ratio) else number("contact_ratio", ratio))
         if not self.reason:
             text += line("path", end_words(path.ends))
+        if self.lines is not None:
+            text += ratio_lines(self.lines)
         if self.pressed is not None and not self.reason:
             text += line("greatest pressure", self.pressure_words(self.pressed))
         if self.certificate is not None:
@@ -186,7 +203,7 @@ class ContactReport:
         if not math.isnan(backlash):
             text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
         text += line("as mounted", f"backlash {self.backlash.line}")
-        return text + remark_lines(self.remarks, self.advice)
+        return text + remark_lines(self.remarks) + advice_lines(self.advice)
 
 
 def contact_report(
@@ -218,5 +235,56 @@ def contact_report(
     advice = advice_on(design) if reason else ()
     pressed = None if load is None else pressure_along(path, load)
     remarks += [] if pressed is None else pressure_remarks(pressed)
-    said = in_order(remarks)
-    return ContactReport(name, design, method, path, backlash, certificate, reason, said, advice, pressed)
+    lines = contact_lines(path) if not reason and touches_along_lines(design, flank) else None
+    return ContactReport(
+        name, design, method, path, backlash, certificate, reason, in_order(remarks), advice, pressed, lines
+    )
+
+
+def _limits(lines: ContactLines, words: bool) -> list[list[str]]:
+    """Give the limit of both ends of each line, in words or as files have it."""
+    return [
+        [str(limit) if words else name_in_files(limit) for limit in map(Limit, map(int, row))]
+        for row in lines.limit
+    ]
+
+
+def lines_data(lines: ContactLines) -> dict[str, Any]:
+    """Give JSON: ratios, and of each line roll, length, both ends and the limits there; mm and rad."""
+    values = {
+        name: getattr(lines, name)
+        for name in (*LINE_RATIOS, "pinion_roll", "gear_roll", "length", *OF_LINE_ENDS)
+    }
+    return {**values, "limit": _limits(lines, words=False)}
+
+
+def lines_rows(lines: ContactLines) -> Rows:
+    """Give columns of CSV, one row for each line: length, and both ends of it."""
+    ends = {
+        f"line_{end}_{name}": getattr(lines, name)[:, k]
+        for k, end in enumerate(LINE_ENDS)
+        for name in OF_LINE_ENDS
+    }
+    limits = _limits(lines, words=False)
+    return {
+        "line_length": lines.length,
+        **ends,
+        **{f"line_{end}_limit": [row[k] for row in limits] for k, end in enumerate(LINE_ENDS)},
+    }
+
+
+def lines_table(lines: ContactLines) -> str:
+    """Write a table of the lines, the end nearer to the pinion's toe first."""
+    columns = {"pinion_roll": lines.pinion_roll, "length": lines.length}
+    columns |= {
+        f"{end}_{name}": getattr(lines, name)[:, k] for k, end in enumerate(LINE_ENDS) for name in LINES_SHOWN
+    }
+    words = {"from, to": [" to ".join(row) for row in _limits(lines, words=True)]}
+    return table_lines(columns, ["solved"] * lines.length.size, words)
+
+
+def ratio_lines(lines: ContactLines) -> str:
+    """Write the contact ratios of ISO 21771."""
+    transverse, overlap, total = (number("contact_ratio", getattr(lines, name)) for name in LINE_RATIOS)
+    text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
+    return line("contact lines", f"the flanks touch along lines: contact ratios {text}")

@@ -16,7 +16,17 @@ from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, conta
 from ..status import FirstStatus, PatternStatus
 from .columns import number, scaled
 from .result import Rows
-from .words import TRADE, failure_of, head_data, line, mounted_lines, name_in_files, trade_words
+from .words import (
+    SHORT,
+    TRADE,
+    failure_of,
+    head_data,
+    line,
+    mounted_lines,
+    name_in_files,
+    trade_words,
+    unit_of,
+)
 
 FINE = 15
 """Points of a pattern to a module: some pixels apart where a flank is drawn."""
@@ -180,7 +190,7 @@ class PatternMatrixReport:
         data = {
             **head_data(self.name, found.design, found.flank),
             "over": found.over,
-            "trade": [TRADE[name] for name in found.over],
+            "trade": [TRADE.get(name) for name in found.over],
             "separation": found.separation,
             "first": found.first,
             "second": found.second,
@@ -204,7 +214,7 @@ class PatternMatrixReport:
         """Write the cells of the pinion's flank, and how they are meant."""
         found = self.found
         text = f"Contact patterns of {self.name} under two errors, {found.flank} flanks, on the pinion\n\n"
-        heads = [*(f"{TRADE[name]}, {'deg' if name == 'shaft_angle' else 'mm'}" for name in found.over)]
+        heads = [*(f"{SHORT[name]}, {unit_of(name)}" for name in found.over)]
         heads += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "half axes, mm", "angle, deg", "marked, %"]
         text += "".join(f"{head:>{width}}" for head, width in zip(heads, WIDTHS, strict=True)) + "\n"
         status, swing, edges = status_of(found), found.cycle_peak_to_peak.ravel(), found.edge_share.ravel()

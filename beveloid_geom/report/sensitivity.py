@@ -3,44 +3,61 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.sensitivity import ERRORS, PLACES, Sensitivity, path_sensitivity
+from ..analysis.errors import ANGLES, place_of
+from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
 from ..arrays import FloatArray
-from ..design.model import Design
+from ..contact.parallel.lines import touches_along_lines
+from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
-from ..findings.path import first_contact_fault
+from ..findings.path import ALONG_LINES, first_contact_fault
 from ..operation.backlash import backlash_by_errors
+from ..pair.mesh_errors import by_mesh_errors
 from ..status import Limit, Status
 from .columns import header_of, label, number, scaled
 from .result import Rows, by_columns
-from .words import failure_of, head_data, line, mounted_lines, status_name, status_words
+from .words import failure_of, head_data, line, mounted_lines, place_words, status_name, status_words
 
 MEMBERS = ("pinion", "gear")
-STEPS = (
-    ("offset", 0.1, "mm"),
-    ("shaft angle", 0.01, "deg"),
-    ("pinion axial", 0.1, "mm"),
-    ("gear axial", 0.1, "mm"),
-)
-"""What a text's columns are for, in the order of ERRORS."""
-SIZES = np.array([math.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
-NOT_VALUES = ("flank", "status", "limit")
+NOT_VALUES = ("flank", "errors", "status", "limit")
+
+
+class Step(NamedTuple):
+    """An error for which changes are shown: its name in words, its size in a unit, and that in mm or rad."""
+
+    name: str
+    shown: float
+    unit: str
+    size: float
+
+
+def steps_of(errors: Sequence[str]) -> list[Step]:
+    """Give the steps of errors by their names: 0.1 mm and 0.01 deg."""
+    return [
+        Step(
+            name.replace("_", " "),
+            *((0.01, "deg", math.radians(0.01)) if name in ANGLES else (0.1, "mm", 0.1)),
+        )
+        for name in errors
+    ]
 
 
 @dataclass(frozen=True, eq=False)
 class SensitivityReport:
-    """The `found` sensitivity of one flank of a single design, and the derivatives (4,) of its least
-    normal backlash, NaN where that is not known."""
+    """The `found` sensitivity of one flank of a single design, and the derivatives of its least normal
+    backlash by the same errors, NaN where that is not known; whether the flanks touch along lines
+    (`along_lines`), which have none."""
 
     name: str
     design: Design
     found: Sensitivity
     backlash_by: FloatArray
+    along_lines: bool = False
 
     @property
     def reason(self) -> str | None:
@@ -59,7 +76,7 @@ class SensitivityReport:
         return {
             **head_data(self.name, self.design, self.found.flank),
             "status": status_name(int(self.found.status)),
-            "errors_of_derivatives": ERRORS,
+            "errors_of_derivatives": self.found.errors,
             "places": PLACES,
             "members": MEMBERS,
             "limits": [str(Limit(int(code))) if code >= 0 else None for code in self.found.limit],
@@ -69,7 +86,7 @@ class SensitivityReport:
 
     def rows(self) -> Rows:
         """Give each quantity, whose name has its unit, with its derivatives; nothing without a path."""
-        names = ("quantity", "place", "member", "value", *(f"by_{name}" for name in ERRORS))
+        names = ("quantity", "place", "member", "value", *(f"by_{name}" for name in self.found.errors))
         return by_columns(names, [] if self.reason else list(self._quantities()))
 
     def _quantities(self) -> Iterator[tuple[Any, ...]]:
@@ -99,12 +116,15 @@ class SensitivityReport:
             f"Sensitivity of {self.name}, {found.flank} flanks: exact derivatives, times the errors named\n"
         )
         text += mounted_lines(self.design)
+        text += line("derivatives", f"by errors {place_words(self.design, place_of(found.errors))}")
         if self.reason:
             return text
         text += line("contact ratio", f"{number('contact_ratio', found.contact_ratio)} by Eq. 16")
         swing = number("peak_to_peak", found.peak_to_peak)
         text += line("transmission error", f"{swing} arcsec peak to peak over the path")
-        heads = ([name for name, _, _ in STEPS], [f"{size:g} {unit}" for _, size, unit in STEPS])
+        steps = steps_of(found.errors)
+        heads = [step.name for step in steps], [f"{step.shown:g} {step.unit}" for step in steps]
+        sizes = np.array([step.size for step in steps])
         text += "\n" + "".join(" " * 36 + "".join(f"{word:>16}" for word in head) + "\n" for head in heads)
         shifts = (
             ("along the face", found.face_shift_by),
@@ -120,11 +140,21 @@ class SensitivityReport:
         rows.append((label("peak_to_peak"), scaled("peak_to_peak", found.peak_to_peak_by)))
         rows.append(("least normal backlash, mm", self.backlash_by))
         for words, rates in rows:
-            text += f"  {words:<34}" + "".join(f"{value:z16.6f}" for value in rates * SIZES) + "\n"
-        return text
+            text += f"  {words:<34}" + "".join(f"{value:z16.6f}" for value in rates * sizes) + "\n"
+        return text + (line("no derivatives", ALONG_LINES) if self.along_lines else "")
 
 
-def sensitivity_report(name: str, design: Design, flank: str) -> SensitivityReport:
-    """Find the sensitivity of one flank of a single design."""
-    backlash = np.full(len(ERRORS), np.nan) if first_contact_fault(design) else backlash_by_errors(design)
-    return SensitivityReport(name, design, path_sensitivity(design, flank), backlash)
+def sensitivity_report(
+    name: str, design: Design, flank: str, errors_at: ErrorsAt | None = None
+) -> SensitivityReport:
+    """Find the sensitivity of one flank of a single design, to errors where it has its own measured, unless
+    told."""
+    at = design.errors_at if errors_at is None else errors_at
+    found, lines = path_sensitivity(design, flank, at), bool(touches_along_lines(design, flank))
+    if first_contact_fault(design):
+        return SensitivityReport(name, design, found, np.full(len(found.errors), np.nan), lines)
+    backlash = backlash_by_errors(design)
+    backlash = by_mesh_errors(design, backlash) if at == "mesh" else backlash
+    if lines:  # either sense of a shaft angle takes backlash
+        backlash = np.where([error in ANGLES for error in found.errors], np.nan, backlash)
+    return SensitivityReport(name, design, found, backlash, lines)

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..analysis.running import Running
-from ..analysis.tolerance import ERROR_NAMES, PLACES, SHARES, ToleranceStudy
+from ..analysis.tolerance import PLACES, SHARES, Tolerances, ToleranceStudy
+from ..arrays import Mask
+from ..contact.ellipse import MARKING_SEPARATION
 from ..design.model import Design
 from ..findings.remarks import NOTE, WARNING, Remark, remarks_data
 from ..operation.backlash_by_tangency import Tangency
 from ..status import FirstStatus, Limit
-from .columns import label, number
+from .columns import label, number, scaled
 from .result import Rows
-from .words import head_data, line, mounted_lines, name_in_files, remark_lines, status_name, status_words
+from .words import (
+    head_data,
+    line,
+    mounted_lines,
+    name_in_files,
+    remark_lines,
+    status_name,
+    status_words,
+    unit_of,
+)
 
 SHOWN = (
     *("contact_ratio", "peak_to_peak", "normal_backlash"),
@@ -52,11 +62,11 @@ class ToleranceReport:
 
     def data(self) -> dict[str, Any]:
         """Give what the mountings come to."""
-        study = self.study
+        study, own = self.study, self.study.tolerances
         counts = study.limit_counts().items()
         data = {
             **head_data(self.name, self.design, study.flank),
-            "tolerances": dict(vars(study.tolerances)),
+            "tolerances": {name: getattr(own, name) for name in (*own.names, "distribution", "sigmas")},
             "cases": study.cases,
             "seed": study.seed,
             "nominal": _nominal(study),
@@ -86,7 +96,9 @@ class ToleranceReport:
         running = self.study.running
         in_operation = {} if running is None else _to_all(running, found.status.size)
         return {
-            **dict(zip((f"{name}_error" for name in ERROR_NAMES), found.errors.T, strict=True)),
+            **dict(
+                zip((f"{name}_error" for name in self.study.tolerances.names), found.errors.T, strict=True)
+            ),
             "status": [status_name(code) for code in found.status],
             **dict(zip(("enter", "leave"), limits, strict=True)),
             **{name: getattr(found, name) for name in ("pieces", "contact_ratio", "peak_to_peak")},
@@ -109,7 +121,9 @@ class ToleranceReport:
             if count
         )
         text += line("mountings", ", ".join(counts)) + line("jammed", _jam_words(study))
-        text += line("in operation", _running_words(study.running)) if study.running else ""
+        if study.running:
+            text += line("in operation", _running_words(study.running))
+            text += line("patterns", _pattern_words(study.running))
         if self.reason:
             return text
         text += line("limits changed", f"{_percent(study.limits_changed(), study.cases)} of the mountings")
@@ -125,7 +139,27 @@ def _to_all(running: Running, count: int) -> dict[str, Any]:
     rest = count - running.status.size
     status = [name_in_files(FirstStatus(int(code))) for code in running.status]
     numbers = {name: np.append(x, np.full(rest, np.nan)) for name, x in running.quantities().items()}
-    return {"operation_status": status + [""] * rest, **numbers}
+    each = zip(running.pattern_ends, running.solved, strict=True)
+    ends = [_ends_in_files(at) if known else "" for at, known in each]
+    return {"operation_status": status + [""] * rest, **numbers, "pattern_ends_at": ends + [""] * rest}
+
+
+def _ends_in_files(at: Mask) -> str:
+    """Name the edges (8) at which a pattern ends, as 'pinion_tip+gear_tip'."""
+    return "+".join(name_in_files(limit) for limit in Limit if at[limit]) or "none"
+
+
+def pattern_counts(running: Running) -> dict[str, Any]:
+    """Count the mountings of which the mesh cycle is known, those of them whose patterns end at each edge of
+    both flanks, at some toe or heel, and at no edge."""
+    ends = running.pattern_ends[running.solved]
+    faces = [limit for limit in Limit if limit.limit in ("toe", "heel")]
+    return {
+        "known": len(ends),
+        "ends_at": {name_in_files(limit): int(np.count_nonzero(ends[:, limit])) for limit in Limit},
+        "toe_or_heel": int(np.count_nonzero(ends[:, faces].any(axis=1))),
+        "nowhere": int(np.count_nonzero(~ends.any(axis=1))),
+    }
 
 
 def edges_carry(running: Running) -> int:
@@ -143,7 +177,11 @@ def _running_data(study: ToleranceStudy) -> dict[str, Any]:
             "cases": running.status.size,
             "status": {name_in_files(status): int(count[status]) for status in FirstStatus},
             "edges_carry": edges_carry(running),
-            "nominal": {name: float(value[0]) for name, value in nominal.quantities().items()},
+            "pattern": {"separation": MARKING_SEPARATION, **pattern_counts(running)},
+            "nominal": {
+                **{name: float(value[0]) for name, value in nominal.quantities().items()},
+                "pattern_ends_at": _ends_in_files(nominal.pattern_ends[0]) if nominal.solved[0] else None,
+            },
         }
     }
 
@@ -154,6 +192,18 @@ def _running_words(running: Running) -> str:
     text += f" of the first {count} mountings"
     lost = count - int(np.count_nonzero(running.solved))
     return f"{text}; not known in {_percent(lost, count)}" if lost else text
+
+
+def _pattern_words(running: Running) -> str:
+    """Say how many patterns end at an edge of a flank, and at which."""
+    counts = pattern_counts(running)
+    if not (known := counts["known"]):
+        return "not known"
+    words = f"compound of {1e3 * MARKING_SEPARATION:g} um ends at a toe or heel in"
+    words += f" {_percent(counts['toe_or_heel'], known)} of these {known}"
+    at = {name.replace("_", " "): count for name, count in counts["ends_at"].items()}
+    at["no edge at all"] = counts["nowhere"]
+    return f"{words}: {', '.join(f'{name} {_percent(count, known)}' for name, count in at.items() if count)}"
 
 
 def limit_name(limit: int) -> str:
@@ -207,12 +257,17 @@ def _jam_words(study: ToleranceStudy) -> str:
     return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
-def _tolerance_words(study: ToleranceStudy) -> str:
-    own = study.tolerances
-    words = (
-        f"offset {own.offset:g} mm, shaft angle {math.degrees(own.shaft_angle):g} deg,"
-        f" pinion axial {own.pinion_axial:g} mm, gear axial {own.gear_axial:g} mm"
+def size_words(own: Tolerances) -> str:
+    """Say the sizes of tolerances, in mm and deg."""
+    sizes = dict(zip(own.names, own.values().tolist(), strict=True))
+    return ", ".join(
+        f"{name.replace('_', ' ')} {scaled(f'{name}_error', size):g} {unit_of(name)}"
+        for name, size in sizes.items()
     )
+
+
+def _tolerance_words(study: ToleranceStudy) -> str:
+    own, words = study.tolerances, size_words(study.tolerances)
     spread = f", each {own.sigmas:g} sigma" if own.distribution == "normal" else ""
     return f"{words}; {own.distribution}{spread}"
 

@@ -11,18 +11,21 @@ from typing import Any
 import numpy as np
 
 from ..contact.path import PathEnds
-from ..design.model import Design, Errors, MeshErrors
+from ..design.model import Design, Errors, ErrorsAt, MeshErrors
 from ..findings.advice import Advice
 from ..findings.backlash import backlash_data, backlash_report
 from ..findings.remarks import Remark
 from ..pair.mesh_errors import at_mesh, pivot_distance
 from ..pair.mounting import mounting_of
 from ..status import Status
+from .columns import scaled, unit_shown
 
 WIDTH, INDENT = 100, 21
 """Characters of a line, and of the label before its text."""
 TRADE = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
-"""The letters of the trade for the assembly errors."""
+"""The letters of the trade for the assembly errors about the common perpendicular."""
+SHORT = TRADE | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
+"""What stands for errors over the columns of a text."""
 
 
 def name_in_files(code: IntEnum) -> str:
@@ -56,6 +59,7 @@ def layout_data(name: str, design: Design) -> dict[str, Any]:
             "offset": design.pair.offset,
             "shaft_angle": design.pair.shaft_angle,
             "errors": dict(vars(design.errors)),
+            "errors_at": design.errors_at,
             "errors_at_mesh": dict(vars(at_mesh(design))),
             "pivot_distance": pivot_distance(design),
         },
@@ -82,6 +86,12 @@ def line(label: str, text: str) -> str:
     return textwrap.fill(start + text, WIDTH, subsequent_indent=" " * INDENT) + "\n"
 
 
+def typed(command: str) -> str:
+    """Write a command line in lines that can be typed as they are."""
+    lines = textwrap.wrap(command, WIDTH - 6, break_on_hyphens=False, break_long_words=False)
+    return " \\\n    ".join(lines)
+
+
 def head_lines(design: Design) -> str:
     """Write the layout, without which a result means nothing, and errors and parabolas, if there are any."""
     distance = mounting_of(design).distance
@@ -102,41 +112,41 @@ def error_lines(design: Design) -> str:
     is, and what the same errors are at the mesh."""
     if not (words := error_words(design.errors)):
         return ""
-    far = float(pivot_distance(design))
-    if math.isnan(far):
+    if math.isnan(float(pivot_distance(design))):
         return line("errors", words)
-    text = line("errors", f"{words}, about the common perpendicular, {far:.2f} mm from the mesh point")
-    return text + line("same at the mesh", mesh_error_words(at_mesh(design)))
+    text = line("errors", f"{words}, {place_words(design, 'perpendicular')}")
+    same = at_mesh(design)
+    none = "none: no tilt gives this offset"
+    return text + line("same at the mesh", none if math.isnan(same.in_plane) else error_words(same, 1e-10))
 
 
-def mesh_error_words(errors: MeshErrors) -> str:
-    """Say the errors at the mesh that are not 0 beside rounding, in mm and deg."""
-    found = (
-        ("centre distance", float(errors.centre_distance), "mm"),
-        ("in plane", math.degrees(errors.in_plane), "deg"),
-        ("out of plane", math.degrees(errors.out_of_plane), "deg"),
-        ("pinion axial", float(errors.pinion_axial), "mm"),
-        ("gear axial", float(errors.gear_axial), "mm"),
+def place_words(design: Design, errors_at: ErrorsAt | None = None) -> str:
+    """Say where errors are measured, those of a design unless told, and how far that is from the mesh."""
+    if (design.errors_at if errors_at is None else errors_at) == "mesh":
+        return "at the mesh"
+    far = float(pivot_distance(design))
+    away = "" if math.isnan(far) else f", {far:.2f} mm from the mesh point"
+    return f"about the common perpendicular{away}"
+
+
+def error_words(errors: Errors | MeshErrors, rounding: float = 0.0) -> str:
+    """Say the assembly errors that are not 0 beside `rounding`, in mm and deg."""
+    shown = {name: float(scaled(f"{name}_error", value)) for name, value in vars(errors).items()}
+    return ", ".join(
+        f"{name.replace('_', ' ')} {value:+.6g} {unit_of(name)}"
+        for name, value in shown.items()
+        if not abs(value) <= rounding
     )
-    if math.isnan(errors.in_plane):
-        return "none: no tilt gives this offset"
-    return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if abs(value) > 1e-10)
 
 
-def error_words(errors: Errors) -> str:
-    """Say the assembly errors that are not 0, in mm and deg."""
-    found = (
-        ("offset", float(errors.offset), "mm"),
-        ("shaft angle", math.degrees(errors.shaft_angle), "deg"),
-        ("pinion axial", float(errors.pinion_axial), "mm"),
-        ("gear axial", float(errors.gear_axial), "mm"),
-    )
-    return ", ".join(f"{name} {value:+.6g} {unit}" for name, value, unit in found if value != 0.0)
+def unit_of(error: str) -> str:
+    """Give the unit of an error in a text."""
+    return unit_shown(f"{error}_error")
 
 
 def trade_words(error: str) -> str:
-    """Name an error by the letter of the trade and by the project's word, as in 'E: offset'."""
-    return f"{TRADE[error]}: {error.replace('_', ' ')}"
+    """Name an error by its short name and by the project's word, as in 'E: offset'."""
+    return f"{SHORT[error]}: {error.replace('_', ' ')}"
 
 
 def mounted_lines(design: Design) -> str:
@@ -147,10 +157,14 @@ def mounted_lines(design: Design) -> str:
     return text + line("jammed", report.jam) if report.jam else text
 
 
-def remark_lines(remarks: Sequence[Remark], advice: Sequence[Advice] = ()) -> str:
-    """Write what was found, what matters most first, and what to change."""
-    text = "".join(line(remark.level, remark.text) for remark in remarks)
-    return text + "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
+def remark_lines(remarks: Sequence[Remark]) -> str:
+    """Write what was found, what matters most first."""
+    return "".join(line(remark.level, remark.text) for remark in remarks)
+
+
+def advice_lines(advice: Sequence[Advice]) -> str:
+    """Write what to change."""
+    return "".join(line("advice" if k == 0 else "or", one.words()) for k, one in enumerate(advice))
 
 
 def end_words(ends: PathEnds) -> str:

@@ -14,8 +14,9 @@ from math import radians
 
 import numpy as np
 
+from ..analysis.errors import ERROR_NAMES
 from ..analysis.path_measures import Sweep, concavity, paths_of, shifts, sweep, unwrapped
-from ..analysis.sensitivity import ERRORS, path_sensitivity
+from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design, Errors
@@ -281,7 +282,7 @@ def _smaller(error: str, size: float, case: Case) -> Measured:
     }
     rates = [path_sensitivity(design, case.flank) for design in (case.design, case.modified)]
     for field, name in (("face_shift_by", "along the face"), ("square_shift_by", "square, on the tooth")):
-        rows = [np.abs(getattr(rate, field)[1, :, ERRORS.index(error)]) for rate in rates]
+        rows = [np.abs(getattr(rate, field)[1, :, ERROR_NAMES.index(error)]) for rate in rates]
         ways[f"{name}, derivative"] = np.stack(rows, axis=-1)
     along, square = ways["along the face, equal l"][0], ways["square, side view"][0]
     words = (

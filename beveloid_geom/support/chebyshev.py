@@ -20,7 +20,7 @@ from .read_only import kept
 NOISE, CUT = 2e-14, 3e-15
 """Relative to the quantities' scale: level to which the last coefficients must have fallen for a
 curve to count as resolved, and level below which trailing coefficients are not needed."""
-SMALL = 4000
+SMALL = 1500
 """Operations below which polynomials come from a cosine."""
 HALVINGS, LEAST_STEP = 60, 1e-15
 """Passes of an inversion at most, and the step that ends it."""
@@ -152,7 +152,10 @@ def greatest(coefficients: FloatArray, low: FloatArray, high: FloatArray) -> Flo
         _, rate, bend = evaluate(both, best)
         outward = np.where(rate > 0.0, high, low)
         with np.errstate(invalid="ignore", divide="ignore"):
-            best = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
+            following = np.where(bend < 0.0, np.clip(best - rate / bend, low, high), outward)
+        best, step = following, np.abs(following - best).max(initial=0.0)
+        if step <= LEAST_STEP:
+            break
     return best
 
 

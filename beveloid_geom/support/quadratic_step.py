@@ -32,10 +32,8 @@ def quadratic_step(
     bound = np.flatnonzero(~free)
     multiplier = np.zeros(margin.shape)
     if bound.size:
-        slope, bend, rate = slope[:, bound], bend[:, bound], rate[..., bound]
-        step[:, bound], active[:, bound] = _bounded_step(
-            slope, bend, rate, margin[:, bound], size[:, bound], slack
-        )
+        slope, bend, rate, margin, size = (x.take(bound, axis=-1) for x in (slope, bend, rate, margin, size))
+        step[:, bound], active[:, bound] = _bounded_step(slope, bend, rate, margin, size, slack)
         (a, b, c), (x, y) = bend, step[:, bound]
         pull = slope + np.array((a * x + b * y, b * x + c * y))
         multiplier[:, bound] = _multipliers(pull, rate, active[:, bound])

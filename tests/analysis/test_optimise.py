@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Aim, Errors, optimise_parabola, path_of_contact
-from beveloid_geom.analysis.edges import leads_of, operation_of
+from beveloid_geom.analysis.edges import leads_of, operation_of, swing_of_all
+from beveloid_geom.analysis.errors import ERROR_NAMES, mounted
 from beveloid_geom.analysis.optimise import Optimum, paths_of
-from beveloid_geom.analysis.tolerance import ERROR_NAMES, USUAL, mounted
+from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.operation.mesh_cycle import mesh_cycle
 from tests.contact.test_cells import OFF_THE_FLANKS
 from tests.oracle.table1 import table1
@@ -108,6 +109,9 @@ def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
         ({"contact_ratio": 0.0}, "contact_ratio of the aim must be positive"),
         ({"off_centre": math.inf}, "off_centre of the aim must be positive and finite, got inf"),
         ({"peak_to_peak": -1.0}, "peak_to_peak of the aim must be positive"),
+        ({"shift": 0.0}, "shift of the aim must be positive"),
+        ({"least": "noise"}, "least of the aim must be one of shift, transmission_error, got 'noise'"),
+        ({"least": "transmission_error"}, "of teeth whose edges do not carry: ask for no edges"),
         ({"pinion_parabola": (0.001, 0.001)}, "pinion_parabola of the aim must be two finite bounds"),
         ({"gear_parabola": (0.0, math.nan)}, "gear_parabola of the aim must be two finite bounds"),
         ({"pinion_parabola": (0.002, 0.003)}, "leave no sum of both coefficients below 0"),
@@ -179,6 +183,18 @@ def test_the_best_of_several_valleys_is_found() -> None:
     others = paths_of(table1(), "right", aim, np.full(33, -0.002), gear)
     least = others.shift[(others.margins(aim) >= 0.0).all(axis=0)].min()
     assert optimise_parabola(table1(), aim).found.shift < least < 0.1
+
+
+@pytest.mark.parametrize("edges", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_a_wider_bound_never_ends_worse(edges: bool) -> None:
+    """With twice the usual bounds the best coefficients lie where a coarser grid has no place."""
+    shifts = []
+    for bound in (0.002, 0.004):
+        bounds = (-bound, bound)
+        aim = replace(NO_EDGES, pinion_parabola=bounds, gear_parabola=bounds, edges=edges)
+        shifts.append(float(optimise_parabola(table1(), aim).found.shift))
+    assert (np.diff(shifts) <= 1e-5).all()
+    assert edges == (shifts[1] < 1.0)
 
 
 # No edges
@@ -283,6 +299,39 @@ def test_no_coefficients_of_a_grid_without_edges_do_better(flank: str) -> None:
     ]
     assert not any(share == 0.0 for share in shares)
     assert len(shares) > 20 or flank == "left"
+
+
+def test_transmission_error_of_all_teeth_follows_from_the_path(flank: str) -> None:
+    for coefficients in ((0.0003, -0.0007), (-0.0002, -0.0002), (0.0015, -0.0018)):
+        mountings = mounted(table1(coefficients), NO_EDGES.mountings())
+        cycle = mesh_cycle(mountings, flank, 1)
+        free = cycle.edge_share == 0.0
+        assert free.any()
+        found = swing_of_all(path_of_contact(mountings, flank, 17))
+        np.testing.assert_allclose(found[free], cycle.peak_to_peak[free], rtol=1e-5)
+
+
+@pytest.mark.parametrize("shift", [pytest.param(3.0, marks=pytest.mark.slow), 1.45])
+def test_no_other_coefficients_run_more_evenly(shift: float) -> None:
+    """By the paths of many, and by the mesh cycles of all teeth of some."""
+    aim = replace(NO_EDGES, shift=shift, least="transmission_error")
+    found = optimise_parabola(table1(), aim)
+    least = found.found_operation.greatest_cycle_peak_to_peak
+    assert found.found_operation.edge_share == 0.0
+    assert found.found.shift <= shift * (1.0 + 1e-6)
+    assert float(found.found.goals.max()) == pytest.approx(least, rel=1e-5)
+    total, apart = np.meshgrid(-np.linspace(0.0, 0.0012, 41), np.linspace(-0.004, 0.004, 41))
+    near = np.array([found.pinion_parabola, found.gear_parabola])[:, None]
+    x = np.array((0.5 * (total + apart), 0.5 * (total - apart))).reshape(2, -1)
+    x = np.hstack((x, near + 2e-5 * np.random.default_rng(0).uniform(-1.0, 1.0, (2, 200))))
+    x = x[:, (np.abs(x) <= 0.002).all(axis=0)]
+    paths = paths_of(table1(), "right", aim, *x)
+    met = (paths.margins(aim) >= 0.0).all(axis=0) & (x.sum(axis=0) <= 0.0)
+    assert np.count_nonzero(met) > 10
+    order = np.argsort(paths.goals.max(axis=0)[met])[:4]
+    for pair in x[:, met][:, order].T.tolist():
+        there = operation_of(mounted(table1((pair[0], pair[1])), aim.mountings()), "right")
+        assert there.edge_share > 0.0 or there.greatest_cycle_peak_to_peak > least * (1.0 - 1e-5)
 
 
 def test_that_edges_carry_everywhere_is_said() -> None:

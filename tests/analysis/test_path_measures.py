@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from beveloid_geom import Errors, Member, path_of_contact, path_sensitivity
+from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.analysis.path_measures import SHIFTS, _at, added_metal, concavity, paths_of, shifts, sweep
-from beveloid_geom.analysis.sensitivity import ERRORS
 from beveloid_geom.gear.flank import (
     flank_point,
     half_thickness_angle,
@@ -70,7 +70,7 @@ def _in_gear_frame(point: Any) -> tuple[Any, Any]:
 def test_shifts_under_small_errors_are_the_derivatives(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola)
     rates = path_sensitivity(design, flank)
-    for k, (error, size) in enumerate(zip(ERRORS, (1e-3, 1e-6, 1e-2, 1e-2), strict=True)):
+    for k, (error, size) in enumerate(zip(ERROR_NAMES, (1e-3, 1e-6, 1e-2, 1e-2), strict=True)):
         found = shifts(design, flank, error, size)
         assert tuple(found) == SHIFTS
         for name, rate in (

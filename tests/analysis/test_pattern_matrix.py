@@ -83,13 +83,27 @@ def test_an_undercut_pair_has_no_cell() -> None:
         ({"over": ("offset", "E")}, "over must be two different ones"),
         ({"cells": 4}, "cells must be 3 or 5, got 4"),
         ({"sizes": (0.0, 1e-4)}, "the size of the error of offset must be positive"),
-        ({"sizes": (0.1, 0.3)}, "less than the pair's own 0.26"),
+        ({"sizes": (0.1, 0.3)}, "less than 0.26"),
         ({"flank": "top"}, "flank"),
     ],
 )
 def test_refusals(arguments: dict[str, object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         pattern_matrix(table1(), **arguments)  # type: ignore[arg-type]
+
+
+def test_the_backlash_of_the_other_flanks_matrix_is_taken() -> None:
+    design, over = table1((0.0005, -0.001)), ("shaft_angle", "gear_axial")
+    left = pattern_matrix(design, over, "left", resolution=COARSE)
+    right, alone = (pattern_matrix(design, over, resolution=COARSE, like=like) for like in (left, None))
+    assert right.normal_backlash is left.normal_backlash
+    for name in ("normal_backlash", "jammed", "cycle_peak_to_peak"):
+        np.testing.assert_array_equal(getattr(right, name), getattr(alone, name))
+    for other in (replace(left, over=("offset", "gear_axial")), replace(left, first=2.0 * left.first)):
+        with pytest.raises(ValueError, match="same design under the same errors"):
+            pattern_matrix(design, over, like=other)
+    with pytest.raises(ValueError, match="same design under the same errors"):
+        pattern_matrix(table1((0.0005, -0.001)), over, like=left)
 
 
 def test_a_batch_is_refused() -> None:

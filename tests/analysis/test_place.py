@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, mounted_backlash, path_of_contact
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.place import Placement, centred, limits_of, place_path
-from beveloid_geom.analysis.tolerance import four_errors, mounted
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import PlaceStatus
@@ -101,7 +101,7 @@ def test_where_the_pair_jams_the_middle_leaves_the_centre_no_further_than_it_mus
     design = table1(MODIFIED)
     found = place_path(design, (0.25,), flank=flank)
     assert found.status[0] == PlaceStatus.OFF_CENTRE
-    centre = mounted(design, four_errors(found.by, found.exact[0]))
+    centre = mounted(design, found.exact[0], found.by)
     assert float(mounted_backlash(centre).normal) < -0.01
     assert middle_of(centre, flank) == pytest.approx((-12.5, found.wanted_l), abs=1e-6)
     assert not mounted_backlash(under(design, found, 0)).jammed
@@ -116,7 +116,7 @@ def distances_on_a_grid(found: Placement, sizes: FloatArray, around: FloatArray)
     first, second = (around[k] + found.limits[k] * sizes for k in (0, 1))
     values = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1).reshape(-1, 2)
     values = values[(np.abs(values) <= found.limits).all(axis=1)]
-    path = path_of_contact(mounted(found.design, four_errors(found.by, values)), found.flank, 3)
+    path = path_of_contact(mounted(found.design, values, found.by), found.flank, 3)
     depth = found.distance[0] and abs(off_of(found)) / np.sqrt(
         found.distance[0] ** 2 - ((found.z[0] - found.wanted_z[0]) / 50.0) ** 2
     )

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.running import Running, running
-from beveloid_geom.analysis.tolerance import RUNNING_COST, USUAL, ToleranceStudy, mounted
+from beveloid_geom.analysis.tolerance import RUNNING_COST, USUAL, ToleranceStudy
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.report.tolerance import ToleranceReport, edges_carry
-from beveloid_geom.status import FirstStatus
+from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts
+from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
 
 MODIFIED = table1((0.001, -0.001))
@@ -89,6 +90,27 @@ def test_reports_have_what_the_study_has(study: ToleranceStudy) -> None:
     assert study.quantiles((0.5,))["film_ratio"] == pytest.approx(np.median(found.film_ratio))
 
 
+def test_text_json_and_csv_agree_on_patterns() -> None:
+    """At eight times the usual tolerances some patterns leave the face at an end of it."""
+    offset, angle, pinion, gear = (8.0 * USUAL.values()).tolist()
+    wide, count = Tolerances(offset, angle, pinion, gear), 24
+    found = tolerance_study(table1((-0.0005, -0.0005)), wide, "right", 30, seed=1, operation=count)
+    report, ends = ToleranceReport("Table 1", table1(), found), in_operation(found).pattern_ends
+    column, data = report.rows()["pattern_ends_at"], report.data()["operation"]["pattern"]
+    assert column[count:] == [""] * 6
+    listed = np.array([[name in text.split("+") for name in data["ends_at"]] for text in column[:count]])
+    np.testing.assert_array_equal(listed[:, : len(Limit)], ends)
+    assert list(data["ends_at"].values()) == ends.sum(axis=0).tolist()
+    faces = ends[:, [Limit.PINION_TOE, Limit.GEAR_TOE, Limit.PINION_HEEL, Limit.GEAR_HEEL]].any(axis=1)
+    assert data["toe_or_heel"] == np.count_nonzero(faces)
+    assert 0 < data["ends_at"]["pinion_toe"] < data["known"] == count
+    assert data["nowhere"] == column[:count].count("none")
+    words, toe = " ".join(report.summary().split()), data["ends_at"]["pinion_toe"]
+    assert data["toe_or_heel"] == count
+    assert f"toe or heel in 100 % of these {count}:" in words
+    assert f"pinion toe {100.0 * toe / count:.3f} %" in words
+
+
 def test_a_mounting_without_first_contact_is_named() -> None:
     """Gears a face width apart along the pinion's axis."""
     errors = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 400.0, 0.0]])
@@ -96,6 +118,7 @@ def test_a_mounting_without_first_contact_is_named() -> None:
     assert found.status.tolist()[0] == FirstStatus.SOLVED
     assert found.status.tolist()[1] != FirstStatus.SOLVED
     assert np.isnan([found.cycle_peak_to_peak[1], found.edge_share[1], found.film_ratio[1]]).all()
+    assert pattern_counts(found)["known"] == 1
 
 
 def test_one_error_of_a_closed_pair_leaves_no_transmission_error() -> None:

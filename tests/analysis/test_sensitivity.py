@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.sensitivity import ERRORS
+from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
@@ -46,8 +46,8 @@ class Exact:
 
     def at(self, l1: Any, guess: tuple[float, ...], errors: tuple[Any, ...]) -> Any:
         """(l1, l2, z1, z2, r1, r2, roll, phase) of the contact at l1 under further errors."""
-        given = [MP.mpf(getattr(self.design.errors, name)) for name in ERRORS]
-        total = dict(zip(ERRORS, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
+        given = [MP.mpf(getattr(self.design.errors, name)) for name in ERROR_NAMES]
+        total = dict(zip(ERROR_NAMES, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
         design = self.design.with_errors(unchecked(Errors(), **total))
         found = solve_mp(design, self.flank, guess, ("l1", l1), self.mounting)
         x, y, z = found.point
@@ -187,7 +187,7 @@ def test_everything_against_differences(flank: str, parabola: tuple[float, float
     design = table1(parabola, Errors(0.05, 2e-5, -0.3, 0.2))
     found = path_sensitivity(design, flank)
     assert found.status == Status.SOLVED
-    for k, (name, step) in enumerate(zip(ERRORS, (4e-3, 2e-6, 0.04, 0.04), strict=True)):
+    for k, (name, step) in enumerate(zip(ERROR_NAMES, (4e-3, 2e-6, 0.04, 0.04), strict=True)):
         for field, slope in slopes(design, flank, name, step, VALUES).items():
             scale = 1e-8 if field == "peak_to_peak" else 1e-6
             np.testing.assert_allclose(
@@ -253,7 +253,7 @@ def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:
     assert np.isnan(found.z[1]).all()
     assert np.isfinite(found.z[::2]).all()
     assert found.contact_ratio == pytest.approx(29 / (2 * np.pi) * np.ptp(roll), rel=1e-4)
-    for k, (name, step) in enumerate(zip(ERRORS, (1e-4, 5e-8, 1e-3, 1e-3), strict=True)):
+    for k, (name, step) in enumerate(zip(ERROR_NAMES, (1e-4, 5e-8, 1e-3, 1e-3), strict=True)):
         slope = slopes(design, "right", name, step, ["contact_ratio"])["contact_ratio"]
         assert found.contact_ratio_by[k] == pytest.approx(slope, rel=1e-5)
 
@@ -264,7 +264,7 @@ def test_paths_followed_by_their_length(name: str) -> None:
     design = LOST[name]
     found = path_sensitivity(design, "right")
     assert found.status == Status.SOLVED
-    for k, (error, step) in enumerate(zip(ERRORS, (5e-5, 2e-8, 5e-4, 5e-4), strict=True)):
+    for k, (error, step) in enumerate(zip(ERROR_NAMES, (5e-5, 2e-8, 5e-4, 5e-4), strict=True)):
         fields = ("z", "r", "contact_ratio", "peak_to_peak")
         for field, expected in slopes(design, "right", error, step, fields).items():
             ours = getattr(found, field + "_by")[..., k]

@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, Status, Tolerances, mounted_backlash, path_of_contact, tolerance_study
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import (
     PLACES,
     UNIT,
     Mountings,
     ToleranceStudy,
     drawn_errors,
-    mounted,
     swing_of,
+    tolerance_studies,
 )
 from beveloid_geom.gear.flank import root_parameter
 from beveloid_geom.operation.backlash_by_tangency import Tangency
@@ -76,6 +77,19 @@ EXECUTORS: dict[str, Callable[[], Executor]] = {
 def test_executors_change_nothing(study: ToleranceStudy, kind: str) -> None:
     with EXECUTORS[kind]() as executor:
         assert same(repeated(executor, 1), study.mountings)
+
+
+@pytest.mark.parametrize("parabolas", [(0.001, -0.001), (0.0, 0.0)])
+def test_both_flanks_together_are_each_alone(parabolas: tuple[float, float]) -> None:
+    """Their backlash, found once, too; bit for bit."""
+    design, done = table1(parabolas), list[int]()
+    together = tolerance_studies(design, GIVEN, ("right", "left"), CASES, seed=SEED, progress=done.append)
+    assert sum(done) == CASES
+    for both, flank in zip(together, ("right", "left"), strict=True):
+        alone = tolerance_study(design, GIVEN, flank, CASES, seed=SEED)
+        assert both.flank == flank
+        assert same(both.mountings, alone.mountings)
+        assert same(both.nominal, alone.nominal)
 
 
 def test_seeds_differ_and_longer_studies_begin_alike(study: ToleranceStudy) -> None:

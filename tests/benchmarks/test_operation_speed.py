@@ -21,8 +21,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.running import TOGETHER, running
-from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter
@@ -102,10 +103,10 @@ def test_operation_in_paths_of_contact() -> None:
         return path_of_contact(given, "right", 101)
 
     works: dict[str, tuple[Callable[[Design], object], float]] = {
-        "mesh cycle": (mesh_cycle, 20.0),
-        "operating ratio": (operating_ratio, 30.0),
-        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 22.0),
-        "pattern of both members": (contact_pattern, 55.0),
+        "mesh cycle": (mesh_cycle, 12.0),
+        "operating ratio": (operating_ratio, 16.0),
+        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 14.0),
+        "pattern of both members": (contact_pattern, 35.0),
         "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
     seconds(path, 3)
@@ -117,7 +118,7 @@ def test_operation_in_paths_of_contact() -> None:
 
 
 @pytest.mark.parametrize(
-    ("parabola", "most"), [((0.001, -0.001), 7.0), ((0.0002, 0.0002), 8.0), ((0.001, 0.001), 9.0)]
+    ("parabola", "most"), [((0.001, -0.001), 4.0), ((0.0002, 0.0002), 5.0), ((0.001, 0.001), 6.0)]
 )
 def test_mountings_in_operation_in_paths_of_contact(parabola: tuple[float, float], most: float) -> None:
     """Each of those solved together, its operating ratio in a film included."""

@@ -10,13 +10,14 @@ import pytest
 
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.report import closing, ease_off, operation, path, pattern, sensitivity, sliding
+from beveloid_geom.report.workshop import gear_data, shim
 
 
 @pytest.fixture(autouse=True, scope="package")
 def _reports_are_kept() -> Iterator[None]:
     """Reports of the same design, flank and options: a command asked for its JSON has them from its text."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (closing, ease_off, operation, path, pattern, sensitivity, sliding):
+        for module in (closing, ease_off, gear_data, operation, path, pattern, sensitivity, sliding, shim):
             name = f"{module.__name__.rpartition('.')[2]}_report".replace("path_", "contact_")
             patch.setattr(module, name, lru_cache(64)(getattr(module, name)))
         yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -27,8 +28,27 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "tolerance": (*TOLERANCES, "--cases", "40"),
     "map": ("--steps", "2"),
     "optimise": (*TOLERANCES, "--pinion-bounds", "-0.001", "0.001"),
+    "place": ("--at", "45"),
 }
-SLOW = ("optimise", "statements", "check", "pattern")
+SLOW = ("optimise", "statements", "check", "pattern", "place")
+OVER = ("pattern", "--resolution", "5", "--area-error", "0.5", "--over")
+AT_MESH = ("--in-plane-tolerance-deg", "0.01", "--centre-distance-tolerance", "0.02")
+WORDS_AT_MESH = {
+    ("sensitivity", "--errors-at", "mesh"): "derivatives by errors at the mesh",
+    ("sensitivity", "--errors-at", "perpendicular"): "by errors about the common perpendicular, 15",
+    (
+        "tolerance",
+        *AT_MESH,
+        "--cases",
+        "40",
+    ): "centre distance 0.02 mm, in plane 0.01 deg, out of plane 0 deg",
+    ("map", *AT_MESH, "--steps", "2"): "errors for shift centre distance +0.02 mm, in plane +0.01 deg",
+    ("optimise", *AT_MESH): "errors of the aim centre distance +0.02 mm, in plane +0.01 deg",
+    (*OVER, "centre-distance,in-plane"): "errors added a: centre distance, in: in plane",
+    (*OVER, "E,Sigma"): "errors added E: offset, Sigma: shaft angle",
+    ("place", "--at", "45", "--by", "in-plane,centre-distance"): "by in plane and centre distance",
+}
+"""Commands with errors of either place, and what they say of them."""
 
 
 def written(folder: Path, name: str, offset: str = "0", more: str = "") -> Path:
@@ -62,6 +82,76 @@ def test_check_says_which_pivot_is_meant(tmp_path: Path) -> None:
     assert "errors of the shaft angle turn about the common perpendicular, 1" in plain
 
 
+def printed(source: Path, *arguments: str) -> str:
+    """What a command says without any fault, in one line."""
+    result = run(arguments[0], source, *arguments[1:])
+    assert (result.exit_code, result.stderr) == (0, ""), result.output
+    return " ".join(result.stdout.split())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [pytest.param(a, marks=[pytest.mark.slow] if a[0] in SLOW else []) for a in WORDS_AT_MESH],
+)
+def test_errors_of_either_place_are_taken(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    assert WORDS_AT_MESH[arguments] in printed(written(tmp_path, "straight"), *arguments)
+
+
+def test_a_file_says_which_errors_are_meant(tmp_path: Path) -> None:
+    """Where nothing else is told; JSON names the place."""
+    path = written(tmp_path, "straight", more='[errors]\nat = "mesh"\n')
+    assert "derivatives by errors at the mesh" in printed(path, "sensitivity")
+    words = (
+        "errors for shift centre distance +0.05 mm, in plane +0.01 deg, out of plane +0.01 deg, pinion axial"
+    )
+    assert words in printed(path, "map", "--steps", "2")
+    assert "turn about the mesh point, 15" in printed(path, "check")
+    data = json.loads(run("sensitivity", path, "--json").stdout)
+    assert data["layout"]["errors_at"] == "mesh"
+    assert data["errors_of_derivatives"][:3] == ["centre_distance", "in_plane", "out_of_plane"]
+    rows = run("sensitivity", path, "--csv").stdout.splitlines()
+    assert "by_centre_distance_per_mm,by_in_plane_per_rad,by_out_of_plane_per_rad" in rows[0]
+    drawn = run("tolerance", path, *AT_MESH, "--cases", "3", "--csv").stdout.splitlines()
+    assert drawn[0].startswith(
+        "centre_distance_error_mm,in_plane_error_rad,out_of_plane_error_rad,pinion_axial"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ("tolerance", *AT_MESH, "--offset-tolerance", "0.1"),
+            "--offset-tolerance is about the common perpendicular, --centre-distance-tolerance at the mesh",
+        ),
+        (("map", "--shaft-angle-tolerance-deg", "1", *AT_MESH), "--shaft-angle-tolerance-deg is about the"),
+        (
+            ("pattern", "--over", "offset,in-plane"),
+            "--over: offset is about the common perpendicular, in_plane at",
+        ),
+        (
+            ("place", "--by", "E,in-plane"),
+            "--by: offset is about the common perpendicular, in_plane at the mesh",
+        ),
+        (
+            ("place", "--by", "E,apex"),
+            "pinion-axial (P), gear-axial (G), centre-distance, in-plane, out-of-plane,",
+        ),
+        (
+            ("tolerance", "--in-plane-tolerance-deg", "4"),
+            "in_plane must be less than 0.0698132 rad on this pair",
+        ),
+        (("map", "--centre-distance-tolerance", "30"), "centre_distance must be less than 30 on this pair"),
+        (("tolerance", "--out-of-plane-tolerance-deg", "5.1"), "5.1 is not in the range 0.0<=x<=5.0"),
+        (("sensitivity", "--errors-at", "apex"), "'apex' is not one of 'perpendicular', 'mesh'"),
+    ],
+)
+def test_errors_of_both_places_are_refused(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    result = run(arguments[0], written(tmp_path, "straight"), *arguments[1:])
+    assert (result.exit_code, result.stdout, result.stderr.count("Error: ")) == (2, "", 1)
+    assert words in " ".join(result.stderr.split())
+
+
 def test_a_place_of_errors_that_is_none_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "straight", more='[errors]\nat = "apex"\n')
     assert '[errors] at must be "perpendicular" or "mesh", got \'apex\'' in refused("check", path)
@@ -81,7 +171,7 @@ def test_meshes_are_written(tmp_path: Path) -> None:
             ("tca", "--offset-error", "61"),
             "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
         ),
-        (("tca", "--shaft-angle-error-deg", "-4"), "must be at least -3.5 deg"),
+        (("tca", "--shaft-angle-error-deg", "-6"), "must be between -5 and 5 deg"),
         (
             ("tolerance", "--offset-tolerance", "60"),
             "tolerance of offset must be less than 60 mm on this pair",

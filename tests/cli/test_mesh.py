@@ -17,7 +17,8 @@ import pytest
 import pyvista as pv
 from click.testing import Result
 
-from beveloid_geom import Member
+from beveloid_geom import Design, Member
+from beveloid_geom.contact.placing import Frame
 from beveloid_geom.design.file import builtin_text
 from tests.cli import running
 
@@ -105,7 +106,9 @@ def test_defaults_go_with_the_module(tmp_path: Path, module: float) -> None:
     assert "1000 N on" in told[3]
     text = (tmp_path / "a.inp").read_text(encoding="ascii")
     assert "edges within 0.05 mm" in text
-    assert "module / 600, hexahedra module / 120" in " ".join(run("--help").stdout.split())
+    assert "module / 600, to look at module / 200, hexahedra module / 120" in " ".join(
+        run("--help").stdout.split()
+    )
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".inp"])
@@ -222,8 +225,12 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "given"),
     [
-        (["--part", "gear"], (45, None, None, "gear")),
-        (["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"], (29, [0, 1, 2], 50.0, "pinion")),
+        (["--part", "gear"], (45, None, None, "gear", False)),
+        (["--part", "gear", "--placed"], (45, None, None, "gear", True)),
+        (
+            ["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"],
+            (29, [0, 1, 2], 50.0, "pinion", False),
+        ),
     ],
 )
 def test_a_solid_for_cad(
@@ -233,9 +240,15 @@ def test_a_solid_for_cad(
     asked = []
 
     def step(
-        member: Member, path: Path, teeth: Sequence[int] | None, bore_radius: float | None, name: str
+        member: Member,
+        path: Path,
+        teeth: Sequence[int] | None,
+        bore_radius: float | None,
+        name: str,
+        frame: Frame | None,
     ) -> None:
-        asked.append((int(member.teeth), None if teeth is None else list(teeth), bore_radius, name))
+        numbers = None if teeth is None else list(teeth)
+        asked.append((int(member.teeth), numbers, bore_radius, name, frame is not None))
         path.write_text("ISO-10303-21;")
 
     monkeypatch.setattr("beveloid_geom.export.step.write_step", step)
@@ -246,6 +259,48 @@ def test_a_solid_for_cad(
     assert path.read_text() == "ISO-10303-21;"
     count = given[0] if given[1] is None else 3
     assert result.stdout == f"{path}: a solid with {count} teeth\n"
+
+
+def test_the_pair_as_an_assembly_and_as_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def step(design: Design, path: Path, frames: Sequence[Frame]) -> None:
+        asked.append([origin[2] for _, origin in frames])
+        path.write_text("ISO-10303-21;")
+
+    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", step)
+    path = tmp_path / "a.step"
+    result = run("--part", "pair", "--out", path)
+    assert (result.exit_code, result.stdout) == (0, f"{path}: an assembly of pinion and gear\n")
+    assert asked == [[pytest.approx(211.594669224), pytest.approx(203.049073436)]]
+    path = tmp_path / "a.glb"
+    result = run("--part", "pair", *COARSE, "--out", path)
+    assert result.exit_code == 0
+    assert (
+        "triangles in m, y up: pinion, path of contact on pinion, pattern on pinion, gear," in result.stdout
+    )
+    assert path.read_bytes().startswith(b"glTF")
+
+
+def test_frames_place_a_part_as_it_is_placed(tmp_path: Path) -> None:
+    """What is printed carries a part in its own frame to where --placed has it, rows to 15 digits."""
+    own, placed = tmp_path / "own.vtu", tmp_path / "placed.vtu"
+    run("--part", "gear-flank", *COARSE, "--out", own)
+    both = run("--part", "gear-flank", *COARSE, "--placed", "--frames", "--out", placed)
+    alone = run("--frames")
+    assert (alone.exit_code, both.stdout) == (0, alone.stdout + both.stdout.splitlines()[-1] + "\n")
+    rows = [line.split() for line in alone.stdout.splitlines()[6:]]
+    assert alone.stdout.splitlines()[5] == "gear, from its own frame to S_f, mm:"
+    matrix = np.array(rows, dtype=float)
+    points = pv.read(own).points @ matrix[:3, :3].T + matrix[:3, 3]
+    np.testing.assert_allclose(pv.read(placed).points, points, rtol=0, atol=1e-11)
+
+
+def test_what_is_missing_is_said() -> None:
+    for given, missing in ((["--part", "pair"], "--out"), (["--out", "a.stl"], "--part")):
+        result = run(*given)
+        assert result.exit_code == 2
+        assert f"Missing option '{missing}'" in result.stderr
 
 
 def test_progress_is_for_terminals(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ def run(*arguments: str | Path) -> Result:
 COARSE = "--tolerance", "0.05"
 
 
-MOUNTED = "is for the pair, a flank with --field, and a tooth as .inp"
+MOUNTED = "is for the pair, a part --placed, a flank with --field, and a tooth as .inp"
 BORE = "Error: --bore-radius must be between 1.76387 and 87.5934 mm, got "
 REFUSED = {
     "pinion .stl": {
@@ -42,16 +42,17 @@ REFUSED = {
         "--bore-radius 500": f"{BORE}500",
         "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pinion as .stl",
         "--teeth 2": "--teeth is for pinion-tooth and gear-tooth, not pinion as .stl",
-        "--flank left": "--flank is for flanks, the pair, and a tooth as .inp, not pinion as .stl",
+        "--flank left": "--flank is for flanks, the pair, a part --placed, a flank with --field, and",
         "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
         "--field pattern": "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu",
         "--parabola-pinion 1": "--parabola-pinion must be",
-        "--parabola-gear 0.001": "--parabola-gear is for the gear, the pair, a flank with --field",
+        "--parabola-gear 0.001": "--parabola-gear is for the gear, the pair, a part --placed, a flank",
         "--offset-error 1": f"--offset-error {MOUNTED}",
         "--shaft-angle-error-deg 1": f"--shaft-angle-error-deg {MOUNTED}",
         "--pinion-axial-error 1": f"--pinion-axial-error {MOUNTED}",
     },
     "gear .step": {"--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not gear as .step\n"},
+    "pair .glb": {"--placed": "--placed is for pinion, gear, pinion-tooth, gear-tooth, pinion-flank"},
     "gear-flank .vtu": {"--gear-axial-error 0.1": f"--gear-axial-error {MOUNTED}"},
     **{
         f"pinion-tooth {suffix}": {
@@ -76,7 +77,7 @@ REFUSED = {
             ("pinion", ".inp"),
             ("pair", ".msh"),
             ("gear-flank", ".bdf"),
-            ("pair", ".step"),
+            ("pinion", ".glb"),
             ("pinion-flank", ".stp"),
         )
     },

@@ -11,6 +11,7 @@ from beveloid_geom.cli.main import main
 from tests.cli.running import refused, run
 
 NARROW = "--pinion-bounds 0 0.0005 --gear-bounds -0.0005 0"
+PAIR = "--module 4 --teeth 25 31 --shaft-angle-deg 20"
 SOME = "--offset-tolerance 1"
 BAD = {
     "": ("turn",),
@@ -45,9 +46,39 @@ BAD = {
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
     ),
+    "propose": (
+        *(
+            "",
+            "--teeth 25 31 --module 4",
+            f"{PAIR}",
+            f"{PAIR} --cones-deg 3",
+            f"{PAIR} --cones-deg 3 5 --least-cones",
+        ),
+        *(f"{PAIR} --cones-deg {more}" for more in ("nan 5", "3 5 --backlash -1", "3 5 --count 6")),
+        *("--teeth 25 -31 --module 4 --shaft-angle-deg 20 --cones-deg 3 5", f"{PAIR} --gear missing.toml"),
+        f"{PAIR} --cones-deg 3 5 --out missing/a.toml",
+    ),
     "place": ("--at 0", "--at 100", "--at nan", "--by E", "--l1 30", "missing.toml"),
     "ease-off": ("--grid 2 5", "--grid 5 2", "--grid 5", "--grid a b", "missing.toml", "--flank right"),
     "statements": ("missing.toml",),
+    "shim": (
+        *("", "--backlash -0.1", "--backlash nan", "--backlash 0.1 --at 100", "--backlash 0.1 missing.toml"),
+        *("--backlash 0.1 --offset nan", "--backlash 0.1 --shaft-angle-deg 0"),
+    ),
+    "grid": (
+        *("--member shaft", "--rows 1", "--columns 1000", "--border 10", "--border 50%", "--border nan%"),
+        *("--border 40mm", "--border -1mm", "--border .mm", "--measured missing.csv", "missing.toml"),
+    ),
+    "gear-data": (
+        *(
+            "--pinion-ball 0",
+            "--gear-ball nan",
+            "--pinion-ball big",
+            "--pinion-allowances -0.1",
+            "missing.toml",
+        ),
+        *("--gear-allowances nan nan", "--gear-allowances 0 inf"),
+    ),
     "check": ("missing.toml", "--parabola-pinion nan", "ni-2017 ni-2017"),
     "sensitivity": ("--twist 1",),
     "mesh": (
@@ -65,6 +96,15 @@ TOLD = {
     "tca --poisson 0.3": (
         "--youngs-modulus-mpa and --poisson are of a loaded pair: give --force or --torque\n"
     ),
+    "gear-data --pinion-allowances -50 -100": (
+        "--pinion-allowances must be between -1.8 and 1.8 mm, got -50 -100: were they given in um?\n"
+    ),
+    "gear-data --gear-allowances -0.1 -0.05": (
+        "--gear-allowances must be the upper and then the lower one, got -0.1 -0.05: swap them\n"
+    ),
+    "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
+    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
+    "shim --backlash 0.1 --offset 300": "as measured less the design's: --offset-error must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (
@@ -74,8 +114,9 @@ TOLD = {
         for member in ("pinion", "gear")
     },
     **{
-        command: f"{what}: give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance or "
-        "--gear-axial-tolerance\n"
+        command: f"{what}: give --offset-tolerance, --shaft-angle-tolerance-deg, --pinion-axial-tolerance, "
+        "--gear-axial-tolerance, --centre-distance-tolerance, --in-plane-tolerance-deg or "
+        "--out-of-plane-tolerance-deg\n"
         for command, what in {
             "optimise": "no errors that shift the path",
             "tolerance": "no tolerances",

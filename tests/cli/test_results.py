@@ -25,6 +25,7 @@ from beveloid_geom import (
     ease_off,
     map_of,
     mesh_cycle,
+    mounted_backlash,
     optimise_parabola,
     path_of_contact,
     path_sensitivity,
@@ -32,15 +33,19 @@ from beveloid_geom import (
     tolerance_study,
     zero_backlash_layout,
 )
+from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.analysis.maps import FIGURES
 from beveloid_geom.analysis.place import place_path
-from beveloid_geom.analysis.sensitivity import ERRORS
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.cli.main import main
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.studies.statements import paper_statements
+from beveloid_geom.workshop.balls import ball_planes, balls_at
+from beveloid_geom.workshop.grid import measuring_grid
+from beveloid_geom.workshop.shim import shim
+from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
 from tests.cli.running import rows_of, run, strict_json
 
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
@@ -121,7 +126,7 @@ def sensitivity(design: Design) -> Mapping[str, Any]:
     values = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
     names = (*values, *(f"{name}_by" for name in values), "face_shift_by", "square_shift_by")
     return {name: getattr(found, name) for name in names} | {
-        "errors_of_derivatives": list(ERRORS),
+        "errors_of_derivatives": list(ERROR_NAMES),
         "limits": ["gear tip", "pinion tip"],
     }
 
@@ -158,7 +163,10 @@ def tolerance(design: Design) -> Mapping[str, Any]:
     study = studied()
     assert study.status_counts()[Status.OFF_FLANK] * study.limits_changed() > 0
     return {
-        "tolerances": vars(STUDIED),
+        "tolerances": {
+            **dict(zip(STUDIED.names, STUDIED.values().tolist(), strict=True)),
+            **{"distribution": "uniform", "sigmas": 3.0},
+        },
         "cases": 40,
         "seed": 4,
         "flank": "left",
@@ -204,6 +212,49 @@ def optimise(design: Design) -> Mapping[str, Any]:
 def statements(design: Design) -> Mapping[str, Any]:
     judged = paper_statements(builtin_design(), "left")
     return {f"{k}/verdict": one.verdict.value for k, one in enumerate(judged)} | {"0/id": judged[0].id}
+
+
+def gear_data(design: Design) -> Mapping[str, Any]:
+    found, plain = tooth_data(design.pinion, (0.0, -0.05, -0.1)), tooth_data(design.gear)
+    balls = balls_at(design.gear, 12.0, ball_planes(design.gear, 12.0))
+    least = float(mounted_backlash(design).normal)
+    return {
+        "backlash_by_thickness/lower": least + float(backlash_change(design, -0.1, 0.0)),
+        "pinion/chordal_height/upper": found.chordal_height[1],
+        "pinion/normal_thickness/lower": found.normal_thickness[2],
+        "pinion/ball_diameter": 10.5,
+        "gear/form_diameter/left": plain.form_diameter[1],
+        "gear/swivel": plain.swivel,
+        "gear/ball_dimension/nominal": balls.dimension[0],
+        "gear/ball_status/nominal": ["measured"] * 3,
+    }
+
+
+def grid(design: Design) -> Mapping[str, Any]:
+    found = measuring_grid(design.gear, 3, 4, border_mm=2.0)
+    x, y, _ = found.point.reshape(-1, 3).T
+    return {
+        "member": "gear",
+        "border": "2 mm",
+        "middle_angle": found.middle,
+        "points/x": x,
+        "points/y": y,
+        "points/row": np.tile(np.repeat([1, 2, 3], 4), 2),
+        "points/normal": found.normal.reshape(-1, 3),
+    }
+
+
+def shim_(design: Design) -> Mapping[str, Any]:
+    found = shim(design.with_errors(Errors(offset=-0.1)), 0.1, None, "left")
+    return {
+        "wanted_backlash": 0.1,
+        "shim/status": "reached",
+        "shim/pinion_axial": found.axial[0],
+        "shim/gear_mounting": found.distance[1],
+        "shim/z": found.z,
+        "shim/contact_ratio": found.contact_ratio,
+        "layout/errors/offset": -0.1,
+    }
 
 
 def check(design: Design) -> Mapping[str, Any]:
@@ -307,6 +358,24 @@ CASES = {
             "as given",
         ),
     ),
+    "gear-data": Case(
+        (*MODIFIED, "--pinion-allowances", "-0.05", "-0.1", "--gear-ball", "12"),
+        gear_data,
+        {},
+        ("over balls of 12 mm", "lower, at -0.1 mm", "root cone 3.0000 deg", "at the upper allowances"),
+    ),
+    "grid": Case(
+        (*MODIFIED, "--member", "gear", "--rows", "3", "--columns", "4", "--border", "2mm"),
+        grid,
+        {"flank": "points/flank", "column": "points/column", "x_mm": "points/x", "z_mm": "points/z"},
+        ("gear, 45 teeth: 3 rows, 4 columns, border 2 mm", "toe at z = -30 mm", "# unit: mm", "left 3 4"),
+    ),
+    "shim": Case(
+        (*LEFT, *MODIFIED, "--offset", "228.9", "--backlash", "0.1"),
+        shim_,
+        {},
+        ("for a normal backlash of 0.1 mm", "move the pinion +", "left flanks: middle of the path at z ="),
+    ),
     "statements": Case(LEFT, statements, {}, ("does not hold", "left flanks")),
     "check": Case(
         MODIFIED,
@@ -334,7 +403,7 @@ def at(data: Any, place: str) -> Any:
 
 
 def test_no_command_is_left_out() -> None:
-    assert set(CASES) == set(main.commands) - {"design", "mesh"}
+    assert set(CASES) == set(main.commands) - {"design", "mesh", "propose"}
 
 
 @by_command

@@ -355,3 +355,60 @@ def test_figures_of_table_1() -> None:
     assert "1.816308 by Eq. 16; in operation 1.000000, 2.299395 within 6.35 um" in text
     assert "1.8107 arcsec peak to peak" in text
     assert "carry 18.1 % of the cycle" in text
+
+
+def test_a_member_that_cannot_be_described_says_why_and_the_other_is(
+    design_file: Callable[..., Path],
+) -> None:
+    """Rounds that leave no flank are those of both members, a ball is of one."""
+    result = run("gear-data", "--pinion-ball", "4")
+    assert result.exit_code == 0
+    assert "a ball finds no place between the flanks" in result.stdout
+    rows = rows_of(run("gear-data", "--pinion-ball", "4", "--csv"))
+    assert [row["ball_dimension_mm"] == "" for row in rows] == [True] * 3 + [False] * 3
+    path = design_file("tip_radius = 0.38", "tip_radius = 0.9")
+    lost = run("gear-data", path, "--json")
+    assert (lost.exit_code, lost.stderr) == (1, "")
+    assert "overlap" in strict_json(lost.stdout)["gear"]["reason"]
+    assert run("gear-data", path).stderr.startswith("No data of the pinion: tip_radius 0.9 is too large")
+    assert run("gear-data", path, "--csv").stdout == "\n"
+
+
+def test_measured_points_are_read_back(tmp_path: Path) -> None:
+    """The neutral table with its points moved along y, in its three forms; a hole is one line."""
+    nominal = run("grid", "--member", "gear", "--rows", "3", "--columns", "4").stdout
+    rows = [line.split() for line in nominal.splitlines() if not line.startswith("#")]
+    moved = [[*row[:4], str(float(row[4]) + 0.001), *row[5:]] for row in rows]
+    path, asked = tmp_path / "m.txt", ("grid", "--member", "gear", "--rows", "3", "--columns", "4")
+    path.write_text("\n".join(" ".join(row) for row in moved), encoding="utf-8")
+    data = strict_json(run(*asked, "--measured", path, "--json").stdout)
+    normal = np.array([float(row[7]) for row in rows]).reshape(2, 3, 4)
+    for side, flank in enumerate(("right", "left")):
+        np.testing.assert_allclose(data["deviation"][flank], 0.001 * normal[side], atol=1e-7)
+    assert data["turn"] == pytest.approx(0.001 / 139.0, rel=0.03)
+    table = rows_of(run(*asked, "--measured", path, "--csv"))
+    assert [float(row["deviation_mm"]) for row in table[12:]] == np.ravel(data["deviation"]["left"]).tolist()
+    text = " ".join(run(*asked, "--measured", path).stdout.split())
+    assert " ".join(["row 3", *(f"{value:.3f}" for value in normal[0, 2]), "row 2"]) in text
+    assert "tip above root" in text
+    assert "um of normal thickness, turned by 1.5" in text
+    path.write_text("\n".join(" ".join(row) for row in moved[1:]), encoding="utf-8")
+    lost = run(*asked, "--measured", path)
+    assert (lost.exit_code, lost.stdout) == (2, "")
+    assert lost.stderr == (
+        f"Error: {path}: line 1 is right, row 1, column 2 where right, row 1, column 1 is due: a point is "
+        "missing, or the order is another one\n"
+    )
+    assert run("grid", "--measured", tmp_path).stderr == f"Error: cannot read {tmp_path} (Is a directory)\n"
+
+
+def test_shims_that_there_are_not_are_told_with_those_of_the_backlash_alone() -> None:
+    asked = ("shim", "--offset", "229.3", "--shaft-angle-deg", "14.97", "--backlash", "0.12", "--at", "50")
+    text, data = run(*asked), run(*asked, "--json")
+    assert (text.exit_code, data.exit_code, data.stderr) == (1, 1, "")
+    assert text.stderr.startswith("No shims: no axial positions were found that give what is wanted")
+    found = strict_json(data.stdout)
+    assert (found["shim"]["status"], found["shim"]["pinion_axial"]) == ("not_found", None)
+    alone = found["by_backlash_alone"]
+    assert (alone["status"], alone["backlash"]) == ("reached", pytest.approx(0.12, abs=1e-9))
+    assert f"{alone['pinion_axial']:+.6f} mm, to dw1 = " in text.stdout

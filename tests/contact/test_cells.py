@@ -13,7 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from beveloid_geom import Design, Errors, Pair, Status
-from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
+from beveloid_geom.analysis.errors import mounted
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.contact import path_search as follow
 from beveloid_geom.contact.cells import Box, box_of, window_of
 from beveloid_geom.contact.chains import chains_of

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import ContactPath, Design, Errors, Status, contact_ratio, path_of_contact
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import COMPLEX_STEP, FloatArray
 from beveloid_geom.contact.curve_equations import (
     _solved,
     direction_of,
@@ -23,7 +23,7 @@ from beveloid_geom.contact.curve_equations import (
     units_of,
 )
 from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
-from beveloid_geom.contact.equation import COMPLEX_STEP, Pairing, meet, pairing_of
+from beveloid_geom.contact.equation import Pairing, meet, pairing_of
 from beveloid_geom.contact.path import path_blocks, path_ends
 from beveloid_geom.contact.path_polynomial import HEIGHT, PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks

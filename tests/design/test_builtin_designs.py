@@ -1,21 +1,24 @@
-"""Built-in designs besides Table 1, whose axes intersect: no warnings, and their numbers in closed form.
+"""Built-in designs besides Table 1: no warnings, and their numbers in closed form.
 
-Their helix angles cancel and their cone angles add up to the shaft angle, so that each closes with its
-reference cones as pitch cones, whatever the profile shift: that moves tips and thins teeth.
+Helix angles cancel and cone angles add up to the shaft angle, 0 of the pair on parallel axes, so that each
+closes with its reference cones as pitch cones, whatever the profile shift: that moves tips and thins teeth.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, sin, tan
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from beveloid_geom import DesignError, builtin_design, certify, path_of_contact, sliding_of
+from beveloid_geom import DesignError, Pair, builtin_design, certify, path_of_contact, sliding_of
+from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design import file
 from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design, read_design
 from beveloid_geom.findings.remarks import NOTE, tip_clearances
+from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
@@ -25,16 +28,17 @@ from tests.oracle.sixty_digits import off_by
 from tests.validation.test_intersecting_axes import closed_form
 
 NAMES = ("awd-transfer", "marine-gearbox")
+PARALLEL = "anti-backlash"
 
 
 def test_every_file_is_listed() -> None:
     folder = Path(file.__file__).parent / "designs"
-    assert {path.stem for path in folder.glob("*.toml")} == set(BUILTINS) == {"ni-2017", *NAMES}
-    with pytest.raises(DesignError, match=f"there are ni-2017, {', '.join(NAMES)}$"):
+    assert {path.stem for path in folder.glob("*.toml")} == set(BUILTINS) == {"ni-2017", *NAMES, PARALLEL}
+    with pytest.raises(DesignError, match=f"there are ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
         builtin_design("marine")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, PARALLEL])
 def test_each_reads_and_has_nothing_above_a_note(name: str) -> None:
     design = builtin_design(name)
     assert design == parse_design(builtin_text(name)) == read_design(name)
@@ -103,3 +107,47 @@ def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
     paths = [path_of_contact(builtin_design("marine-gearbox"), side, 21) for side in ("right", "left")]
     least = np.min([sliding_of(path).specific.min(axis=0) for path in paths], axis=0)
     np.testing.assert_allclose(least, (-1.2, -1.2), rtol=0.0, atol=0.05)
+
+
+def test_what_the_comments_of_the_anti_backlash_pair_say() -> None:
+    design, text = builtin_design(PARALLEL), builtin_text(PARALLEL)
+    mounting, closing, pinion = mounting_of(design), closing_of(design), design.pinion
+    module, alpha = float(pinion.tool.normal_module), float(pinion.tool.normal_pressure_angle)
+    cone = float(pinion.cone_angle)
+    np.testing.assert_allclose(mounting.working_radius, (18.0, 54.0), rtol=1e-14)
+    np.testing.assert_array_equal(mounting.distance, 0.0)
+    assert closing.gap == closing.shaft_angle_difference == 0.0
+    assert abs(closing.offset_difference) < 1e-12
+    shift = sum(float(m.profile_shift) for m in design.members)
+    backlash, rate = -2.0 * module * shift * cos(cone) * sin(alpha), 2.0 * sin(alpha) * sin(cone)
+    assert closing.normal_backlash == pytest.approx(backlash, abs=1e-12)
+    away = backlash / rate
+    said = f"= {backlash:.3f} mm", f"= {rate:.4f} mm", f"{away:.3f} mm further", "= 0.47 mm, 0.31 modules"
+    for words in said:
+        assert words in text
+    assert 9.0 * tan(cone) == pytest.approx(0.47, abs=0.005)
+    taken = replace(design, pair=Pair(design.pair.offset, 0.0, 0.0, away))
+    assert float(mounting_of(taken).normal_backlash) == pytest.approx(0.0, abs=1e-12)
+    assert float(mounted_backlash(design).normal) == pytest.approx(backlash, abs=1e-9)
+    assert (tip_clearances(design) > 0.25 * module * cos(cone)).all()
+    least = 1.0 - 24.0 * sin(alpha) ** 2 / 2.0
+    assert f"{least:.2f} would be the least" in text
+    assert float(pinion.profile_shift) - 9.0 * tan(cone) / module > least + 0.3
+
+
+def test_the_anti_backlash_pair_runs_along_lines(flank: str) -> None:
+    """Mirror images on both flanks; each line as long as the common face, over the cosine of its lean."""
+    design = builtin_design(PARALLEL)
+    path = path_of_contact(design, flank, 9)
+    lines, other = contact_lines(path), path_of_contact(design, {"right": "left", "left": "right"}[flank], 3)
+    assert float(path.ends.contact_ratio) == pytest.approx(float(other.ends.contact_ratio), abs=1e-13)
+    assert float(lines.transverse_ratio) > 1.5
+    alpha, cone = float(design.pinion.tool.normal_pressure_angle), float(design.pinion.cone_angle)
+    lean = sin(alpha) * sin(cone)  # sine of the base helix angle
+    assert lines.length.max() == pytest.approx(15.0 / np.sqrt(1.0 - lean**2), abs=1e-9)
+    pitch = pi * 1.5 * cos(alpha)
+    assert float(lines.overlap_ratio) == pytest.approx(15.0 * lean / pitch, abs=1e-12)
+    assert certify(path).holds
+    assert float(operating_ratio(design, flank)) == float(path.ends.contact_ratio)
+    least = sliding_of(path).specific.min(axis=0)
+    np.testing.assert_allclose(least, (-1.7, -1.6), rtol=0.0, atol=0.05)

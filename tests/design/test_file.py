@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from beveloid_geom import Errors, Pair, Tool, builtin_design, read_design
+from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from tests.oracle.table1 import table1
 
@@ -121,17 +122,16 @@ BAD = {
         "right hand positive; the lead angle is 90 deg less it",
     "gear.cone_angle_deg = 46": "must be between -45 and 45 deg, got 46.0: it is half the angle of the "
         "pitch cone, positive if the tooth grows towards the heel at +z",
-    "pair.shaft_angle_deg = 0": "must be between 0.5 and 90 deg, got 0.0: teeth on parallel axes touch "
-        "along lines, not in the points this model is for",
-    "pair.shaft_angle_deg = -15": "must be between 0.5 and 90 deg, got -15.0: give its magnitude, its sense "
+    "pair.shaft_angle_deg = -15": "must be between 0 and 90 deg, got -15.0: give its magnitude, its sense "
         "follows from the helix angles",
-    "pair.shaft_angle_deg = 165": "must be between 0.5 and 90 deg, got 165.0: it is the smaller angle of "
+    "pair.shaft_angle_deg = 165": "must be between 0 and 90 deg, got 165.0: it is the smaller angle of "
         "the two axes, take 180 deg less it",
     "errors.shaft_angle_deg = 15": "must be between -5 and 5 deg, got 15.0: change the shaft angle of the "
         "pair if another layout is meant",
     "tool.normal_pressure_angle_deg = 0.349": "must be between 5 and 45 deg, got 0.349: was it given in "
         "radians?",
-    "pair.shaft_angle_deg = 0.2618": "must be between 0.5 and 90 deg, got 0.2618: was it given in radians?",
+    "pair.shaft_angle_deg = 0.2618": "must be about 15 deg to fit the other angles, got 0.2618: was it "
+        "given in radians?",
     "pinion.helix_angle_deg = 0.436": "must be about 25 deg to fit the other angles, got 0.436: was it "
         "given in radians?",
     # limits that join several keys
@@ -268,7 +268,7 @@ def test_message_names_the_file_on_each_line_and_survives_pickling() -> None:
         (
             None,
             "cannot be read (No such file or directory): name a TOML file, or a built-in design: ni-2017, "
-            "awd-transfer, marine-gearbox",
+            "awd-transfer, marine-gearbox, anti-backlash",
         ),
         (b"[tool]\nnormal_module = \n", "is not valid TOML: Invalid value (at line 2, column 17)"),
         (b"x = " + 100_000 * b"[", "is not valid TOML: "),
@@ -362,16 +362,6 @@ def test_override_names_the_argument(values: dict[str, float], faults: tuple[str
     assert str(caught.value) == "\n".join(faults)
 
 
-def test_override_leaves_a_shaft_angle() -> None:
-    small = {"pinion.helix_angle_deg": 14, "gear.helix_angle_deg": -10.5, "pair.shaft_angle_deg": 5}
-    design = parse_design(toml({**small, "errors.shaft_angle_deg": -4.5}))
-    with pytest.raises(DesignError) as caught:
-        override(design, shaft_angle_error_deg=-4.6)
-    assert caught.value.faults == (
-        "shaft_angle_error_deg must be at least -4.5 deg, got -4.6: 0.5 deg of shaft angle must be left",
-    )
-
-
 @settings(deadline=None, max_examples=40)
 @given(
     module=st.floats(0.5, 20.0),
@@ -396,3 +386,54 @@ def test_numbers_arrive_to_the_last_digit(
     assert (design.pinion.profile_shift, design.pair.offset) == (shift, offset)
     assert design.pinion.helix_angle == radians(pinion_helix)
     assert design.gear.helix_angle == radians(gear_helix)
+
+
+PARALLEL: dict[str, object] = {
+    "pair.shaft_angle_deg": 0,
+    "gear.helix_angle_deg": -25,
+    "gear.cone_angle_deg": -3,
+}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (
+            {"gear.helix_angle_deg": 25},
+            "[gear] helix_angle_deg must be -25.0 deg, opposite to that of [pinion], got 25.0: teeth of equal"
+            " hands cross each other on parallel axes",
+        ),
+        (
+            {"gear.helix_angle_deg": -24.9},
+            "[gear] helix_angle_deg must be -25.0 deg, opposite to that of [pinion], got -24.9: on parallel"
+            " axes base helix angles must be opposite",
+        ),
+        (
+            {"gear.cone_angle_deg": 3},
+            "[gear] cone_angle_deg must be -3.0 deg, opposite to that of [pinion], got 3.0: on parallel axes"
+            " one tooth must taper as the space of the other",
+        ),
+    ],
+)
+def test_members_that_do_not_fit_on_parallel_axes(changed: dict[str, float], said: str) -> None:
+    parse_design(toml(PARALLEL))
+    assert faults_of({**PARALLEL, **changed}) == (said,)
+
+
+def test_pressure_angles_on_parallel_axes() -> None:
+    """One base pitch by tools of two pressure angles: cylinders mesh, cones and helical parabolas do not."""
+    module = 6.0 * np.cos(np.radians(20.0)) / np.cos(np.radians(22.0))
+    tool = {"gear.normal_module": module, "gear.normal_pressure_angle_deg": 22.0}
+    spur = {"pinion.cone_angle_deg": 0, "gear.cone_angle_deg": 0, "pinion.helix_angle_deg": 0}
+    spur |= {"gear.helix_angle_deg": 0, "pair.shaft_angle_deg": 0}
+    design = parse_design(toml({**spur, **tool}))
+    assert touches_along_lines(design).all()
+    (fault,) = faults_of({**PARALLEL, **tool})
+    assert fault.startswith("[gear] normal_pressure_angle_deg must equal that of [pinion], 20.0 deg, got 22")
+
+
+@pytest.mark.parametrize("degrees", [0.01, 0.3, 0.49])
+def test_small_shaft_angles_are_read(degrees: float) -> None:
+    small = {"pinion.helix_angle_deg": 15, "gear.helix_angle_deg": degrees - 15, "gear.cone_angle_deg": 0}
+    design = parse_design(toml({**small, "pinion.cone_angle_deg": 0, "pair.shaft_angle_deg": degrees}))
+    assert float(design.pair.shaft_angle) == pytest.approx(np.radians(degrees))

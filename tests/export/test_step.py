@@ -14,8 +14,10 @@ import pytest
 
 from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray, flank_sign
-from beveloid_geom.export.step import INSTALL, write_step
+from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.export.step import INSTALL, write_step, write_step_pair
 from beveloid_geom.gear.fillet import bottom_point, tool_round
+from beveloid_geom.shapes.solid import bore_of
 from tests.oracle.table1 import table1
 from tests.oracle.tooth_volume import Exact, exact_places, exact_volume
 
@@ -256,6 +258,37 @@ def test_the_product_has_the_name_of_the_member(folder: Path) -> None:
     write_step(PINION, folder / "b.step", range(3), name="pinion")
     for name, product in (("a", "pinion"), ("b", "pinion, 3 of 29 teeth")):
         assert f"PRODUCT('{product}','{product}'," in (folder / f"{name}.step").read_text(encoding="ascii")
+
+
+def test_the_pair_is_an_assembly_of_two_products_in_mesh(folder: Path) -> None:
+    """Each where its frame carries it: its volume about its axis, the point of contact on its surface. Faces
+    keep their names. A single gear with a frame stands there, too."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.BRepGProp import BRepGProp
+    from OCP.gp import gp_Pnt
+    from OCP.GProp import GProp_GProps
+
+    design = table1()
+    pose = meshing_pair(design)
+    write_step_pair(design, folder / "pair.step", pose.frames)
+    write_step(design.gear, folder / "gear.step", name="gear", frame=pose.frames[1])
+    text = (folder / "pair.step").read_text(encoding="ascii")
+    assert [text.count(f"PRODUCT('{name}','{name}',") for name in ("pair", "pinion", "gear")] == [1, 1, 1]
+    assert text.count("NEXT_ASSEMBLY_USAGE_OCCURRENCE") == 2
+    pair, alone = read_back(folder / "pair.step"), read_back(folder / "gear.step")
+    assert {"left flank 29", "left flank 45", "toe"} <= set(pair.faces)
+    shells = [*explored(pair.shape, "SHELL"), *explored(alone.shape, "SHELL")]
+    contact = BRepBuilderAPI_MakeVertex(gp_Pnt(*pose.contact.tolist())).Vertex()
+    for shell, number in zip(shells, (0, 1, 1), strict=True):
+        member, (rotation, origin) = design.members[number], pose.frames[number]
+        properties = GProp_GProps()
+        BRepGProp.VolumeProperties_s(shell, properties, 1e-9)
+        bore = bore_of(member, None)
+        assert properties.Mass() == pytest.approx(exact_volume(member, int(member.teeth), bore), rel=1e-9)
+        centre = (np.array(properties.CentreOfMass().Coord()) - origin) @ rotation
+        assert np.abs(centre[:2]).max() < 1e-6
+        assert BRepExtrema_DistShapeShape(contact, shell).Value() < 2e-6
 
 
 def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:

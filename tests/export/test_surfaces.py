@@ -40,10 +40,13 @@ def flank_surface() -> SurfaceMesh:
 
 
 def triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Points and faces as meshio reads them, or VTK where meshio has no such format."""
+    """Points and faces as meshio reads them, or VTK or trimesh where meshio has no such format."""
     if path.suffix == ".vtp":
         mesh = pv.read(path)
         return np.asarray(mesh.points), mesh.regular_faces
+    if path.suffix == ".3mf":
+        solid = trimesh.load_mesh(path, process=False)
+        return np.asarray(solid.vertices), np.asarray(solid.faces)
     read = meshio.read(path)
     return read.points, read.cells_dict["triangle"]
 
@@ -110,7 +113,7 @@ def test_every_format_holds_the_same_tooth(tmp_path: Path, suffix: str) -> None:
     assert one.area == pytest.approx(reference.area, rel=1e-7)
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".obj"])
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".3mf"])
 def test_files_without_fields_are_closed(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"tooth{suffix}"
     write_surface(tooth(suffix), path)
@@ -141,6 +144,11 @@ def test_a_pair_has_groups_and_names(tmp_path: Path) -> None:
     points, faces = meshio.read(tmp_path / "a.obj").points, meshio.read(tmp_path / "a.obj").cells
     np.testing.assert_allclose(points, plain.points, rtol=0, atol=6e-10)
     np.testing.assert_array_equal(np.concatenate([cells.data for cells in faces]), plain.faces)
+    write_surface(plain, tmp_path / "a.3mf", title="pair")
+    scene: Any = trimesh.load(tmp_path / "a.3mf", process=False)
+    assert (scene.units, [*scene.geometry]) == ("millimeter", ["pinion", "gear"])
+    points = np.concatenate([mesh.vertices for mesh in scene.geometry.values()])
+    np.testing.assert_allclose(points, plain.points, rtol=0, atol=1e-12)
     fields = parts.pair_surface(design, pose, ".vtu", 0.1)
     for suffix in FIELD_FORMATS:
         write_surface(fields, tmp_path / f"a{suffix}")

@@ -8,7 +8,15 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, MeshCycle, contact_ratio, first_contact, mesh_cycle
+from beveloid_geom import (
+    Design,
+    Errors,
+    MeshCycle,
+    builtin_design,
+    contact_ratio,
+    first_contact,
+    mesh_cycle,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.pieces import SAMPLES
@@ -191,7 +199,7 @@ def test_refusals() -> None:
 
 
 def test_a_carrier_that_few_rolls_overlook_is_found() -> None:
-    """Sixteen first contacts a pitch leave pieces that no division mends; more of them settle it."""
+    """Few first contacts a pitch leave pieces that do not meet; more of them settle it."""
     design = cases_of(random_designs("usual", 210, seed=1313), 159)
     cycle = mesh_cycle(design)
     assert cycle.status == FirstStatus.SOLVED
@@ -199,3 +207,24 @@ def test_a_carrier_that_few_rolls_overlook_is_found() -> None:
     np.testing.assert_allclose(
         cycle.gear_roll(roll), first_contact(design, "right", roll).gear_roll, atol=1e-10
     )
+
+
+def assert_first(design: Design) -> None:
+    cycle = mesh_cycle(design)
+    about = cycle.pieces.high[:-1, None] + cycle.pitch * np.array((-1e-2, -1e-3, 0.0, 1e-3, 1e-2))
+    roll = np.append(about, cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 65))
+    behind = cycle.at(roll).gear_roll - first_contact(design, "right", roll).gear_roll
+    assert np.abs(behind).max() < 1e-12
+
+
+def test_a_contact_that_another_is_ahead_of_at_samples_is_followed() -> None:
+    """Where one edge takes over from another the flanks touch, for less than the distance of two samples;
+    beside them they are not the first."""
+    design = builtin_design("marine-gearbox").with_parabola(6.78106451408372e-05, 0.0003270561767875328)
+    assert_first(design.with_errors(Errors(offset=-0.1471690267892778, gear_axial=0.042074846841796174)))
+
+
+@pytest.mark.parametrize("case", [1, 2])
+def test_contacts_leave_a_limit_between_samples(case: int) -> None:
+    """An edge's contact becomes a tangency, a corner's one of an edge, and then one on another limit."""
+    assert_first(cases_of(random_designs("touching", 10, seed=5), case))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.analysis.tolerance import USUAL, drawn_errors, mounted
+from beveloid_geom.analysis.errors import mounted
+from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.operation import operating_ratio as module
 from beveloid_geom.operation.first_contact import Grids

@@ -11,8 +11,13 @@ from beveloid_geom import Design, Errors, Member, contact_pattern, path_of_conta
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.least_over_roll import Mating, least_separation, mating_of
-from beveloid_geom.operation.operating_rolls import Operation, first_contact_operation
+from beveloid_geom.operation.least_over_roll import (
+    Mating,
+    Operation,
+    first_contact_operation,
+    least_separation,
+    mating_of,
+)
 from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus

@@ -224,9 +224,10 @@ def test_design_files(tmp_path: Path) -> None:
     text = FILE.format(module=3.0, teeth=(37, 37), helix=(20.0, -20.0), cone=(0.0, 4.0), face=30.0, shaft=4.0)
     file.write_text(text + AT_MESH + "in_plane_deg = 0.02\nout_of_plane_deg = -0.001\ngear_axial = 0.1")
     given = MeshErrors(in_plane=radians(0.02), out_of_plane=radians(-0.001), gear_axial=0.1)
-    assert read_design(file) == EQUAL.with_errors(from_mesh(EQUAL, given))
+    at_mesh = replace(EQUAL, errors_at="mesh")
+    assert read_design(file) == at_mesh.with_errors(from_mesh(EQUAL, given))
     file.write_text(text + AT_MESH)
-    assert read_design(file) == EQUAL
+    assert read_design(file) == at_mesh
     file.write_text(text + "[errors]\nat = 'perpendicular'\noffset = 0.1")
     assert read_design(file) == EQUAL.with_errors(Errors(offset=0.1))
 
@@ -242,8 +243,7 @@ FAULTS = {
     "at = 'mesh'\nin_plane_deg = '1'": "in_plane_deg must be a number, got '1'",
     "at = 'mesh'\nin_plane_deg = 6": "in_plane_deg must be between -5 and 5 deg, got 6.0",
     "at = 'mesh'\ncentre_distance = 31": "centre_distance must be between -30 and 30 mm, 10 modules, got",
-    "at = 'mesh'\nin_plane_deg = -3.9": "in_plane_deg must be at least -3.5 deg, got -3.9: 0.5 deg of",
-    "at = 'mesh'\nin_plane_deg = -5": "in_plane_deg must be at least -3.5 deg, got -5.0: 0.5 deg of",
+    "at = 'mesh'\nin_plane_deg = -5": "in_plane_deg must be at least -4.0 deg, got -5.0: past parallel",
     "at = 'mesh'\nout_of_plane_deg = 3": TO_AXES,
     "at = 'mesh'\ncentre_distance = nan": "centre_distance must be a finite number, got nan",
 }
@@ -273,3 +273,31 @@ def test_what_has_no_answer_is_not_a_number() -> None:
     assert np.isnan(at_mesh(nowhere.with_errors(Errors(0.1))).in_plane)
     # Without a change of the shaft angle the gear cannot be tilted so far.
     assert np.isnan(at_mesh(EQUAL.with_errors(Errors(offset=3000.0))).out_of_plane)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        MeshErrors(),
+        MeshErrors(centre_distance=0.1, pinion_axial=0.2, gear_axial=-0.1),
+        MeshErrors(in_plane=1e-4, centre_distance=-0.1),
+        MeshErrors(in_plane=-1e-4, gear_axial=0.3),
+        MeshErrors(in_plane=2e-5, out_of_plane=-1e-4),
+    ],
+)
+@pytest.mark.parametrize("mounting", [None, 40.0])
+def test_parallel_axes_both_ways(errors: MeshErrors, mounting: float | None) -> None:
+    """The pitch point is at mid-face; without a tilt the axes keep their line of centres."""
+    tool = Tool(3.0, radians(20.0))
+    pinion, gear = (Member(tool, 30, side * 0.2, side * 0.05, 0.0, 20.0) for side in (1.0, -1.0))
+    design = Design(pinion, gear, Pair(92.0, 0.0, mounting, mounting))
+    found = from_mesh(design, errors)
+    if errors.out_of_plane == 0.0:
+        away = (mounting or 0.0) if errors.in_plane else 0.0
+        axial = errors.pinion_axial - away, errors.gear_axial - away
+        expected = np.array((errors.centre_distance, errors.in_plane, *axial))
+        off = np.abs(np.array([float(value) for value in vars(found).values()]) - expected)
+        assert off.max() < (1e-6 if away else 1e-12)
+    back = at_mesh(design.with_errors(found), errors.centre_distance, errors.out_of_plane)
+    off = np.abs([float(value) - float(vars(errors)[name]) for name, value in vars(back).items()])
+    assert off.max() < (1e-7 if errors.out_of_plane else 1e-12)  # metres of axes that intersect far away

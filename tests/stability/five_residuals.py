@@ -334,7 +334,8 @@ def mapped(change: Callable[..., Any], *parts: Any) -> Any:
         if hasattr(column[0], "__dataclass_fields__"):
             values[item.name] = mapped(change, *column)
         else:
-            values[item.name] = None if column[0] is None else change(*column)
+            kept = column[0] is None or isinstance(column[0], str)
+            values[item.name] = column[0] if kept else change(*column)
     return type(parts[0])(**values)
 
 

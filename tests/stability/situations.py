@@ -10,10 +10,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from beveloid_geom import Design, Errors, path_of_contact
+from beveloid_geom import Design, Errors, MeshErrors, builtin_design, path_of_contact
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
+from beveloid_geom.pair.mesh_errors import from_mesh
 from beveloid_geom.shapes import mesh_contact as proximity
 from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1
@@ -113,6 +114,12 @@ def ten_metres_away() -> AbstractContextManager[object]:
     return patch.object(proximity, "frames_at", frames)
 
 
+def turned(errors: Errors | MeshErrors) -> Design:
+    """A pair on axes that intersect under errors about the common perpendicular or at the mesh."""
+    design = builtin_design("awd-transfer").with_parabola(1e-3, -1e-3)
+    return design.with_errors(errors if isinstance(errors, Errors) else from_mesh(design, errors))
+
+
 def symmetric() -> Iterator[Case]:
     design = closed(*MODIFIED.members)
     yield from (Case(design), Case(mirrored(design), "left"), Case(exchanged(design)))
@@ -145,6 +152,22 @@ SITUATIONS = (
         ALL,
     ),
     Situation(
+        "the same, 0.05 deg of shaft angle about the apex, 1.7 m away",
+        of(turned(Errors(shaft_angle=radians(0.05)))),
+        ("status", "first contact"),
+        "the path of contact does not meet the right flanks",
+    ),
+    Situation(
+        "the same, 0.05 deg in plane about the mesh point; out of it",
+        of(*(turned(MeshErrors(**{way: radians(0.05)})) for way in ("in_plane", "out_of_plane"))),
+        ALL,
+    ),
+    Situation(
+        "built-in pairs: crossed, two on axes that intersect",
+        of(*map(builtin_design, ("ni-2017", "awd-transfer", "marine-gearbox"))),
+        ALL,
+    ),
+    Situation(
         "parabola coefficients 0, 1e-14, -1e-14 1/mm",
         of(table1(), table1((1e-14, -1e-14)), table1((-1e-14, 0.0)), flanks=("left",)),
         ALL,
@@ -172,10 +195,10 @@ SITUATIONS = (
         "shaft angle 1, 0.5 deg", late(lambda: nearly_parallel(1.0), lambda: nearly_parallel(0.5)), PATHS
     ),
     Situation(
-        "parallel axes",
+        "parallel axes, base helix angles not opposite",
         of(at_shaft_angle(PLAIN, 0.0)),
         STATUS,
-        "teeth on parallel axes touch along lines",
+        "on parallel axes base helix angles must be opposite",
         in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.0"),
     ),
     Situation(

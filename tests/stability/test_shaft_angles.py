@@ -154,13 +154,27 @@ def test_nearly_parallel_axes_keep_the_five_equations(total: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-17, 1e-12])
-@pytest.mark.parametrize("total", [0.0, 14.43])
-def test_parallel_axes_give_no_number(angle: float, total: float) -> None:
+def test_parallel_axes_of_opposite_hands_are_all_one(angle: float) -> None:
+    gear = changed(PLAIN[1], helix_angle=-float(PLAIN[0].helix_angle))
+    design = Design(PLAIN[0], gear, Pair(249.0, radians(angle)))
+    for flank in FLANKS:
+        ratio = float(solved_path(design, flank).ends.contact_ratio)
+        parallel = solved_path(replace(design, pair=Pair(249.0, 0.0)), flank)
+        assert ratio == pytest.approx(float(parallel.ends.contact_ratio), abs=1e-12)
+        assert ratio > 2.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-17, 1e-12])
+@pytest.mark.parametrize("total", [1e-3, 14.43])
+def test_parallel_axes_of_other_helix_angles_give_no_number(angle: float, total: float) -> None:
     gear = changed(PLAIN[1], helix_angle=radians(total) - float(PLAIN[0].helix_angle))
     for mounting in ((None, None), (0.0, 0.0)):
         design = Design(PLAIN[0], gear, Pair(244.0, radians(angle), *mounting))
         for flank in FLANKS:
-            assert_no_path(design, flank, Status.UNDEFINED)
+            # Without mounting distances there is no layout either.
+            assert_no_path(
+                design, flank, Status.UNDEFINED if mounting[0] is None else Status.NO_COMMON_NORMAL
+            )
         assert len(closing_of(design).reasons) >= 1
         assert all(remark.text for remark in remarks_on(design))
 

@@ -25,6 +25,7 @@ from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash,
 from beveloid_geom.contact.equation import _kept_flanks
 from beveloid_geom.gear.tooth_side import _kept_surface, surface_of
 from beveloid_geom.operation.backlash import _kept_backlash
+from beveloid_geom.operation.least_over_roll import first_contact_operation, mating_of
 from beveloid_geom.operation.mesh import _kept_phase
 from beveloid_geom.operation.mesh_cycle import _gauss_points
 from beveloid_geom.operation.search_starts import chart_of, grid_of
@@ -47,6 +48,9 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
     "beveloid_geom.operation.mesh._kept_phase": lambda: _kept_phase(TABLE, "right"),
     "beveloid_geom.operation.mesh_cycle._gauss_points": _gauss_points,
+    "beveloid_geom.operation.least_over_roll.Mating.poses": lambda: (
+        mating_of(TABLE, "right", 0, first_contact_operation(TABLE, "right")).poses
+    ),
     "beveloid_geom.support.quadratic_step._candidates": lambda: _candidates(4),
     "beveloid_geom.operation.search_starts.grid_of": lambda: grid_of(TABLE.pinion, "right", (1, 5, 5)),
     "beveloid_geom.operation.search_starts.chart_of": lambda: chart_of(

@@ -200,14 +200,14 @@ def test_straight_teeth_are_their_own_mirror_image(errors: Errors) -> None:
     left = path_of_contact(design.with_errors(turned), "left", 9)
     assert float(left.ends.contact_ratio) == pytest.approx(float(right.ends.contact_ratio), abs=1e-12)
     for name in ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r"):
-        np.testing.assert_allclose(getattr(left, name), getattr(right, name), rtol=0.0, atol=2e-12)
+        np.testing.assert_allclose(getattr(left, name), getattr(right, name), rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(left.transmission_error, -right.transmission_error, rtol=0.0, atol=1e-12)
     image = right.point - (0.0, 0.0, *[mounting_of(design).distance[0]])
     np.testing.assert_allclose(
         left.point - (0.0, 0.0, *[mounting_of(design).distance[0]]),
         image * (-1.0, 1.0, 1.0),
         rtol=0.0,
-        atol=2e-12,
+        atol=1e-12,
     )
 
 

@@ -1,4 +1,4 @@
-"""Published tables of spur and helical gears, within half a unit of their last printed digit.
+"""Published tables of spur, helical and beveloid gears, within half a unit of their last printed digit.
 
 Helical gears on parallel axes are the limit of crossed ones: what depends on a pair is computed at
 shaft angles of 4, 2, 1 and 0.5 deg and extrapolated to 0. Nothing in a table is fitted: the inputs are
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import acos, atan, atan2, cos, degrees, hypot, pi, radians, sin, sqrt, tan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from scipy.optimize import brentq
 
 from beveloid_geom import Design, Member, Pair, Tool, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.gear.flank import (
     base_cylinder,
     flank_patch,
@@ -267,3 +269,63 @@ def test_thickness_of_helical_teeth(
         for flank in ("right", "left")
     )
     assert both * float(tip_radius(gear, 0.0)) == pytest.approx(float(tip_thickness(gear, 0.0)), rel=1e-12)
+
+
+BEVELOIDS = (
+    # cone and helix angles, deg, teeth; module, mm, force, N, crossing of the generators and pressure angle,
+    # deg, modulus, MPa, Poisson's ratio; greatest pressure, MPa, and half the length of the ellipse, mm
+    (
+        ((2.672796806918542, -11.439727635719741, 26), (2.3975483194762806, 5.47111917134702, 49)),
+        (2.135643981569113, 91888.15525375084, -8.899258338008508, 22.857119490527204),
+        (218317.5172269292, 0.3048673148872094),
+        (3051.4165413646087, 19.158941229983395),
+    ),
+    (
+        ((3.8666952057811548, -13.170787441329999, 29), (2.316366058058045, 10.911685639623073, 87)),
+        (4.857247326785755, 21562.367250220545, -8.979121190265976, 21.151016889600655),
+        (218590.23464925747, 0.21233333843574562),
+        (887.3706874807607, 18.02177687888238),
+    ),
+    (
+        ((2.3737958789779126, 0.6238526433870462, 19), (2.382663044208197, 20.367948853010375, 76)),
+        (7.309348456114342, 82676.74069673526, -4.17445943569247, 19.832902577440393),
+        (202810.3743279972, 0.3494074122520452),
+        (1038.9279837884344, 54.54921087754621),
+    ),
+    (
+        ((0.1351930477262903, 12.426126369309465, 22), (5.324424490397449, 14.192325947414645, 49)),
+        (6.768213984943216, 10951.982228774843, 9.613871023213779, 19.582557241134676),
+        (218888.5787736629, 0.3920530619039567),
+        (878.6104858345055, 12.006709843659072),
+    ),
+    (
+        ((0.13968627305530873, 25.14878823318655, 24), (3.7666469913523613, -14.989829411386273, 89)),
+        (7.132855142958758, 19793.636746680535, 9.977629178960928, 18.155638040847325),
+        (209886.30536573802, 0.39332951336253663),
+        (787.4641442253852, 17.59373247943484),
+    ),
+)
+
+
+@pytest.mark.parametrize("row", BEVELOIDS, ids=["row 1", "row 2", "row 3", "row 45", "row 20"])
+def test_pressures_of_marine_beveloid_gears(row: tuple[tuple[Any, ...], ...]) -> None:
+    """Data of "Geometric design and hard-constrained optimization of marine beveloid gearboxes with coupled
+    intersecting and crossed shafts based on physics-guided deep neural network" (github.com/pggady/
+    Marine-Beveloid-PG-DNN, afaee8e, pinn_training_data.csv): right flanks of both members at the pitch
+    cylinders, each a straight generator and one curvature, that of its base cylinder. The source has half the
+    modulus of two equal bodies, E / (4 (1 - nu^2)): its pressures are too small by a factor of 2^(2/3)."""
+    members, (module, force, crossing, alpha), material, printed = row
+    curvatures = []
+    for cone, helix, teeth in members:
+        tool = Tool(module, radians(alpha))
+        member = Member(tool, teeth, radians(helix), radians(cone), 0.0, 180.0)
+        cylinder = base_cylinder(member, "right")
+        across = sqrt(float(reference_radius(member)) ** 2 - float(cylinder.radius) ** 2)
+        curvatures.append(cos(float(cylinder.helix_angle)) / across)
+    total, product = sum(curvatures), curvatures[0] * curvatures[1] * sin(radians(crossing)) ** 2
+    greatest = 0.5 * (total + sqrt(total**2 - 4.0 * product))
+    curvature = (product / greatest, greatest)
+    source = hertz_ellipse(curvature, force, 0.5 * contact_modulus(*material))
+    assert [float(source.pressure), float(source.semi_axes[0])] == pytest.approx(printed, rel=1e-11)
+    found = hertz_ellipse(curvature, force, contact_modulus(*material))
+    assert float(found.pressure) == pytest.approx(2.0 ** (2.0 / 3.0) * printed[0], rel=1e-11)

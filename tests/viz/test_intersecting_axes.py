@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-import pytest
+import html
+import re
+from dataclasses import replace
+from pathlib import Path
 
-from beveloid_geom import builtin_design
-from beveloid_viz.parts import posed
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom import MeshErrors, builtin_design, path_of_contact, path_sensitivity
+from beveloid_geom.analysis.tolerance import USUAL_AT
+from beveloid_geom.design.file import builtin_text
+from beveloid_geom.pair.mesh_errors import from_mesh
+from beveloid_viz.figures.paper.fig_12_to_15_misalignment import CASES, compute as misaligned
+from beveloid_viz.figures.results import pattern_errors, sensitivity, tolerance_cloud
+from beveloid_viz.parts import posed, solved
+from beveloid_viz.report.cli import main as render_report
 from beveloid_viz.stage.opengl import require_opengl
 from tests.validation.test_intersecting_axes import DESIGNS, LARGE
 
@@ -40,3 +53,76 @@ def test_the_layout_is_drawn(name: str) -> None:
     page, rows = drawn(name, LARGE)
     assert rows
     assert WORDS[name] in words(page), words(page)
+
+
+AT_MESH = replace(builtin_design("awd-transfer"), errors_at="mesh")
+ERRORS_AT_MESH = {
+    **{"centre_distance": "mm", "in_plane": "rad", "out_of_plane": "rad"},
+    **{"pinion_axial": "mm", "gear_axial": "mm"},
+}
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_paths_under_errors_at_the_mesh(number: int) -> None:
+    """Figs. 12 and 13 of a design whose errors are at the mesh: the error of the same kind there."""
+    case, error = CASES[number], ("centre_distance", "in_plane")[number]
+    found = misaligned(case, AT_MESH)
+    size = found.case.size
+    for path, sign in zip(found.paths[0], (-1.0, 0.0, 1.0), strict=True):
+        errors = from_mesh(AT_MESH, MeshErrors(**{error: sign * size}))
+        alone = path_of_contact(AT_MESH.with_errors(errors), "right", 3)
+        assert float(path.middle(0)[2]) == pytest.approx(float(alone.pinion_z[1]), abs=1e-6)
+    assert "at the mesh" in found.case.name
+    plain = misaligned(case, replace(AT_MESH, errors_at="perpendicular")).case
+    assert (plain.field, plain.name) == (case.field, case.name)
+
+
+def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = sensitivity.compute(AT_MESH)
+    rates = path_sensitivity(AT_MESH, "left", "mesh")
+    np.testing.assert_array_equal(data[0].found[1].face_shift_by, rates.face_shift_by)
+    header, rows = sensitivity.rows(data)
+    named = {row[header.index("error")] for row in rows}
+    assert named == {"centre distance", "in plane", "out of plane", "pinion axial", "gear axial"}
+    header, _ = pattern_errors.rows((pattern_errors.Block("left", AT_MESH, None, "nothing runs"),))
+    assert header[4:6] == ("centre_distance_error_mm", "in_plane_error_rad")
+    monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
+    case = tolerance_cloud._case("left", "as designed", AT_MESH, "black", 1.0)
+    assert case.study is not None
+    assert case.study.tolerances == USUAL_AT["mesh"]
+    path = solved.solve(AT_MESH, "left")
+    header, rows = tolerance_cloud.rows((tolerance_cloud.Side("left", path, (), (case,)),))
+    assert header[4:9] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
+    assert {len(row) for row in rows} == {len(header)}
+
+
+def page_words(tmp_path: Path, *options: str) -> str:
+    """What the page of a file says whose errors are at the mesh."""
+    source, out = tmp_path / "pair.toml", tmp_path / "page.html"
+    text = builtin_text("awd-transfer").partition("[errors]")[0]
+    source.write_text(text + '[errors]\nat = "mesh"\nin_plane_deg = 0.005\n', encoding="utf-8")
+    result = CliRunner().invoke(render_report, [str(source), "--out", str(out), "--cases", "30", *options])
+    assert (result.exit_code, result.stderr) == (0, ""), result.output
+    shown = re.sub(r"<(script|style|svg).*?</\1>", "", out.read_text(encoding="utf-8"), flags=re.S)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", shown)).split())
+
+
+@pytest.mark.slow
+def test_the_page_says_which_errors_are_meant(tmp_path: Path) -> None:
+    words = page_words(tmp_path)
+    assert "for an error of the size named, at the mesh; each error alone" in words
+    assert "centre distance 0.1 mm in plane 0.01 deg out of plane 0.01 deg pinion axial" in words
+    assert "centre distance 0.05 mm, in plane 0.01 °, out of plane 0.01 °, pinion axial 0.1 mm," in words
+    assert "mesh point from the common perpendicular mm 1692.34" in words
+    assert "the same at the mesh: shaft angle in plane deg 0.005" in words
+    given = page_words(tmp_path, "--offset-tolerance", "0.02")
+    assert "offset 0.02 mm, shaft angle 0 °, pinion axial 0 mm, gear axial 0 mm, to either side" in given
+
+
+def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
+    out = tmp_path / "page.html"
+    options = "--offset-tolerance", "0.1", "--in-plane-tolerance-deg", "0.1"
+    result = CliRunner().invoke(render_report, ["--out", str(out), *options])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("Error: --offset-tolerance is about the common perpendicular, --in-plane")
+    assert not out.exists()

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from numpy.typing import NDArray
 
 from beveloid_geom import Design, Errors, Pair, Tolerances, builtin_design, tolerance_study
 from beveloid_geom.analysis.tolerance import UNIT, USUAL
@@ -26,8 +27,9 @@ from beveloid_geom.design.file import BUILTINS, builtin_text
 from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
+from beveloid_viz.report.cells import UNITS
 from beveloid_viz.report.cli import _written, main
-from beveloid_viz.report.data import CLOUD, SECTIONS, Settings, _cloud, compute, failed_mountings
+from beveloid_viz.report.data import CLOUD, Settings, _cloud, _tolerances, compute, failed_mountings
 from beveloid_viz.report.page import looked_up, number_of, parted, script_json, with_code
 from tests.symmetry import scaled
 
@@ -207,6 +209,8 @@ def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: 
     zero = [key for key in keys if re.search("peak_to_peak|amplitudes|edge_share", key)]
     assert zero == []
     assert "Zero throughout: transmission error in operation, peak to peak; part of the cycle" in words
+    assert words.count("Transmission error, and what edges carry: zero in all.") == (0 if options else 2)
+    assert words.count("no cell of the matrix has a pattern") == (2 if options else 0)
     assert words.count("Zero throughout: transmission error along the path.") == 4  # two of each flank
 
 
@@ -301,12 +305,15 @@ def test_a_name_cannot_become_code(page: Page, text: str) -> None:
         (("operation", "--flank", "left"), "operation.left"),
         (("sliding", "--flank", "left", "--points", "101"), "sliding.left"),
         (("pattern",), "pattern.right"),
+        (("pattern", "--over", "E,Sigma", "--flank", "right"), "matrix.right"),
+        (("pattern", "--over", "offset,shaft-angle", "--flank", "left"), "matrix.left"),
         (("sensitivity", "--flank", "right"), "sensitivity.right"),
         (("sensitivity", "--flank", "left"), "sensitivity.left"),
         (("tolerance", "--flank", "left", *TOLERANCES), "tolerance.left"),
         (("statements",), "statements"),
         (("ease-off", "--grid", "9", "13"), "ease_off"),
         (("tca", "--flank", "left", "--force", "1000"), "hertz.left"),
+        (("gear-data",), "gear_data"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -338,17 +345,50 @@ def test_every_number_shown_is_that_of_the_data(page: Page) -> None:
             assert abs(shown - value) <= 0.5000001 * 10.0**-digits, attributes
     keys = {attributes["data-key"].partition(".")[0] for attributes, _ in page.cells}
     sections = {"check", "tca", "operation", "sliding", "sensitivity", "tolerance", "pattern", "design"}
-    assert keys == sections | {"ease_off", "hertz", "mountings"}
+    assert keys == sections | {"ease_off", "hertz", "mountings", "matrix", "gear_data"}
 
 
 def test_every_chart_has_a_title_and_the_pages_colours(page: Page, text: str) -> None:
     charts = re.findall(r'<svg class="drawing".*?</svg>', text, flags=re.S)
-    assert len(charts) == 18
+    assert len(charts) == 20
     titles = {re.search(r"<title[^>]*>(.*?)</title>", chart)[1] for chart in charts}  # type: ignore[index]
-    assert len(titles) == 18
+    assert len(titles) == 20
     for chart in charts:
         assert not re.search(r"#[0-9a-fA-F]{6}\b|rgb\(|<style|font-family", chart)
         assert 'role="img"' in chart
+
+
+def test_patterns_under_errors_are_drawn_as_the_numbers_say(page: Page, text: str) -> None:
+    """The middle of what is shaded is the centre of the ellipse, which has the half axes told; a cell
+    that cannot be assembled says so."""
+    cells = re.findall(r'<td>(?:<svg class="cell".*?</svg>|<span class="none">jammed<)', text, flags=re.S)
+    known = [cell for flank in ("right", "left") for cell in page.json("data")["matrix"][flank]["cells"]]
+    assert len(cells) == len(known) == 18
+    assert 0 < sum(cell["status"] == "jammed" for cell in known) < 9
+    shown = [(drawn, own["pinion"]) for drawn, own in zip(cells, known, strict=True) if own["pinion"]]
+    assert sum("<svg" in drawn for drawn in cells) == len(shown)
+    places = []
+    for drawn, own in shown:
+        ellipse, outlines = own["ellipse"], re.findall(r'class="area" d="([^"]*)"', drawn)
+        assert len(outlines) == 3
+        major, minor, x, y, turn = map(
+            float, re.findall(r'<ellipse rx="(.*?)" ry="(.*?)" .*?\((\S*) (\S*)\) rotate\((.*?)\)', drawn)[0]
+        )
+        assert (major, minor) == pytest.approx((UNITS * ellipse["major"], UNITS * ellipse["minor"]), abs=0.5)
+        assert math.radians(-turn) == pytest.approx(ellipse["angle"], abs=1e-3)
+        amounts, middles = zip(*(amount_of(line) for line in outlines[0].split("M")[1:]), strict=True)
+        middle = np.average(middles, axis=0, weights=amounts)
+        assert np.abs(middle - (x, y)).max() < 0.5 * UNITS  # of a flank of 50 mm
+        places.append((x / UNITS - ellipse["z"], y / UNITS + ellipse["r"]))
+    assert np.ptp(places, axis=0).max() < 0.1  # the same flank, to where a path has fractions of a unit
+
+
+def amount_of(line: str) -> tuple[float, NDArray[np.float64]]:
+    """Area and centroid of a polygon written from point to point."""
+    steps = np.array(re.findall(r"-?\d+", line), dtype=float).reshape(-1, 2)
+    (x, y), (u, v) = (points := steps.cumsum(axis=0)).T, np.roll(points, -1, axis=0).T
+    cross = x * v - y * u
+    return 0.5 * cross.sum(), np.array(((x + u) @ cross, (y + v) @ cross)) / (3.0 * cross.sum())
 
 
 def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
@@ -416,13 +456,13 @@ def test_the_cloud_shows_the_first_mountings_of_the_study() -> None:
 
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten of its modules
-    solve, done = SECTIONS["tolerance"], lambda: None
-    result, text, reason = solve("small", design, "right", Settings(cases=5), done)
-    assert result is None
-    assert json.loads(text)["reason"] == reason
-    assert "tolerance of offset must be less" in str(reason)
+    done = list[str]()
+    for result, text, reason in _tolerances("small", design, Settings(cases=5), done.append, None).values():
+        assert result is None
+        assert json.loads(text)["reason"] == reason
+        assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
-        solve("small", design, "right", Settings(Tolerances(offset=1.0), True, 5), done)
+        _tolerances("small", design, Settings(Tolerances(offset=1.0), True, 5), done.append, None)
 
 
 def test_pieces_of_text() -> None:
@@ -462,4 +502,4 @@ def test_progress_counts_the_mountings() -> None:
     settings = Settings(cases=2 * UNIT + 1)
     compute("ni-2017", builtin_design(), settings, calls.append)
     assert len(calls) == settings.steps
-    assert calls.count("tolerance, right") == calls.count("tolerance, left") == 1 + 3
+    assert calls.count("tolerance") == 1 + 3

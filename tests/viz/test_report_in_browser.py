@@ -391,7 +391,7 @@ def test_right_stands_under_right_and_left_under_left(browser: Browser, report: 
         tops = seen.page.evaluate(
             "[...document.querySelectorAll('figure.chart')].map(e => e.getBoundingClientRect().height)"
         )
-        assert len(tops) == 18
+        assert len(tops) == 20
         names = seen.page.evaluate(
             "[...document.querySelectorAll('.drawing > title')].map(e => e.textContent)"
         )
@@ -399,6 +399,24 @@ def test_right_stands_under_right_and_left_under_left(browser: Browser, report: 
         for name, height in heights.items():
             other = name.replace("right flanks", "left flanks")
             assert heights[other] == pytest.approx(height, abs=0.6), name
+
+
+CELLS = """() => [...document.querySelectorAll("table.cells")].map((table) => [
+  [...table.querySelectorAll("thead th")],
+  ...[...table.querySelectorAll("tbody tr:has(td)")].map((row) => [...row.cells])
+].map((row) => row.map((cell) => [cell.getBoundingClientRect().left, cell.getBoundingClientRect().right,
+  cell.scrollWidth - cell.clientWidth, parseFloat(getComputedStyle(cell).fontSize)])))"""
+
+
+@pytest.mark.parametrize("width", [390, 1280, 1920])
+def test_patterns_under_errors_stand_under_their_errors(browser: Browser, report: Path, width: int) -> None:
+    """Legible, and no word beyond its cell."""
+    with opened(browser, report, width) as seen:
+        tables = np.array(seen.page.evaluate(CELLS))
+        assert tables.shape == (2, 4, 3, 4)  # a head and three rows
+        assert np.ptp(tables[..., :2], axis=1).max() < 0.6
+        assert tables[..., 2].max() <= 0.0
+        assert tables[..., 3].min() >= 13.0
 
 
 def test_saved_numbers_carry_the_name_of_the_design(browser: Browser, report: Path) -> None:

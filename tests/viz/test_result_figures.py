@@ -35,6 +35,7 @@ from beveloid_viz.figures.results import (
 from beveloid_viz.parts import charts, motion_graph, posed, solved
 from beveloid_viz.stage.opengl import require_opengl
 
+from ..cli.running import rows_of, run, strict_json
 from ..symmetry import scaled
 from .pages import drawn, page_of, texts, words
 
@@ -114,6 +115,28 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     assert max(len(one.get_paths()) for one in lines) == 20
     assert "all 200 mountings have a path on the flanks, 0 of these ended by another limit" in words(page)
     assert len(table) == 2 * 2 * (200 + len(fig_cloud.FACTORS))
+
+
+def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
+    page, table = drawn("tolerance-cloud", builtin_design(), SIZE)
+    given = "tolerance --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --cases 200 --operation 64"
+    given += " --offset-tolerance 0.05 --shaft-angle-tolerance-deg 0.01"
+    given += " --pinion-axial-tolerance 0.1 --gear-axial-tolerance 0.1"
+    case = [row for row in table if (row["flank"], row["parabola_pinion_per_mm"]) == ("left", 0.001)]
+    assert [row["kind"] for row in case] == ["mounting"] * 200 + ["tolerances"] * 2
+    printed = rows_of(run(*given.split(), "--csv"))
+    for row, wanted in zip(case[:200], printed, strict=True):
+        assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
+    found = strict_json(run(*given.split(), "--json").stdout)["operation"]
+    said = words(page).partition("In operation, of the first 64 mountings, as designed and modified:")[2]
+    for count, what in (
+        (found["pattern"]["toe_or_heel"], "toe or heel in "),
+        (found["edges_carry"], "carry in "),
+    ):
+        left = said.partition(what)[2].partition(" on left flanks")[0]
+        assert left.split(" and ")[1].split(", ")[1] == str(count)
+    assert "20 mountings (seed 0) are drawn" in words(page)
+    assert "200 mountings each" in words(page)
 
 
 @pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])

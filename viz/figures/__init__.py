@@ -107,6 +107,8 @@ FIGURES = (
         timed=True,
     ),
 )
+MEASURED = Figure("deviations", "Deviations of measured points from the flanks", "results.deviations")
+"""Drawn of a file of measured points, and in no set."""
 SETS = ("paper", "results", "methods")
 UNASKED = ("paper", "results")
 """Sets of figures, and those that are drawn where none is asked for: not what tells of the methods alone."""

@@ -19,7 +19,7 @@ from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
-from beveloid_geom.report.sensitivity import STEPS
+from beveloid_geom.report.sensitivity import Step, steps_of
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport
 
 from ..stage import theme
@@ -44,9 +44,8 @@ WIDTHS = {"pinion": 3.0, "gear": 1.5}
 """Points of curves of members."""
 DECADES = 2.0
 """Decades under that of the greatest change that are drawn in logarithm; the rest is linear."""
-STEP_SIZES = np.array([np.radians(size) if unit == "deg" else size for _, size, unit in STEPS])
 Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
-"""Changes (4 errors,) by flank and member; by flank and "" where they are the pair's."""
+"""Changes (errors,) by flank and member; by flank and "" where they are the pair's."""
 
 
 class Quantity(NamedTuple):
@@ -180,11 +179,12 @@ def cloud(
 
 
 def changes_of(found: Iterable[Sensitivity], quantity: Quantity) -> Changes:
-    """Give changes of a quantity, in its own unit, under errors of STEP_SIZES; NaN where they are not
-    known."""
+    """Give changes of a quantity, in its own unit, under the steps of its errors (`steps_of`); NaN where they
+    are not known."""
     changes: dict[tuple[str, str], FloatArray] = {}
     for rates in found:
-        by = quantity.scale * getattr(rates, f"{quantity.name}_by") * STEP_SIZES
+        sizes = np.array([step.size for step in steps_of(rates.errors)])
+        by = quantity.scale * getattr(rates, f"{quantity.name}_by") * sizes
         if quantity.members:
             changes |= {(rates.flank, member): by[MIDDLE, j] for j, member in enumerate(MEMBERS)}
         else:
@@ -198,15 +198,19 @@ def greatest_of(panels: Iterable[Changes]) -> float:
     return float(values[np.isfinite(values)].max(initial=0.0))
 
 
-def changes_under_errors(axes: Axes, quantity: Quantity, changes: Changes, greatest: float) -> None:
-    """Draw stems from zero to the changes of a quantity under each error, on scales to the `greatest` of all
-    panels; colours and dashes are flanks, markers members."""
+def changes_under_errors(
+    axes: Axes, quantity: Quantity, changes: Changes, greatest: float, steps: Sequence[Step]
+) -> None:
+    """Draw stems from zero to the changes of a quantity under each error, of the size of its step, on scales
+    to the `greatest` of all panels; colours and dashes are flanks, markers members."""
     axes.set_title(quantity.title, fontsize=theme.LABEL, pad=6.0)
     flanks = list(dict.fromkeys(flank for flank, _ in changes))
     lines = 2.0 * len(flanks) + 1.0  # of an error, the last of them empty
-    blocks = lines * np.arange(float(len(STEPS)))
+    blocks = lines * np.arange(float(len(steps)))
     axes.set_ylim(blocks[-1] + lines - 1.0, -1.0)
-    axes.set_yticks(blocks + 0.5 * lines - 1.0, [f"{name}\n+{size:g} {unit}" for name, size, unit in STEPS])
+    axes.set_yticks(
+        blocks + 0.5 * lines - 1.0, [f"{step.name}\n+{step.shown:g} {step.unit}" for step in steps]
+    )
     axes.tick_params(axis="y", length=0.0)
     axes.spines["left"].set_visible(False)
     for low in blocks[::2] - 1.0:

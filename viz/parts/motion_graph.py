@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import first_contact
 from beveloid_geom.arrays import FloatArray, Mask
@@ -96,6 +98,18 @@ def draw(axes: Axes, graph: MotionGraph) -> None:
     axes.grid(True)
     beside, per = axes.twinx(), 1e-3 * graph.pitch_radius  # um for a urad
     beside.set(ylim=(per * low, per * high), ylabel="error (\u00b5m)")
+
+
+def legend() -> list[Line2D]:
+    """Name the curves."""
+    grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
+    return [
+        Line2D([], [], color=theme.BLUE, label="runs, flank on flank"),
+        Line2D([], [], color=theme.RED, lw=WIDE, label="runs on an edge"),
+        Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
+        Line2D([], [], **grey, label="a pair alone"),
+        Line2D([], [], ls=":", **grey, label="its edges"),
+    ]
 
 
 def words(graph: MotionGraph) -> str:

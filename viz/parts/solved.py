@@ -55,6 +55,11 @@ REASONS = {
 }
 
 
+def at_the_mesh(design: Design) -> str:
+    """Say that errors are at the mesh, where a design has its own measured there; nothing of the paper's."""
+    return " at the mesh" if design.errors_at == "mesh" else ""
+
+
 @dataclass(frozen=True, eq=False)
 class Touching:
     """What touches first of all teeth: `verdict` (n,) on the positions of a path and what touches `first`

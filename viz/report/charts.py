@@ -22,12 +22,13 @@ from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.report.ease_off import GIVEN, PLAIN, EaseOffReport
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.report.path import ContactReport
-from beveloid_geom.report.sensitivity import SensitivityReport
+from beveloid_geom.report.sensitivity import SensitivityReport, steps_of
 from beveloid_geom.report.sliding import MEMBERS, SlidingReport
 
-from ..parts import charts, flat
+from ..parts import charts, flat, motion_graph
 from ..parts.charts import Quantity
 from ..parts.flat import FlatFlank
+from ..parts.motion_graph import MotionGraph
 from ..parts.solved import FLANKS, points_on
 from ..stage import theme
 from .data import FlankResults
@@ -194,6 +195,16 @@ def pressure_chart(report: ContactReport) -> Figure | None:
     return chart
 
 
+def motion_chart(graph: MotionGraph) -> Figure:
+    """Draw the transmission error of every tooth pair alone, and of the one that runs."""
+    chart = new_chart(280.0)
+    axes = chart.add_subplot()
+    motion_graph.draw(axes, graph)
+    axes.xaxis.set_major_locator(MultipleLocator(0.5))
+    chart.legend(handles=motion_graph.legend(), loc="outside upper left", ncols=2, **LEGEND)
+    return chart
+
+
 def error_chart(report: OperationReport) -> Figure:
     """Draw the transmission error over mesh cycles."""
     chart = new_chart(230.0)
@@ -228,9 +239,10 @@ def sensitivity_chart(report: SensitivityReport, quantities: dict[Quantity, floa
     flank."""
     chart = new_chart(20.0 + 180.0 * len(quantities))
     panels = chart.subplots(len(quantities), 1, squeeze=False)[:, 0]
+    steps = steps_of(report.found.errors)
     for axes, (quantity, greatest) in zip(panels, quantities.items(), strict=True):
         changes = charts.changes_of([report.found], quantity)
-        charts.changes_under_errors(axes, quantity, changes, greatest)
+        charts.changes_under_errors(axes, quantity, changes, greatest, steps)
     handles = charts.marks_of_changes([report.found.flank])
     chart.legend(handles=handles, loc="outside upper left", ncols=3, **LEGEND)
     return chart

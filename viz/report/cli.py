@@ -2,41 +2,48 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from beveloid_geom.cli.commands.tca import FORCE, TORQUE, load_of
 from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
+    TOLERANCES,
     NumberRange,
     Refusal,
     changed_design,
     load_design,
     override_options,
+    sizes_of,
     tolerance_options,
     write_out,
 )
 from beveloid_geom.support.whole_file import require_replaceable, whole_file
 
-from ..options import command, option, writing
+from ..options import command, option, usable_cores, writing
 from .origin import Origin
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from beveloid_geom import Design
 
     from .data import PageData, Settings
 
 DEFAULT_OUT = Path("outputs/report.html")
 SUFFIXES = (".html", ".htm")
+WORTH = 8
+"""Units of mountings for which a process of their own is worth its start."""
 
 
 @command("render-report")
@@ -54,15 +61,11 @@ def main(
     /,
     design: str,
     out: Path,
-    offset: float,
-    shaft_angle_deg: float,
-    pinion_axial: float,
-    gear_axial: float,
     cases: int,
     seed: int,
     force: float | None,
     torque: float | None,
-    **changes: float | None,
+    **values: Any,
 ) -> None:
     """Write a report on a DESIGN, a TOML file or a built-in name: one HTML page that needs nothing else.
 
@@ -73,8 +76,9 @@ def main(
     """
     begin = time.perf_counter()
     own = load_design(design)
-    changed, load = changed_design(own, changes), load_of(force, torque, None, None)
-    settings = settings_of(changed, (offset, shaft_angle_deg, pinion_axial, gear_axial), cases, seed)
+    sizes = sizes_of({name: values.pop(name) for name, *_ in TOLERANCES})
+    changed, load = changed_design(own, values), load_of(force, torque, None, None)
+    settings = settings_of(changed, sizes, cases, seed)
     if load is not None:
         settings = replace(settings, load=load, loaded=True)
     prepare(out)
@@ -110,17 +114,17 @@ def prepare(out: Path) -> None:
         raise Refusal([f"cannot write {name} ({error.strerror}): choose a file with --out"]) from None
 
 
-def settings_of(design: Design, sizes: tuple[float, float, float, float], cases: int, seed: int) -> Settings:
-    """Give settings of the tolerance study: `sizes` in mm, deg, mm, mm, or the usual ones if all are 0.
+def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) -> Settings:
+    """Give settings of the tolerance study: `sizes` by their names, mm and rad, the usual ones without any.
     Raises Refusal for those that do not suit the design."""
     from beveloid_geom import Tolerances, tolerance_study
-    from beveloid_geom.analysis.tolerance import USUAL
+    from beveloid_geom.analysis.tolerance import USUAL_AT
 
     from .data import Settings
 
-    if not any(sizes):
-        return Settings(USUAL, False, cases, seed)
-    given = Tolerances(sizes[0], math.radians(sizes[1]), sizes[2], sizes[3])
+    if not sizes:
+        return Settings(USUAL_AT[design.errors_at], False, cases, seed)
+    given = Tolerances(**sizes)  # type: ignore[arg-type]  # all are numbers
     try:
         tolerance_study(design, given, cases=1)
     except ValueError as error:
@@ -150,19 +154,43 @@ def _epoch() -> datetime | None:
     return None if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
 
+@contextmanager
+def _helpers(cases: int) -> Iterator[Executor | None]:
+    """Start processes that solve mountings, if there are cores for them and enough of these."""
+    from beveloid_geom.analysis.tolerance import UNIT
+    from beveloid_geom.support.workers import workers
+
+    number = min(usable_cores() - 1, cases // (WORTH * UNIT))
+    if number < 1:
+        yield None
+        return
+    from concurrent.futures.process import BrokenProcessPool
+
+    try:
+        with workers(number) as pool:
+            yield pool
+    except BrokenProcessPool:
+        fault = "a process ended before its time, memory may be short: try fewer --cases"
+        raise Refusal([fault]) from None
+
+
 def _made(origin: Origin, design: Design, settings: Settings) -> tuple[PageData, str]:
     """Make the page's data and its text, with a bar of the progress on standard error."""
     from tqdm import tqdm
 
     from .data import compute
 
-    with tqdm(total=settings.steps + 2, desc="report", unit="step", file=sys.stderr, disable=None) as bar:
+    steps = settings.steps + 2
+    with (
+        _helpers(settings.cases) as pool,
+        tqdm(total=steps, desc="report", unit="step", file=sys.stderr, disable=None) as bar,
+    ):
 
         def progress(stage: str) -> None:
             bar.set_postfix_str(stage)
             bar.update()
 
-        data = compute(origin.name, design, settings, progress)
+        data = compute(origin.name, design, settings, progress, pool)
         progress("charts")
         from .page import draw_charts, page_text
 

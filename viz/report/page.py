@@ -21,17 +21,20 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
+from beveloid_geom.analysis.errors import ERROR_NAMES, NAMES
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.path import pressure_remarks
 from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.sensitivity import STEPS
+from beveloid_geom.report.sensitivity import steps_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
+from beveloid_geom.report.words import place_words, unit_of
 
 from ..parts.charts import SMALLEST, Quantity
 from ..parts.solved import FLANKS
 from . import charts
+from .cells import cell_pictures
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
@@ -101,6 +104,7 @@ def asset(name: str) -> Markup:
 def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict[Quantity, float]) -> Drawn:
     """Draw, by name, each chart of a flank pair that there is something to draw for, with its title."""
     moving = None if results.flank in still(data) else results.operation
+    graph = results.motion if moving else None
     scattered = results if results.cloud else None
     study = results.study if scattered else None
     sensitivity_chart = partial(charts.sensitivity_chart, quantities=quantities)
@@ -113,6 +117,12 @@ def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict
         ("path", "Path of contact, points of first contact and pattern", results, path_chart),
         ("ease-off", "Level lines of the pinion's ease-off", results, ease_off_chart),
         ("pressure", "Hertz's pressure over the pinion's roll", results.pressed, charts.pressure_chart),
+        (
+            "motion",
+            "Transmission error of every tooth pair, and of the one that runs",
+            graph,
+            charts.motion_chart,
+        ),
         ("error", "Transmission error over two mesh cycles", moving, charts.error_chart),
         ("spectrum", "Amplitudes of the transmission error", moving, charts.spectrum_chart),
         ("sliding", over_roll, results.sliding, charts.sliding_chart),
@@ -227,7 +237,6 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
     if origin.written is not None:
         stamp["written"] = origin.written.isoformat(timespec="seconds")
     numbers = stamp | data.numbers
-    radians = {"deg": RAD}
     return environment.get_template("report.html").render(
         name=data.name,
         data=data,
@@ -236,6 +245,17 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
         get=partial(looked_up, numbers),
         known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
         charts=drawn,
+        cells={
+            flank: [Markup(cell) for cell in cell_pictures(one.matrix)]
+            for flank, one in data.flanks.items()
+            if one.matrix is not None
+        },
+        swinging=[
+            flank
+            for flank, one in data.flanks.items()
+            if one.matrix is not None
+            and ARCSEC * np.nan_to_num(one.matrix.cycle_peak_to_peak).max() >= SMALLEST
+        ],
         flanks=FLANKS,
         harmonics=HARMONICS,
         positions=POSITIONS,
@@ -265,8 +285,12 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
         view=view,
         deg=1.0 / RAD,
         arcsec=3600.0 / RAD,
+        place=place_words(data.design),
+        error_names=[
+            (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
+        ],
         steps=[
-            (f"{what} {size:g} {unit}", str(number), size * radians.get(unit, 1.0))
-            for number, (what, size, unit) in enumerate(STEPS)
+            (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
+            for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
         ],
     )

@@ -57,7 +57,7 @@ def pair_picture(design: Design) -> str:
     scale = WIDTH / (high - low)[0]
     corner = float(low[0]), float(high[1])
     paths = "\n".join(
-        f'<path class="{name}" d="{"".join(_path(points, corner, scale) for *_, points in same)}"/>'
+        f'<path class="{name}" d="{"".join(polygon(points, corner, scale) for *_, points in same)}"/>'
         for name, same in groupby(pieces, lambda piece: piece[1])
     )
     box, title = f"0 0 {WIDTH} {round(scale * (high - low)[1])}", "Pinion, on the left, and gear in mesh"
@@ -140,7 +140,7 @@ def _shades(points: FloatArray) -> Codes:
     return np.asarray(np.round((LEVELS - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
 
 
-def _path(points: FloatArray, corner: tuple[float, float], scale: float) -> str:
+def polygon(points: FloatArray, corner: tuple[float, float], scale: float) -> str:
     """Write a polygon (n, 2) in whole units from the picture's upper left `corner`, each point but the first
     from the one before."""
     found = np.round((points - corner) * (scale, -scale)).astype(int)

@@ -163,11 +163,11 @@ def render(scene: Scene, size_px: Size) -> Picture:
 
 
 def render_moving(scene: Scene, size_px: Size, poses: Iterable[Sequence[Pose]]) -> Iterator[Picture]:
-    """Draw a scene once for every one of `poses`, which holds a pose for each item; the window stays
-    open between, which saves most of the time."""
+    """Draw a scene once for every one of `poses`, which holds a pose for each item; the window stays open
+    between, and pixels are smoothed by few samples (MSAA), which saves most of the time."""
     import pyvista as pv
 
-    with _window(scene, size_px) as (plotter, actors, triangles):
+    with _window(scene, size_px, "msaa") as (plotter, actors, triangles):
         for pose in poses:
             for (rotation, shift), parts in zip(pose, actors, strict=True):
                 matrix = np.eye(4)
@@ -179,7 +179,9 @@ def render_moving(scene: Scene, size_px: Size, poses: Iterable[Sequence[Pose]]) 
 
 
 @contextmanager
-def _window(scene: Scene, size_px: Size) -> Iterator[tuple[Any, list[list[Any]], int]]:
+def _window(
+    scene: Scene, size_px: Size, smoothing: str = "ssaa"
+) -> Iterator[tuple[Any, list[list[Any]], int]]:
     """Open an offscreen window with a scene, the actors of each item, and the number of triangles."""
     import pyvista as pv  # half a second, and only wanted here
 
@@ -191,10 +193,8 @@ def _window(scene: Scene, size_px: Size) -> Iterator[tuple[Any, list[list[Any]],
             before = len(plotter.actors)
             triangles += _add(plotter, item)
             actors.append(list(plotter.actors.values())[before:])
-        if any(isinstance(item, Surface) and item.opacity < 1.0 for item in scene.items):
-            plotter.enable_depth_peeling(8)
         _aim(plotter, scene.camera)
-        plotter.enable_anti_aliasing("ssaa")
+        plotter.enable_anti_aliasing(smoothing)
         yield plotter, actors, triangles
     finally:
         plotter.close()

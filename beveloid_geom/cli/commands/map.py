@@ -11,6 +11,7 @@ from .. import results
 from ..options import (
     Refusal,
     bounds_options,
+    errors_of,
     flank_option,
     option,
     override_options,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 VALUES = click.Choice(["parabola", "mounting", "shift"])
 OVER = "Parabola coefficients, changes of the mounting distances, or profile shift coefficients."
-OPERATION = "Also what all teeth do in operation: transmission error, edges; about 30 ms a cell."
+OPERATION = "Also what all teeth do in operation: transmission error, edges; 20 to 30 ms a cell more."
 
 
 @results.result_command(
@@ -62,10 +63,9 @@ def map_(
             cure = f"give --{member}-bounds, or another --over"
             raise Refusal([f"--parabola-{member}: the map itself is over the parabola coefficients: {cure}"])
     from ...analysis.maps import map_of
-    from ...design.model import Errors
     from ...report.map import MapReport
 
-    errors = Errors(*sizes_of(tolerances)) if any(tolerances.values()) else None
+    errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
     with results.refused_values(), progress_bar(steps**2, "cell") as bar:
         found = map_of(
             design,

@@ -17,11 +17,12 @@ from ...export import (
     CAD_FORMATS,
     FIELD_FORMATS,
     MEMBERS,
+    SCENE_FORMATS,
     SURFACE_FORMATS,
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ..mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request
+from ..mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request, frames_in_mesh
 from ..options import (
     BUILTIN_DESIGN,
     OVERRIDES,
@@ -38,7 +39,7 @@ from ..options import (
 from ..results import named, refused_values
 
 if TYPE_CHECKING:
-    from ...design.model import Member
+    from ...design.model import Design, Member
 
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
@@ -60,19 +61,21 @@ class Kind:
 KINDS = {
     "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
     "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
-    "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH), f"solid of {', '.join((*GEARS, *TEETH))}"),
+    "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
+    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns", 200.0),
 }
 """In the order in which they are tried: a tooth as .vtu is hexahedra."""
 
 
 FORMATS = (
     f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
-    f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears and teeth as solids: {suffixes_by_purpose(CAD_FORMATS)}."
+    f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears, teeth and the pair as solids: "
+    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair to look at: {suffixes_by_purpose(SCENE_FORMATS)}."
 )
 PATH: Any = click.Path(path_type=Path)
 TOLERANCE = (
     "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
-    "  [default: module / 600, hexahedra module / 120: 0.01 and 0.05 at a module of 6 mm]"
+    "  [default: module / 600, to look at module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm]"
 )
 NEIGHBOURS = (
     "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
@@ -91,10 +94,17 @@ FIELD = (
     "Distance of the mating flank on each point of a flank, mm: in the middle of the path of contact, or the "
     "least while the tooth rolls through the mesh. Repeatable."
 )
+PLACED = "Write a single gear, tooth or flank where it stands in the pair in mesh, not in its own frame."
+FRAMES = (
+    "Print how the gears stand in mesh, as matrices from their own frames to the pair's; without --out "
+    "nothing is written."
+)
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
-    click.option("--part", type=click.Choice(PARTS), required=True, help="What to write."),
-    click.option("--out", type=PATH, metavar="FILE", required=True, help="Its suffix is the format."),
+    click.option("--part", type=click.Choice(PARTS), help="What to write."),
+    click.option("--out", type=PATH, metavar="FILE", help="Its suffix is the format."),
+    click.option("--placed", is_flag=True, help=PLACED),
+    click.option("--frames", is_flag=True, help=FRAMES),
     option("--tolerance", float, None, TOLERANCE, "MM"),
     option("--flank", SIDES, SIDES.choices[0], FLANK),
     click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
@@ -123,12 +133,13 @@ def refuse_unused(context: click.Context, request: Request) -> None:
     """Raise Refusal for an option given that changes nothing about what is asked for."""
     teeth, flanks, solids = " and ".join(TEETH), " and ".join(FLANKS), (*GEARS, *TEETH)
     posed, part, suffix = request.posed, request.part, request.suffix
-    mounted = "the pair, a flank with --field, and a tooth as .inp"
+    mounted = "the pair, a part --placed, a flank with --field, and a tooth as .inp"
     uses = {
         **{name: (posed, mounted) for name, *_ in OVERRIDES},
         "parabola_pinion": (posed or request.number == 0, f"the pinion, {mounted}"),
         "parabola_gear": (posed or request.number == 1, f"the gear, {mounted}"),
-        "flank": (posed or part in FLANKS, "flanks, the pair, and a tooth as .inp"),
+        "flank": (posed or part in FLANKS, f"flanks, {mounted}"),
+        "placed": (part != "pair", ", ".join((*GEARS, *TEETH, *FLANKS))),
         "teeth": (part in TEETH, teeth),
         "bore_radius": (part in solids, ", ".join(solids)),
         "tolerance": (request.kind != "solid", "surfaces and hexahedra"),
@@ -168,7 +179,7 @@ def written(request: Request) -> Iterator[Path]:
     """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
     where it cannot be written, where the geometry does not allow it or memory does not suffice;
     ClickException (status 1) where a pattern has no first contact."""
-    from ...operation.operating_rolls import UnknownOperationError
+    from ...operation.least_over_roll import UnknownOperationError
     from ...support.argument import ArgumentError
     from ...support.whole_file import whole_file
 
@@ -202,16 +213,35 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
     {formats}
 
     Surfaces for ParaView have exact normals and fields. Hexahedra have named sets, and as .inp a load and
-    supports, ready to run. Lengths are mm, in the gear's own frame; the pair stands in S_f (z along the
-    pinion's axis, x along the common perpendicular) in the middle of its path of contact.
+    supports, ready to run. Lengths are mm, in the gear's own frame; the pair, and what is --placed, stands in
+    S_f (z along the pinion's axis, x along the common perpendicular) in the middle of its path of contact.
     """
+    if not (given["frames"] and given["part"] is None and given["out"] is None):
+        require_part_and_out(context)
+    changed = changed_design(load_design(design), {name: given.pop(name) for name, *_ in OVERRIDES})
+    if given.pop("frames"):
+        write_out(frames_in_mesh(changed, given["flank"]))
+    if given["part"] is not None:
+        write_part(context, changed, click.format_filename(design), field, given)
+
+
+def require_part_and_out(context: click.Context) -> None:
+    """Raise MissingParameter where one of --part and --out is not given."""
+    for parameter in context.command.params:
+        if parameter.name in ("part", "out") and context.params[parameter.name] is None:
+            raise click.MissingParameter(ctx=context, param=parameter)
+
+
+def write_part(
+    context: click.Context, changed: Design, source: str, field: tuple[str, ...], given: dict[str, Any]
+) -> None:
+    """Write the part that the options ask for, and say what it is."""
     part, suffix = given["part"], given["out"].suffix.lower()
     kind = kind_of(part, suffix)
-    changed = changed_design(load_design(design), {name: given.pop(name) for name, *_ in OVERRIDES})
     module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
     defaults = {"tolerance": module / KINDS[kind].steps, "load": LOAD * (module / LOADED) ** 2}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
-    source, fields = click.format_filename(design), tuple(dict.fromkeys(field))
+    fields = tuple(dict.fromkeys(field))
     request = Request(source, changed, suffix, kind, fields=fields, **given)
     refuse_unused(context, request)
     check_numbers(request)

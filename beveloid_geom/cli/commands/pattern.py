@@ -20,7 +20,10 @@ from ..options import (
 
 POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
 ERROR = "Greatest error of an area, as a share of it, whatever the distance of the points."
-OVER = "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial), in place of one."
+OVER = (
+    "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial) or"
+    " centre-distance,in-plane, in place of one."
+)
 CELLS = click.Choice(["3", "5"])
 
 
@@ -61,7 +64,7 @@ def pattern(
     pair cannot be assembled; with --over if no cell has a pattern.
     """
     from ...findings.path import first_contact_fault
-    from ...operation.operating_rolls import UnknownOperationError
+    from ...operation.least_over_roll import UnknownOperationError
     from ...report.pattern import pattern_report
 
     sizes = _sizes(over, tolerances)
@@ -90,8 +93,7 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
         raise Refusal([f"{others[0]}: --over is over other errors: name this one there, or leave it out"])
     if len(given) < len(over):
         raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
-    names = (argument.removesuffix("_deg") for argument, *_ in TOLERANCES)
-    values = dict(zip(names, sizes_of(tolerances), strict=True))
+    values = sizes_of(tolerances)
     return values[over[0]], values[over[1]]
 
 

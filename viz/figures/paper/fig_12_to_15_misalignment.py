@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
+from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
@@ -61,7 +62,7 @@ CHOSEN = (
 
 @dataclass(frozen=True)
 class ErrorCase:
-    """An assembly error: its field in `Errors`, its size there, the unit it is written in."""
+    """An assembly error: its name, its size, mm or rad, the unit it is written in."""
 
     number: int
     field: str
@@ -76,9 +77,13 @@ class ErrorCase:
         return round(float(np.degrees(self.size)), 12) if self.unit == "deg" else self.size
 
     def at(self, design: Design) -> ErrorCase:
-        """Give the error at the module of a design; angles stay."""
+        """Give the error at the module of a design, angles stay; of one with its errors at the mesh that of
+        the same kind there."""
         times = solved.as_large(design) if self.unit == "mm" else 1.0
-        return replace(self, size=solved.two_digits(self.size * times) if times != 1.0 else self.size)
+        size = solved.two_digits(self.size * times) if times != 1.0 else self.size
+        own = self.field, self.name
+        field, name = AT_MESH.get(self.field, own) if design.errors_at == "mesh" else own
+        return replace(self, size=size, field=field, name=name)
 
     def label(self, sign: float) -> str:
         """Give the error with its sign and unit."""
@@ -94,6 +99,13 @@ CASES = (
 )
 
 
+AT_MESH = {
+    "offset": ("centre_distance", "centre-distance error at the mesh"),
+    "shaft_angle": ("in_plane", "shaft-angle error at the mesh"),
+}
+"""Field and name at the mesh of errors about the common perpendicular; axial ones are the same."""
+
+
 @dataclass(frozen=True, eq=False)
 class MisalignmentFigure:
     """Paths of a flank under one error, at minus, zero and plus: without modification, then with it."""
@@ -104,11 +116,11 @@ class MisalignmentFigure:
 
 
 def compute(case: ErrorCase, design: Design, flank: str = "right") -> MisalignmentFigure:
-    """Solve the six paths; other errors stay as the design has them."""
+    """Solve the six paths; errors are added to those that the design has."""
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
-        errors = (replace(base.errors, **{case.field: sign * case.size}) for sign in SIGNS)
-        return tuple(solved.solve(base.with_errors(error), flank, touching=True) for error in errors)
+        sizes = (np.array([sign * case.size]) for sign in SIGNS)
+        return tuple(solved.solve(mounted(base, size, (case.field,)), flank, touching=True) for size in sizes)
 
     case = case.at(design)
     plain, modified = design.with_parabola(0.0, 0.0), solved.modified(design)

@@ -26,7 +26,7 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
-STEPS, STEPS_IN_OPERATION = 33, 17
+STEPS, STEPS_IN_OPERATION = 33, 21
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
 CELLS = Cells(left=1.06, right=1.0, across=1.06, down=0.65, most=3, least=1.0)
 BAR = 0.096, 0.144
@@ -60,7 +60,7 @@ WORDS = {
         "$a_1$, pinion (10$^{\u22123}$/mm)",
         "$a_2$, gear (10$^{\u22123}$/mm)",
         "Where a1 + a2 > 0 the flanks are hollow against each other: edges take over, and the path"
-        " mapped there is not where a pair runs; (f) is the share of a mesh cycle. ",
+        " mapped there is not where a pair runs; (f) is the share of a mesh cycle that edges carry. ",
     ),
     "mounting": Words(
         "Map over the mounting distances",
@@ -99,7 +99,8 @@ def compute(over: Over, design: Design, flank: str = "right") -> MapFigure:
 def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     found, words = data.found, WORDS[data.found.over]
-    note = DEFINED.format(errors=error_words(found.errors).replace("+", "\u00b1"))
+    sizes = error_words(found.errors).replace("+", "\u00b1")
+    note = DEFINED.format(errors=sizes + solved.at_the_mesh(found.design))
     note += words.note + finding(found)
     count, columns = len(data.panels), CELLS.columns(layout, len(data.panels))
     cells = replace(CELLS, down=0.8) if layout.printed else CELLS

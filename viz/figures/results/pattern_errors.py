@@ -11,10 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Polygon
 
 from beveloid_geom import Design
+from beveloid_geom.analysis.errors import NAMES
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pattern_matrix
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
@@ -23,7 +24,6 @@ from ...stage import theme
 
 BESIDE, RIGHT = 1.44, 0.1
 """Inches on the left and right of a matrix."""
-OVER = ("offset", "shaft_angle")
 THINNED = 2
 """Of the points of the command's grid along profile and face, about one of so many is drawn."""
 BANDS = (0.25, 0.5, 1.0)
@@ -33,11 +33,17 @@ NOTE = (
     "The pinion's flank in the side view, true to scale: {face:g} mm along the axis from toe (left) to heel,"
     " against the radius, tip above. Shaded: where the flanks come within a quarter, a half and all of"
     " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Red: ellipse of the same"
-    " centre and second moments as the marked area, thin beyond the flank's edges. E: error of the offset,"
-    " \u03a3: of the shaft angle; the trade's P and G, axial errors, are 0. Below each: transmission error of"
-    " all teeth, share of the cycle that edges carry; centre and half axes of the ellipse, mm, and its angle"
-    " to the axial direction."
+    " centre and second moments as the marked area, thin beyond the flank's edges. {meant} Below each:"
+    " transmission error of all teeth, share of the cycle that edges carry; centre and half axes of the"
+    " ellipse, mm, and its angle to the axial direction."
 )
+
+MEANT = {
+    "perpendicular": "E: error of the offset, \u03a3: of the shaft angle; the trade's P and G, axial errors,"
+    " are 0.",
+    "mesh": "E: error of the centre distance at the mesh, \u03a3: of the shaft angle in plane, about the mesh"
+    " point; other errors are 0.",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +68,20 @@ def _block(design: Design, flank: str) -> Block:
         if fault := first_contact_fault(design):
             raise ValueError(fault)
         resolution = float(design.pinion.tool.normal_module) / FINE  # as the command's
-        return Block(flank, design, pattern_matrix(design, OVER, flank, resolution=resolution))
+        return Block(flank, design, pattern_matrix(design, _over(design), flank, resolution=resolution))
     except ValueError as error:
         return Block(flank, design, None, str(getattr(error, "reason", error)))
 
 
+def _over(design: Design) -> tuple[str, str]:
+    """Name the two errors: of the distance of the axes, and of their angle."""
+    first, second, *_ = NAMES[design.errors_at]
+    return first, second
+
+
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
-    """Draw a row for each offset error, a column for each error of the shaft angle, right flanks first."""
+    """Draw a row for each error of the distance of the axes, a column for each of their angle, right flanks
+    first."""
     film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
     count = max((block.found.first.size for block in data if block.found), default=1)
     row = 0.3 * _width(layout, count) + _under(layout)
@@ -76,7 +89,9 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Contact pattern under two errors",
         f"Right flanks (top) and left ones (bottom) of the pinion, {coefficients(data[0].design)}",
-        NOTE.format(film=film, face=float(data[0].design.pinion.face_width)),
+        NOTE.format(
+            film=film, face=float(data[0].design.pinion.face_width), meant=MEANT[data[0].design.errors_at]
+        ),
         below=0.05,
         above=0.3,
         tall=len(data) * (count * row + 0.1),
@@ -185,9 +200,18 @@ def rows(data: tuple[Block, ...]) -> Table:
         *("area_mm2", "area_share", "area_error"),
         *("ellipse_z_mm", "ellipse_r_mm", "major_mm", "minor_mm", "angle_rad"),
     )
+    over = _over(data[0].design)
     header = (
         *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "marking_compound_mm"),
-        *("offset_error_mm", "shaft_angle_error_rad", "status", *names, "z_mm", "r_mm", "least_mm", "reason"),
+        *(
+            *(header_of(f"{name}_error") for name in over),
+            "status",
+            *names,
+            "z_mm",
+            "r_mm",
+            "least_mm",
+            "reason",
+        ),
     )
 
     def cases() -> Rows:

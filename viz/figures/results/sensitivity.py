@@ -1,4 +1,4 @@
-"""Sensitivity to the four assembly errors: exact derivatives on both flanks, two sets of coefficients."""
+"""Sensitivity to the assembly errors: exact derivatives on both flanks, two sets of coefficients."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
-from beveloid_geom.report.sensitivity import STEPS
+from beveloid_geom.report.sensitivity import steps_of
 
 from ...parts import charts
-from ...parts.charts import MIDDLE, QUANTITIES, STEP_SIZES, changes_of
+from ...parts.charts import MIDDLE, QUANTITIES, changes_of
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
+from ...parts.solved import FLANKS, PARABOLAS, REASONS, at_the_mesh, coefficients, modified, parabolas
 from ...stage import theme
 from ...stage.layout import Cells
 
 CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
 NOTE = (
-    "Exact derivatives at the design's own errors, times the errors named. The shift is that of the middle"
-    " of the path, positive towards the heel: along the face, of z at equal flank parameter l{square}. The"
-    " contact ratio is Eq. 16; the transmission error is"
-    " that of one tooth pair over its path, peak to peak, and 0 without modification under every error."
+    "Exact derivatives at the design's own errors, times the errors named{place}. The shift is that of the"
+    " middle of the path, positive towards the heel: along the face, of z at equal flank parameter l{square}."
+    " The contact ratio is Eq. 16; the transmission error is that of one tooth pair over its path, peak to"
+    " peak, and 0 without modification under every error."
     " Scales are linear about 0 and logarithmic beyond the first marked value to either side."
 )
 
@@ -60,13 +60,15 @@ def compute(design: Design) -> tuple[Case, ...]:
     bent = modified(design)
     cases = {"as designed": design, coefficients(bent): bent}
     return tuple(
-        Case(name, one, tuple(path_sensitivity(one, f) for f in FLANKS)) for name, one in cases.items()
+        Case(name, one, tuple(path_sensitivity(one, f, one.errors_at) for f in FLANKS))
+        for name, one in cases.items()
     )
 
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row of panels for each case, a column for each quantity; on a narrow page a column for each case
     and fewer quantities."""
+    steps = steps_of(data[0].found[0].errors)
     narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
     quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
     weights = [1.7 if one.members else 1.0 for one in quantities] if narrow else [1.0 for _ in data]
@@ -75,7 +77,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
-        NOTE.format(square=ELSEWHERE if narrow else SQUARE),
+        NOTE.format(place=at_the_mesh(data[0].design), square=ELSEWHERE if narrow else SQUARE),
         below=0.45,
         above=0.75,
         tall=replace(CELLS, down=down).tall(layout, len(weights) * CELLS.most, 2.6 if narrow else 3.3),
@@ -94,7 +96,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
             theme.fill(page.text(*place, "", fontsize=size, va="bottom", ha=ha), text, width)
         for column, (quantity, axes) in enumerate(zip(quantities, own, strict=True)):
             greatest = charts.greatest_of(changes_of(one.found, quantity) for one in data)
-            charts.changes_under_errors(axes, quantity, changes_of(case.found, quantity), greatest)
+            changes = changes_of(case.found, quantity)
+            charts.changes_under_errors(axes, quantity, changes, greatest, steps)
             axes.tick_params(labelleft=number == 0 if narrow else column == 0)
     theme.legend(page, charts.marks_of_changes(FLANKS), 5)
     return Drawing(page, {})
@@ -116,14 +119,15 @@ def _panels(
 def rows(data: tuple[Case, ...]) -> Table:
     """List every value, and its derivative by mm or rad."""
     header = (*PARABOLAS, "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
-    steps = [list(column) for column in zip(*STEPS, strict=True)]
 
     def cases() -> Rows:
         """Give the columns of every change."""
         for case, quantity in product(data, QUANTITIES):
+            names, shown, units, sizes = zip(*steps_of(case.found[0].errors), strict=True)
             for (flank, member), row in changes_of(case.found, quantity).items():
                 who = *parabolas(case.design), flank, quantity.name, member
-                yield *who, *steps, row, quantity.unit, row / STEP_SIZES / quantity.scale
+                rates = row / np.array(sizes) / quantity.scale
+                yield *who, list(names), list(shown), list(units), row, quantity.unit, rates
 
     return (*header, "derivative_per_mm_or_rad"), stacked(cases())
 

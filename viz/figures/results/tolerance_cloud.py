@@ -12,18 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
-from beveloid_geom.analysis.tolerance import (
-    ERROR_NAMES,
-    PLACES,
-    USUAL,
-    ToleranceStudy,
-    drawn_errors,
-    errors_below,
-    mounted,
-)
+from beveloid_geom.analysis.errors import errors_below, mounted
+from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.report.words import status_name
+from beveloid_geom.report.result import table_of
+from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts, size_words
 
 from ...parts import charts, panels, solved, viewpoint
 from ...parts.panels import Panel
@@ -35,6 +31,8 @@ from ...stage.scene import Picture
 
 MOUNTINGS, DRAWN, SEED = 1024, 300, 0
 """Mountings of a study, and how many are drawn."""
+IN_OPERATION = 64
+"""Mountings, the first of them, of which is said what they do in operation."""
 POINTS = 33
 FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0)
 """Times the tolerances of the last panels."""
@@ -49,7 +47,7 @@ SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
 CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
-CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 8.8
+CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 7.8
 """Inches in print: of clouds beside charts, and over them, and of what stands on a flank where clouds are
 beside charts, and over them."""
 CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
@@ -118,9 +116,10 @@ def _plain(words: str) -> str:
 
 def _case(flank: str, name: str, design: Design, colour: str, width: float) -> CaseStudy:
     """Study a case on a flank, with the tolerances and with FACTORS times as much."""
-    shares = np.full((2, len(FACTORS)), np.nan)
+    shares, usual = np.full((2, len(FACTORS)), np.nan), USUAL_AT[design.errors_at]
     try:
-        study = tolerance_study(design, USUAL, flank, MOUNTINGS, seed=SEED)
+        known = 0 if first_contact_fault(design) else min(IN_OPERATION, MOUNTINGS)
+        study = tolerance_study(design, usual, flank, MOUNTINGS, seed=SEED, operation=known)
     except ValueError as error:
         return CaseStudy(name, design, colour, width, None, shares, str(error))
     if not study.mountings.solved.any():
@@ -129,7 +128,7 @@ def _case(flank: str, name: str, design: Design, colour: str, width: float) -> C
         found = study
         if factor != 1.0:
             try:
-                found = tolerance_study(design, _times(USUAL, factor), flank, MOUNTINGS, seed=SEED)
+                found = tolerance_study(design, _times(usual, factor), flank, MOUNTINGS, seed=SEED)
             except ValueError:
                 break  # the tolerance is too large for the layout
         without = np.count_nonzero(~found.mountings.solved)
@@ -138,18 +137,19 @@ def _case(flank: str, name: str, design: Design, colour: str, width: float) -> C
 
 
 def _times(tolerances: Tolerances, factor: float) -> Tolerances:
-    offset, angle, pinion, gear = (factor * tolerances.values()).tolist()
-    return Tolerances(offset, angle, pinion, gear, tolerances.distribution, tolerances.sigmas)
+    names = tolerances.names
+    return replace(tolerances, **{name: factor * getattr(tolerances, name) for name in names})
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
     """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors too large for
     the layout."""
-    if any(factor * getattr(USUAL, name) >= most for name, most in errors_below(design).items()):
+    usual = USUAL_AT[design.errors_at]
+    if any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items()):
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
-    errors = factor * drawn_errors(USUAL, SEED, 0, DRAWN)
+    errors = factor * drawn_errors(usual, SEED, 0, DRAWN)
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(mounted(design, errors), flank, POINTS)
+        path = path_of_contact(mounted(design, errors, usual.names), flank, POINTS)
         return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
@@ -227,7 +227,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths, and spread of contact ratio, transmission error and position",
-        _note(),
+        _note(data[0].cases[0].design) + _in_operation(data),
         below=0.3,
         above=0.3,
         columns=viewpoint.COLUMNS,
@@ -259,16 +259,34 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _note() -> str:
+def _note(design: Design) -> str:
     """Say what is drawn, under which tolerances."""
-    sizes = (
-        f"offset {USUAL.offset:g} mm, shaft angle {np.degrees(USUAL.shaft_angle):g} deg,"
-        f" pinion and gear axially {USUAL.pinion_axial:g} and {USUAL.gear_axial:g} mm"
-    )
-    spread = f"{USUAL.distribution}, the tolerances at {USUAL.sigmas:g} standard deviations"
+    usual = USUAL_AT[design.errors_at]
+    sizes = size_words(usual) + solved.at_the_mesh(design)
+    spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
     note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes)
     how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
     return how.partition(" A path enters")[0] + " " + note
+
+
+def _in_operation(data: tuple[Side, ...]) -> str:
+    """Say what the first mountings of the cases do in operation, flank by flank, where that is known."""
+    studies = [[case.study for case in side.cases] for side in data]
+    known = [[study.running for study in row if study and study.running] for row in studies]
+    if not all(len(row) == len(side.cases) for row, side in zip(known, data, strict=True)):
+        return ""
+    ends, edges = (
+        " and ".join(
+            f"{', '.join(str(count(running)) for running in row)} on {side.flank} flanks"
+            for row, side in zip(known, data, strict=True)
+        )
+        for count in (lambda running: pattern_counts(running)["toe_or_heel"], edges_carry)
+    )
+    return (
+        f" In operation, of the first {known[0][0].status.size} mountings, as designed and modified: patterns"
+        f" of {1e3 * MARKING_SEPARATION:g} \u00b5m of marking compound end at a toe or heel in {ends};"
+        f" edges carry in {edges}."
+    )
 
 
 def _cloud(drawn: Panel, side: Side, number: int) -> None:
@@ -352,34 +370,29 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
 
 
 def rows(data: tuple[Side, ...]) -> Table:
-    """List every mounting of every study: its errors, what it has; then shares under larger tolerances."""
-    errors = [f"{name}_error_{'rad' if name == 'shaft_angle' else 'mm'}" for name in ERROR_NAMES]
-    header = [
-        "flank",
-        *solved.PARABOLAS,
-        "mounting",
-        *errors,
-        "status",
-        "contact_ratio",
-        "transmission_error_rad",
+    """List every mounting of every study as the command does, and the shares under larger tolerances; the
+    `kind` says what a row is of."""
+    cases = [(side.flank, case) for side in data for case in side.cases]
+    tables = [
+        None if case.study is None else table_of(ToleranceReport(case.name, case.design, case.study).rows())
+        for _, case in cases
     ]
-    header += [f"{member}_z_{place}_mm" for member in solved.MEMBERS for place in PLACES]
+    header = max((table[0] for table in tables if table), key=len, default=[])
     shares = ("times_tolerances", "share_ended_elsewhere", "share_without_path")
 
-    def cases() -> Rows:
+    def each() -> Rows:
         """Give the columns of every study."""
-        for flank, case in ((side.flank, case) for side in data for case in side.cases):
+        for (flank, case), table in zip(cases, tables, strict=True):
             who = flank, *solved.parabolas(case.design)
-            if case.study is None:
-                yield *who, "", "", "", "", "", case.reason, *[""] * (len(header) - 6)
+            if case.study is None or table is None:
+                yield *who, case.reason, *[""] * (1 + len(header) + len(shares))
                 continue
-            found = case.study.mountings
-            status = [status_name(code) for code in found.status]
-            measures = found.contact_ratio, found.peak_to_peak, *found.pinion_z.T, *found.gear_z.T
-            yield *who, np.arange(len(status)), *found.errors.T, status, *measures, "", "", ""
-            yield *who, *[""] * (len(header) - 3), list(FACTORS), *case.shares
+            columns = dict(zip(*table, strict=True))
+            own = (columns.get(name, "") for name in header)
+            yield *who, "mounting", list(range(case.study.cases)), *own, *[""] * len(shares)
+            yield *who, "tolerances", *[""] * (1 + len(header)), list(FACTORS), *case.shares
 
-    return [*header, *shares], stacked(cases())
+    return ["flank", *solved.PARABOLAS, "kind", "mounting", *header, *shares], stacked(each())
 
 
 RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}

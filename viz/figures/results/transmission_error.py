@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
@@ -95,20 +94,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         theme.beside(axes, (0.0, 1.0), motion_graph.words(case.graph), (0.0, 6.0), **style)
     _amplitudes(bars, data)
     bars.set_title("(d)  amplitudes of what runs", loc="left", pad=8.0, fontsize=theme.LABEL)
-    theme.legend(page, _legend(), 5, 0.78, handlelength=2.2)
+    theme.legend(page, motion_graph.legend(), 5, 0.78, handlelength=2.2)
     return Drawing(page, {})
-
-
-def _legend() -> list[Line2D]:
-    """Name the curves."""
-    grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
-    return [
-        Line2D([], [], color=theme.BLUE, label="runs, flank on flank"),
-        Line2D([], [], color=theme.RED, lw=motion_graph.WIDE, label="runs on an edge"),
-        Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
-        Line2D([], [], **grey, label="a pair alone"),
-        Line2D([], [], ls=":", **grey, label="its edges"),
-    ]
 
 
 def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:

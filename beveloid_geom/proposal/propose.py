@@ -1,0 +1,225 @@
+"""From a request to pairs that close, mesh and have no warning, the best first; or why there is none.
+
+Pairs that close are many. Of those within the limits the ones with the greatest reserve (`figures`) are
+looked at as `check` does, until as many as are asked for have passed, each unlike those before it. Where
+none does one number of the request is changed, as little as goes, until one does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import FloatArray
+from ..contact.path import path_of_contact
+from ..design.field_limits import DesignError
+from ..design.model import Design
+from ..findings.advice import findings_on
+from ..findings.path import loss_remarks
+from ..findings.remarks import NOTE, quiet
+from ..operation.certificate import certify
+from ..status import Verdict
+from .candidates import Candidates, candidates_of, given_of, limits_of, unknown_of, within
+from .changes import Change, changes_of, others_of, rounded
+from .figures import FLANKS, Figures, design_of, figures_of, outlook
+from .request import Request, faults_of
+
+MOST = 3
+"""Proposals on one request, if no other number is asked for."""
+LOOKED_AT, PARTS = 64, 5
+"""Pairs of which the figures are found at once, and how often, until there is a proposal."""
+LITTLE = 0.1
+"""Reserve up to which the estimates that it is made of are not relied on."""
+FAIR = 0.3
+"""Outlook from which pairs of least cones come first."""
+DOUBTFUL = 10
+"""Pairs with a warning after which it is given up."""
+POSITIONS = 39
+"""Positions of a path at which something that touches earlier is looked for, the most that are searched one
+by one."""
+UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
+"""Differences of cone angles, helix angles and shifts of which proposals have at least one."""
+SHARES, HALVINGS = (0.03, 0.1, 0.3, 1.0), 3
+"""Of the greatest change of a number in search of a request that works, and how often the way is halved."""
+TIE = math.radians(0.02)
+"""Difference of the larger cone angle below which proposals of least cones are ranked by their reserve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A pair that closes as required, and its `figures`, those of one pair (2, 1)."""
+
+    design: Design
+    figures: Figures
+
+
+class Refused(Exception):  # noqa: N818
+    """Why no pair is proposed; `nearest` is a request near it for which there is one, None where none was
+    found."""
+
+    def __init__(self, reason: str, nearest: Request | None) -> None:
+        """Take reason, in words, and nearest request."""
+        self.reason, self.nearest = reason, nearest
+        super().__init__(reason)
+
+
+def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
+    """Find pairs that close as required, the best first.
+
+    Parameters
+    ----------
+    request : Request
+    most : int
+        Pairs to be found at the most.
+
+    Returns
+    -------
+    tuple of Proposal
+        At least one; `check` warns of none.
+
+    Raises
+    ------
+    DesignError
+        For a request that cannot be meant, with a line for each fault.
+    Refused
+        Where no pair was found.
+    """
+    if faults := faults_of(request):
+        raise DesignError(faults)
+    found = candidates_of(request)
+    for part in range(PARTS):
+        if proposals := _chosen(request, found, most, part):
+            return proposals
+    if request.helix_angle is None and (proposals := _chosen(request, candidates_of(request, True), most)):
+        return proposals
+    raise Refused(_reason(request, found), _nearest(request))
+
+
+def _chosen(request: Request, found: Candidates, most: int, part: int = 0) -> tuple[Proposal, ...]:
+    """Choose among pairs that close, of which the first, second, ... LOOKED_AT are one `part`."""
+    if np.count_nonzero(within(request, found)) <= part * LOOKED_AT:
+        return ()
+    values, figures = _looked_at(request, found, part)
+    seen = _plain(values)
+    chosen: list[int] = []
+    doubtful = 0
+    for k in _ranked(request, values, figures):
+        if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
+            continue
+        if _doubts(design_of(request, values[:, k]), float(figures.reserve[k])):
+            doubtful += 1
+        else:
+            chosen.append(k)
+        if len(chosen) == most or doubtful == DOUBTFUL:
+            break
+    return tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
+
+
+def _plain(values: FloatArray) -> FloatArray:
+    """Give cones, helices and shifts (6, n) of which a pair, its mirror image and the same pair seen from
+    behind, where toe is heel, have the same: right and left flanks are all they differ in."""
+    plain = values[:6].copy()
+    for pair in (plain[:2], plain[2:4]):
+        larger = np.where(np.abs(pair[0]) > np.abs(pair[1]) - 1e-6, pair[0], pair[1])
+        pair *= np.where(larger < 0.0, -1.0, 1.0)
+    return plain
+
+
+def _looked_at(request: Request, found: Candidates, part: int = 0) -> tuple[FloatArray, Figures]:
+    """Give the pairs within the limits and their figures; if they are many those with the best outlook, or
+    of least cones with a fair one."""
+    values = found.values[:, within(request, found)]
+    keys: list[NDArray[Any]] = [-outlook(request, values)]
+    if request.least_cones:
+        keys = [np.abs(values[:2]).max(axis=0), keys[0] > -FAIR]
+    order = np.lexsort(keys)[part * LOOKED_AT : (part + 1) * LOOKED_AT]
+    return values[:, order], figures_of(request, values[:, order])
+
+
+def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
+    """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
+    equals that one is first whose drive flanks are nearer to line contact."""
+    drive = figures.crossing[FLANKS.index(request.flank)]
+    keys: list[NDArray[Any]] = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    if request.least_cones:
+        keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
+    return [int(k) for k in np.lexsort(keys) if figures.possible[k]]
+
+
+def _doubts(design: Design, reserve: float) -> bool:
+    """Tell whether there is something to warn of: of a pair with a reserve there only can be where contact is
+    lost and where something touches earlier, of others all that `check` looks at."""
+    if reserve <= LITTLE:
+        return not quiet(findings_on(design, positions=POSITIONS))
+    for flank in FLANKS:
+        path = path_of_contact(design, flank, POSITIONS)
+        earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
+        if earlier.any() or any(loss_remarks(path)):
+            return True
+    return False
+
+
+def _reason(request: Request, found: Candidates) -> str:
+    """Say why there is no proposal: no pair closes, the limits leave none, or the best has a warning."""
+    if unknown_of(request) is None:
+        return "as much is given as there is to be found, and it does not fit together"
+    if not found.values.size:
+        return "no pair closes like this"
+    if not within(request, found).any():
+        return _beyond(request, found.values)
+    values, figures = _looked_at(request, found)
+    best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
+    warnings = (
+        remark.text for remark in findings_on(design_of(request, values[:, best])) if remark.level != NOTE
+    )
+    return f"each pair that closes like this has a warning, the best: {next(warnings)}"
+
+
+def _beyond(request: Request, values: FloatArray) -> str:
+    """Say which limits the pair nearest to them passes."""
+    limits = limits_of(request)
+    low, high = np.array(limits)[:, :1], np.array(limits)[:, 1:]
+    past = np.maximum(np.maximum(low - values[:6], values[:6] - high) / (high - low + 1e-9), 0.0)
+    past[list(given_of(request))] = 0.0
+    k = int(np.argmin(past.sum(axis=0)))
+    names, units = (
+        ("cone angles", "helix angles", "profile shifts"),
+        (math.degrees(1.0), math.degrees(1.0), 1.0),
+    )
+    j = next(j for j in range(3) if past[2 * j : 2 * j + 2, k].any())
+    shown = " and ".join(f"{units[j] * value:.3g}" for value in values[2 * j : 2 * j + 2, k])
+    unit = "" if j == 2 else " deg"
+    bounds = " to ".join(f"{units[j] * bound:g}" for bound in limits[2 * j])
+    return f"it would take {names[j]} of {shown}{unit}, beyond the limits {bounds}"
+
+
+def _nearest(request: Request) -> Request | None:
+    """Find a request for which there is a pair, one number of it changed as little as goes; else the first
+    that gives less."""
+    last = 0.0
+    for share in SHARES:
+        for change in changes_of(request):
+            if works(change(share)):
+                return _least(request, change, last, share)
+        last = share
+    return next((other for other in others_of(request) if works(other)), None)
+
+
+def _least(request: Request, change: Change, fails: float, reached: float) -> Request:
+    """Halve the way between a share of a change that fails and one that works, and round what is found."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (fails + reached)
+        fails, reached = (fails, middle) if works(change(middle)) else (middle, reached)
+    found = change(reached)
+    return next((each for digits in (3, 4, 6) if works(each := rounded(found, request, digits))), found)
+
+
+def works(request: Request) -> bool:
+    """Tell whether there is a proposal on a request."""
+    if faults_of(request):
+        return False
+    return bool(_chosen(request, candidates_of(request), 1))

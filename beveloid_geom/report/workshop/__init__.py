@@ -1,0 +1,1 @@
+"""Results for workshop and measuring room in words."""

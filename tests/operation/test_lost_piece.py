@@ -1,0 +1,33 @@
+"""A piece of a mesh cycle that cannot be followed: it is said, and no later contact is given for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Errors, mesh_cycle
+from beveloid_geom.operation import mesh_cycle as module
+from beveloid_geom.operation.pieces import Pieces, fitted
+from beveloid_geom.status import FirstStatus
+from tests.oracle.table1 import table1
+
+
+def test_a_piece_that_is_late_makes_its_mounting_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two mountings all pieces of the first are made 10 nm later than what touches: the checks see it."""
+    design = table1((0.001, -0.001), Errors(offset=np.array([0.0, 0.02])))
+    sound = mesh_cycle(design)
+
+    def late(*arguments: Any) -> Pieces:
+        pieces = fitted(*arguments)
+        coefficients = pieces.coefficients.copy()
+        coefficients[0, pieces.case == 0, 0] += 1e-5
+        return replace(pieces, coefficients=coefficients)
+
+    monkeypatch.setattr(module, "fitted", late)
+    found = mesh_cycle(design)
+    assert found.status.tolist() == [FirstStatus.NOT_CONVERGED, FirstStatus.SOLVED]
+    assert np.isnan([found.peak_to_peak[0], found.edge_share[0], found.mean[0]]).all()
+    assert found.peak_to_peak[1] == pytest.approx(float(sound.peak_to_peak[1]), abs=1e-12)

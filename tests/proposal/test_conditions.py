@@ -1,0 +1,210 @@
+"""Pairs that were found, against lines of action worked out otherwise: as mounted, by SciPy's root of the
+conditions as mounted, at 60 digits, and by what may not change an answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, radians
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from beveloid_geom import Design, Pair, builtin_design
+from beveloid_geom.pair.closing import closing_of
+from beveloid_geom.pair.crossing import crossing_as_mounted
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.proposal.candidates import candidates_of, unknown_of, within
+from beveloid_geom.proposal.figures import design_of, figures_of
+from beveloid_geom.proposal.request import Request
+from tests.oracle.pitch_point_mp import mounting_mp
+from tests.symmetry import mirrored, scaled
+
+TABLE1 = Request(
+    module=6.0,
+    teeth=(29, 45),
+    face_widths=(50.0, 60.0),
+    shaft_angle=radians(15.0),
+    backlash=0.0416,
+    offset=229.0,
+    helix_angle=radians(25.0),
+    crossing=radians(2.2957),
+    shifts=(0.17, 0.2181),
+)
+MEETING = replace(TABLE1, offset=0.0, shaft_angle=radians(7.0), crossing=None, helix_angle=radians(15.0))
+REQUESTS = {
+    "crossing": TABLE1,
+    "left drive": replace(TABLE1, flank="left", crossing=radians(3.0)),
+    "cones": replace(TABLE1, offset=None, crossing=None, cone_angles=(radians(3.0), radians(0.8))),
+    "cones at an offset": replace(
+        TABLE1, offset=231.0, crossing=None, helix_angle=None, cone_angles=(radians(3.0), radians(5.0))
+    ),
+    "least cones": replace(TABLE1, crossing=None, least_cones=True),
+    "intersecting": MEETING,
+    "intersecting cones": replace(MEETING, shifts=None, cone_angles=(radians(2.0), radians(5.0))),
+    "gear held": replace(
+        TABLE1,
+        teeth=(24, 61),
+        offset=180.0,
+        shaft_angle=radians(7.0),
+        crossing=None,
+        helix_angle=None,
+        shifts=None,
+        gear=builtin_design("marine-gearbox").gear,
+    ),
+}
+by_request = pytest.mark.parametrize("name", REQUESTS)
+
+
+def found(request: Request, most: int = 8) -> list[Design]:
+    """Some of the pairs within the limits."""
+    pairs = candidates_of(request)
+    values = pairs.values[:, within(request, pairs)]
+    return [design_of(request, values[:, k]) for k in range(0, values.shape[1], 1 + values.shape[1] // most)]
+
+
+@by_request
+def test_they_close_as_required(name: str) -> None:
+    request = REQUESTS[name]
+    designs = found(request)
+    assert designs
+    for design in designs:
+        closing = closing_of(design)
+        assert abs(closing.offset_difference) < 1e-9
+        assert abs(closing.shaft_angle_difference) < 1e-12
+        assert closing.normal_backlash == pytest.approx(request.backlash, abs=1e-10)
+        assert float(design.pair.shaft_angle) == request.shaft_angle
+        assert request.offset in (None, design.pair.offset)
+        if request.crossing is not None:
+            angle = abs(float(crossing_as_mounted(design, request.flank)))
+            assert angle == pytest.approx(request.crossing, abs=1e-9)
+
+
+def test_what_is_given_is_kept() -> None:
+    for design in found(TABLE1):
+        assert float(design.pinion.helix_angle) == TABLE1.helix_angle
+        assert tuple(member.profile_shift for member in design.members) == TABLE1.shifts
+    for design in found(REQUESTS["gear held"]):
+        assert design.gear == builtin_design("marine-gearbox").gear
+
+
+def as_mounted(request: Request, cone: float, mate_cone: float, mate_helix: float) -> Design:
+    """A pair of the request in its own layout, closed or not."""
+    pinion, gear = request.members
+    assert request.offset is not None
+    assert request.shifts is not None
+    assert request.helix_angle is not None
+    return Design(
+        replace(pinion, cone_angle=cone, helix_angle=request.helix_angle, profile_shift=request.shifts[0]),
+        replace(gear, cone_angle=mate_cone, helix_angle=mate_helix, profile_shift=request.shifts[1]),
+        Pair(request.offset, request.shaft_angle),
+    )
+
+
+@pytest.mark.parametrize("name", ["crossing", "left drive"])
+def test_the_root_of_the_conditions_as_mounted_is_the_same(name: str) -> None:
+    """Gap of the lines of action, backlash and n_x of the mounted pair, which know nothing of a working
+    pressure angle, solved by SciPy from 0.3 deg away."""
+    request = REQUESTS[name]
+    assert request.crossing is not None
+    for design in found(request):
+        start = [
+            float(design.pinion.cone_angle),
+            float(design.gear.cone_angle),
+            float(design.gear.helix_angle),
+        ]
+        way = float(np.sign(crossing_as_mounted(design, request.flank)))
+
+        def missing(unknown: Any, way: float = way) -> list[float]:
+            tried = as_mounted(request, *map(float, unknown))
+            mounting, angle = mounting_of(tried), crossing_as_mounted(tried, request.flank)
+            backlash = float(mounting.normal_backlash) - request.backlash
+            return [float(mounting.gap), backlash, 100.0 * (float(angle) - way * (request.crossing or 0.0))]
+
+        solved = root(missing, np.array(start) + np.radians([0.03, -0.03, 0.02]), tol=1e-13)
+        np.testing.assert_allclose(solved.x, start, rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["crossing", "gear held"])
+def test_lines_of_action_meet_at_60_digits(name: str) -> None:
+    for design in found(REQUESTS[name], 2)[:2]:
+        assert mounting_mp(design).gap < 1e-9
+
+
+def test_table_1_is_recovered() -> None:
+    nearest = min(found(TABLE1), key=lambda design: abs(degrees(design.pinion.cone_angle) - 3.0))
+    assert degrees(nearest.pinion.cone_angle) == pytest.approx(3.0, abs=0.13)
+    assert degrees(nearest.gear.cone_angle) == pytest.approx(0.8, abs=0.1)
+    assert degrees(nearest.gear.helix_angle) == pytest.approx(-10.57, abs=0.03)
+
+
+@by_request
+def test_the_mirrored_request_has_the_mirrored_pairs(name: str) -> None:
+    """Both hands swapped, and with them the flanks: each pair has its image. Where no hand is given there are
+    as many for the other drive flank."""
+    request = REQUESTS[name]
+    other = replace(
+        request,
+        flank={"right": "left", "left": "right"}[request.flank],
+        helix_angle=None if request.helix_angle is None else -request.helix_angle,
+        gear=None if request.gear is None else replace(request.gear, helix_angle=-request.gear.helix_angle),
+    )
+    image = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+    images, own = candidates_of(other).values * image[:, None], candidates_of(request).values
+    if request.helix_angle is None and request.gear is None:
+        assert own.shape == images.shape
+        return
+    for column in own.T:
+        assert np.abs(images - column[:, None]).max(axis=0).min() < 1e-6
+
+
+@by_request
+def test_pairs_grow_with_the_module(name: str) -> None:
+    request = REQUESTS[name]
+    assert request.gear is None or request.module == 6.0
+    larger = replace(
+        request,
+        module=2.5 * request.module,
+        face_widths=(2.5 * request.face_widths[0], 2.5 * request.face_widths[1]),
+        backlash=2.5 * request.backlash,
+        offset=request.offset and 2.5 * request.offset,
+        gear=request.gear and scaled(builtin_design("marine-gearbox"), 2.5).gear,
+    )
+    np.testing.assert_allclose(candidates_of(larger).values, candidates_of(request).values, rtol=0, atol=1e-9)
+
+
+def test_as_many_are_unknown_as_conditions_fix() -> None:
+    assert {name: len(unknown_of(request) or ()) for name, request in REQUESTS.items()} == {
+        "crossing": 4,
+        "left drive": 4,
+        "cones": 2,
+        "cones at an offset": 3,
+        "least cones": 3,
+        "intersecting": 3,
+        "intersecting cones": 3,
+        "gear held": 3,
+    }
+    full = replace(REQUESTS["cones at an offset"], helix_angle=radians(20.0))
+    assert unknown_of(full) is None
+    assert candidates_of(full).values.size == 0
+
+
+def test_figures_are_those_of_the_single_pair() -> None:
+    """Many at once as one by one; contact ratio and n_x as the path has them."""
+    request = TABLE1
+    pairs = candidates_of(request)
+    figures = figures_of(request, pairs.values)
+    for k in range(pairs.values.shape[1]):
+        one = figures_of(request, pairs.values[:, [k]])
+        for name, values in vars(one).items():
+            np.testing.assert_allclose(
+                values[..., 0], getattr(figures, name)[..., k], rtol=1e-9, err_msg=name
+            )
+
+
+def test_mirrored_designs_have_equal_backlash() -> None:
+    for design in found(TABLE1):
+        image = closing_of(mirrored(design))
+        assert image.normal_backlash == pytest.approx(TABLE1.backlash, abs=1e-10)

@@ -1,0 +1,247 @@
+"""Proposals as an engineer asks for them, and requests that cannot be met."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom import DesignError, Status, builtin_design, path_of_contact
+from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.backlash import backlash_report
+from beveloid_geom.findings.remarks import quiet
+from beveloid_geom.pair.closing import closing_of
+from beveloid_geom.pair.crossing import crossing_as_mounted
+from beveloid_geom.proposal.candidates import candidates_of
+from beveloid_geom.proposal.propose import MOST, Proposal, Refused, propose
+from beveloid_geom.proposal.request import Bounds, Request, faults_of
+from beveloid_geom.proposal.words import command_of, refusal, requests_like
+from tests.proposal.grid_search import grid_search_solves
+from tests.proposal.requests import random_requests
+from tests.proposal.test_conditions import REQUESTS, TABLE1
+
+FIRST = Request(
+    module=4.0,
+    teeth=(25, 31),
+    face_widths=(40.0, 40.0),
+    shaft_angle=radians(20.0),
+    backlash=0.05,
+    cone_angles=(radians(3.0), radians(5.0)),
+)
+GEAR = builtin_design("marine-gearbox").gear
+MARINE = Request(
+    module=6.0,
+    teeth=(24, 61),
+    face_widths=(60.0, 60.0),
+    shaft_angle=radians(7.0),
+    backlash=0.243,
+    gear=GEAR,
+)
+
+
+def assert_sound(request: Request, proposals: tuple[Proposal, ...]) -> None:
+    """Each closes as required, and `check` and `tca` have no warning."""
+    assert proposals
+    for one in proposals:
+        design, closing = one.design, closing_of(one.design)
+        assert quiet(findings_on(design, closing, backlash_report(design).jam))
+        assert abs(closing.offset_difference) < 1e-9
+        assert abs(closing.shaft_angle_difference) < 1e-12
+        assert closing.normal_backlash == pytest.approx(request.backlash, abs=1e-9)
+
+
+def test_a_first_pair_in_one_try() -> None:
+    proposals = propose(FIRST)
+    assert len(proposals) == MOST
+    assert_sound(FIRST, proposals)
+    for one in proposals:
+        assert [degrees(member.cone_angle) for member in one.design.members] == pytest.approx([3.0, 5.0])
+    reserves = [float(one.figures.reserve[0]) for one in proposals]
+    assert reserves == sorted(reserves, reverse=True)
+
+
+def test_table_1_is_proposed_first() -> None:
+    proposals = propose(TABLE1)
+    assert_sound(TABLE1, proposals)
+    pinion, gear = proposals[0].design.members
+    assert degrees(pinion.cone_angle) == pytest.approx(3.0, abs=0.13)
+    assert degrees(gear.cone_angle) == pytest.approx(0.8, abs=0.1)
+    assert degrees(gear.helix_angle) == pytest.approx(-10.57, abs=0.03)
+    assert degrees(crossing_as_mounted(proposals[0].design, "right")) == pytest.approx(2.2957, abs=1e-9)
+
+
+def test_a_degree_less_takes_a_negative_cone() -> None:
+    request = replace(TABLE1, shaft_angle=radians(14.0))
+    proposals = propose(request)
+    assert_sound(request, proposals)
+    pinion, gear = proposals[0].design.members
+    assert degrees(pinion.cone_angle) == pytest.approx(-1.56, abs=0.1)
+    assert degrees(gear.cone_angle) == pytest.approx(5.2, abs=0.1)
+    assert degrees(gear.helix_angle) == pytest.approx(-11.54, abs=0.05)
+
+
+def test_two_pinions_on_one_gear() -> None:
+    """The coupled set of a marine gearbox: the axis of one pinion meets the gear's at 7 deg, that of the
+    other crosses it at 7 deg, 180 mm away."""
+    for offset in (0.0, 180.0):
+        request = replace(MARINE, offset=offset)
+        proposals = propose(request)
+        assert_sound(request, proposals)
+        for one in proposals:
+            assert one.design.gear == GEAR
+            assert float(one.design.pair.offset) == offset
+            assert float(one.design.pair.shaft_angle) == radians(7.0)
+
+
+def test_least_cones_are_least() -> None:
+    """The larger of the two is least where they are equal: for Table 1's helix angle and layout 1.8916 deg,
+    where the sum of the working cones is that of the shaft angle and the crossing helices."""
+    request = replace(TABLE1, crossing=None, least_cones=True)
+    first = propose(request, 1)[0].design
+    least = max(abs(float(member.cone_angle)) for member in first.members)
+    assert degrees(least) == pytest.approx(1.8916, abs=1e-3)
+    assert np.isclose(first.pinion.cone_angle, first.gear.cone_angle, atol=1e-9)
+    pairs = candidates_of(request)
+    assert np.abs(pairs.values[:2]).max(axis=0).min() > least - 1e-9
+
+
+def test_a_figure_is_what_it_is_called() -> None:
+    one = propose(TABLE1, 1)[0]
+    for k, flank in enumerate(("right", "left")):
+        path = path_of_contact(one.design, flank, 3)
+        assert path.ends.status == Status.SOLVED
+        assert one.figures.contact_ratio[k, 0] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
+        assert one.figures.normal_x[k, 0] == pytest.approx(path.normal[1, 0], abs=1e-9)
+        crossing = float(crossing_as_mounted(one.design, flank))
+        assert one.figures.crossing[k, 0] == pytest.approx(crossing, abs=1e-9)
+
+
+def test_limits_are_kept() -> None:
+    most = radians(35.0)
+    request = replace(FIRST, helix_limits=Bounds(-most, most), shift_limits=Bounds(0.3, 0.7))
+    for one in propose(request, 1):
+        for member in one.design.members:
+            assert abs(float(member.helix_angle)) <= most + 1e-9
+            assert 0.3 - 1e-9 <= float(member.profile_shift) <= 0.7 + 1e-9
+
+
+def test_what_runs_off_is_refused_with_the_nearest_that_works() -> None:
+    request = replace(TABLE1, crossing=radians(4.0))
+    with pytest.raises(Refused) as refused:
+        propose(request)
+    nearest = refused.value.nearest
+    assert nearest is not None
+    assert_sound(nearest, propose(nearest))
+    line = refusal(request, refused.value.reason, nearest)
+    assert line.count("\n") == 0
+    assert "the nearest that works: --crossing-deg 3.9" in line
+
+
+def test_limits_that_leave_none_are_named() -> None:
+    request = replace(TABLE1, cone_limits=Bounds(0.0, radians(2.0)))
+    with pytest.raises(
+        Refused, match=r"it would take cone angles of 2.88 and 0.897 deg, beyond the limits 0 to 2"
+    ):
+        propose(request)
+
+
+BAD = {
+    "internal gear": (replace(FIRST, teeth=(25, -61)), "teeth must be at least 1, got -61: internal gears"),
+    "parallel axes": (
+        replace(FIRST, shaft_angle=0.0),
+        "shaft_angle_deg must be between 0.5 and 90 deg, got 0",
+    ),
+    "90 deg": (
+        replace(FIRST, shaft_angle=radians(90.0), offset=0.0),
+        "cones_deg must be about 90 deg together, got '3 5': on axes that intersect",
+    ),
+    "steep cones": (
+        replace(FIRST, cone_angles=(radians(20.0), radians(15.0))),
+        "cones_deg must be at most 20 deg together, got '20 15'",
+    ),
+    "hands": (
+        replace(MARINE, offset=0.0, helix_angle=radians(-15.0)),
+        "helix_deg must be about 15 deg with this gear, got -15.0: the hands",
+    ),
+    "crossed hands": (
+        replace(MARINE, offset=180.0, helix_angle=radians(-15.0)),
+        "helix_deg must be between 8 and 22 deg with this gear, got -15.0",
+    ),
+    "flat helices": (
+        replace(FIRST, shaft_angle=radians(90.0), helix_limits=Bounds(radians(-30.0), radians(30.0))),
+        "helix_limits_deg must reach to 44.87 deg",
+    ),
+    "nothing given": (replace(FIRST, cone_angles=None), "nothing is given of the members: give one of"),
+    "too much": (replace(FIRST, least_cones=True), "too much is given of the members"),
+    "no offset": (replace(TABLE1, offset=None), "offset is missing: it goes with --crossing-deg"),
+    "no helix": (replace(TABLE1, helix_angle=None), "helix_deg is missing"),
+    "not this gear": (replace(MARINE, offset=0.0, teeth=(24, 60)), "teeth must be 61 of the gear"),
+    "backlash": (replace(FIRST, backlash=5.0), "backlash must be between 0 and 1 modules, got 1.25"),
+    "limits": (replace(FIRST, shift_limits=Bounds(0.5, 0.0)), "shift_limits must be the least value first"),
+    "module": (replace(FIRST, module=-1.0), "module must be between 0.01 and 100 mm, got -1.0"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_cannot_be_meant_is_refused_with_limit_and_cure(name: str) -> None:
+    request, words = BAD[name]
+    faults = [str(fault) for fault in faults_of(request)]
+    assert len(faults) == 1, faults
+    assert faults[0].startswith(words), faults
+    with pytest.raises(DesignError):
+        propose(request)
+
+
+def test_a_request_is_its_command_line() -> None:
+    assert command_of(TABLE1) == (
+        "beveloid-geom propose --module 6 --teeth 29 45 --face-widths 50 60 --shaft-angle-deg 15 --offset 229"
+        " --backlash 0.0416 --helix-deg 25 --crossing-deg 2.2957 --shifts 0.17 0.2181"
+    )
+    assert command_of(replace(MARINE, offset=0.0), "my gear.toml").endswith("--gear 'my gear.toml'")
+
+
+def test_a_design_that_does_not_close_has_requests_like_it() -> None:
+    astray = replace(builtin_design(), pair=replace(builtin_design().pair, shaft_angle=radians(14.0)))
+    first, second = requests_like(astray)
+    assert (first.least_cones, first.offset, second.offset) == (True, 229.0, None)
+    assert_sound(first, propose(first, 1))
+    tool = replace(astray.gear.tool, dedendum=1.3)
+    assert requests_like(replace(astray, gear=replace(astray.gear, tool=tool))) == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", REQUESTS)
+def test_every_kind_of_request_is_answered(name: str) -> None:
+    if name == "cones at an offset":  # its shifts leave one helix angle, and that warns
+        with pytest.raises(Refused):
+            propose(REQUESTS[name])
+        return
+    assert_sound(REQUESTS[name], propose(REQUESTS[name]))
+
+
+def refused(request: Request) -> Refused | None:
+    """Why a request is refused, None where its proposals are sound or it cannot be meant."""
+    try:
+        assert_sound(request, propose(request))
+    except Refused as error:
+        return error
+    except DesignError as error:
+        return None if len(error.parts) == 1 else Refused("several faults", None)
+    return None
+
+
+@pytest.mark.slow
+def test_random_requests() -> None:
+    """What a grid search solves is solved, at least 95 of 100; answers have no warning; refusals are a line
+    with a request that works."""
+    requests = list(random_requests(18, seed=7))
+    refusals = {k: error for k, request in enumerate(requests) if (error := refused(request))}
+    for k, error in refusals.items():
+        assert error.nearest is not None
+        assert "\n" not in refusal(requests[k], error.reason, error.nearest)
+    looked_at = [k for k in refusals if k % 5 == 0]
+    missed = sum(grid_search_solves(requests[k]) for k in looked_at)
+    assert looked_at
+    assert missed * len(refusals) / len(looked_at) <= 0.05 * (len(requests) - len(refusals))

@@ -1,0 +1,404 @@
+"""Parallel axes: ISO 21771 in closed form, five equations, symmetry, and the limit of crossed axes.
+
+Unmodified flanks touch along lines in a plane of action. Of cylindrical gears, with the working transverse
+pressure angle a_wt, base radii r_b, tip radii r_a, common face width b and base helix angle b_b,
+
+    eps_alpha = [sqrt(r_a1^2 - r_b1^2) + sqrt(r_a2^2 - r_b2^2) - a sin(a_wt)] / p_bt,
+    eps_beta = b tan(b_b) / p_bt,   eps_gamma = eps_alpha + eps_beta,
+    j_n = m_n cos(a_n) [(z1 + z2) (inv a_wt - inv a_t) - 2 (x1 + x2) tan(a_n)].
+
+With opposite cones an axial shift of one member against the other changes the backlash by 2 sin(a_n)
+sin(cone) a mm, since that is by how much both flanks of a rack tooth close over its trace.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import acos, asin, atan, cos, pi, radians, sin, sqrt, tan
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from beveloid_geom import (
+    Design,
+    Errors,
+    Member,
+    Pair,
+    Tool,
+    certify,
+    contact_ratio,
+    path_of_contact,
+    zero_backlash_layout,
+)
+from beveloid_geom.arrays import FLANK_SIGN, FloatArray
+from beveloid_geom.contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
+from beveloid_geom.findings.path import reason_of
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.pair.closing import closing_of
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.status import Limit, Status
+from tests.stability.five_residuals import flank_at, residuals
+from tests.symmetry import exchanged, mirrored
+
+ALPHA = radians(20.0)
+BACKLASH = 0.1
+"""mm by which the axes of the pairs stand further apart than without backlash."""
+UNMODIFIED, CONVEX = (0.0, 0.0), (-1e-3, -5e-4)
+
+
+def pair(
+    helix: float,
+    cone: float,
+    parabola: tuple[float, float] = UNMODIFIED,
+    teeth: tuple[int, int] = (25, 31),
+    shift: tuple[float, float] = (0.1, -0.05),
+    face: tuple[float, float] = (30.0, 28.0),
+) -> Design:
+    """A pair of module 3 on parallel axes, deg, with opposite helix and cone angles."""
+    members = [
+        Member(
+            Tool(3.0, ALPHA, parabola=parabola[k]),
+            teeth[k],
+            side * radians(helix),
+            side * radians(cone),
+            shift[k],
+            face[k],
+        )
+        for k, side in enumerate((1.0, -1.0))
+    ]
+    guess = Design(members[0], members[1], Pair(100.0, 0.0))
+    return replace(guess, pair=Pair(float(zero_backlash_layout(guess).offset) + BACKLASH, 0.0))
+
+
+ANGLES = {
+    "spur": (0.0, 0.0),
+    "helical": (15.0, 0.0),
+    "left hand": (-22.0, 0.0),
+    "conical": (15.0, 3.0),
+    "straight": (0.0, 5.0),
+}
+CYLINDRICAL = ("spur", "helical", "left hand")
+
+
+def involute(angle: float) -> float:
+    return tan(angle) - angle
+
+
+def iso_21771(design: Design) -> tuple[float, float, float]:
+    """eps_alpha, eps_beta and j_n of cylindrical gears from their numbers alone."""
+    first, second = design.members
+    module, beta = 3.0, abs(float(first.helix_angle))
+    transverse = atan(tan(ALPHA) / cos(beta))
+    radii = [module * float(m.teeth) / (2.0 * cos(beta)) for m in design.members]
+    base = [r * cos(transverse) for r in radii]
+    tips = [r + module * (1.0 + float(m.profile_shift)) for r, m in zip(radii, design.members, strict=True)]
+    offset = float(design.pair.offset + design.errors.offset)
+    working = acos(sum(base) / offset)
+    pitch = pi * module / cos(beta) * cos(transverse)
+    way = sum(sqrt(a * a - b * b) for a, b in zip(tips, base, strict=True)) - offset * sin(working)
+    width = min(float(first.face_width), float(second.face_width))
+    shift = sum(float(m.profile_shift) for m in design.members)
+    play = sum(float(m.teeth) for m in design.members) * (involute(working) - involute(transverse))
+    play = module * cos(ALPHA) * (play - 2.0 * shift * tan(ALPHA))
+    return way / pitch, width * tan(asin(sin(beta) * cos(ALPHA))) / pitch, play
+
+
+@pytest.mark.parametrize("name", CYLINDRICAL)
+@pytest.mark.parametrize("offset_error", [0.0, 0.2])
+def test_iso_21771(name: str, offset_error: float, flank: str) -> None:
+    design = pair(*ANGLES[name]).with_errors(Errors(offset=offset_error))
+    transverse, overlap, play = iso_21771(design)
+    lines = contact_lines(path_of_contact(design, flank, 3))
+    assert float(lines.transverse_ratio) == pytest.approx(transverse, abs=1e-12)
+    assert float(lines.overlap_ratio) == pytest.approx(overlap, abs=1e-12)
+    assert float(lines.total_ratio) == pytest.approx(transverse + overlap, abs=1e-12)
+    as_designed = design.with_errors(Errors())
+    assert float(mounting_of(as_designed).normal_backlash) == pytest.approx(
+        iso_21771(as_designed)[2], abs=1e-12
+    )
+    if offset_error:
+        moved = replace(as_designed, pair=Pair(design.pair.offset + offset_error, 0.0))
+        assert float(mounting_of(moved).normal_backlash) == pytest.approx(play, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_backlash_over_axial_shift(name: str) -> None:
+    design = pair(*ANGLES[name])
+    own = float(mounting_of(design).normal_backlash)
+    rate = 2.0 * sin(ALPHA) * sin(radians(ANGLES[name][1]))
+    for pinion, gear in ((0.5, 0.0), (-1.5, 0.25), (1.0, 1.0)):
+        mounted = replace(design, pair=Pair(design.pair.offset, 0.0, pinion, gear))
+        expected = own + rate * (pinion - gear)
+        assert float(mounting_of(mounted).normal_backlash) == pytest.approx(expected, abs=1e-12)
+
+
+def test_zero_backlash_by_the_inverse_involute() -> None:
+    design = pair(15.0, 0.0)
+    transverse = atan(tan(ALPHA) / cos(radians(15.0)))
+    goal = involute(transverse) + 2.0 * tan(ALPHA) * 0.05 / 56.0
+    working = brentq(lambda angle: involute(angle) - goal, 0.1, 1.0, xtol=1e-15)
+    offset = 3.0 * 56.0 / (2.0 * cos(radians(15.0))) * cos(transverse) / cos(working)
+    layout = zero_backlash_layout(design)
+    assert float(layout.offset) == pytest.approx(offset, abs=1e-11)
+    assert float(layout.shaft_angle) == 0.0
+    np.testing.assert_array_equal(layout.mounting, 0.0)
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_layout_and_closing(name: str) -> None:
+    """The pitch line parts the offset as the teeth; every offset closes; mid-faces stand together."""
+    design = pair(*ANGLES[name])
+    mounting, closing = mounting_of(design), closing_of(design)
+    offset = float(design.pair.offset)
+    np.testing.assert_allclose(mounting.working_radius, (offset * 25 / 56, offset * 31 / 56), rtol=1e-14)
+    np.testing.assert_array_equal(mounting.distance, 0.0)
+    assert closing.gap == 0.0
+    assert abs(closing.offset_difference) < 1e-12
+    assert closing.shaft_angle_difference == 0.0
+    shifted = mounting_of(replace(design, pair=Pair(offset, 0.0, 7.0)))
+    np.testing.assert_array_equal(shifted.distance, 7.0)
+
+
+def on_line(lines: ContactLines, line: int, share: float) -> SimpleNamespace:
+    """The contact at a share of a line of unmodified flanks, along which l1, l2 and z are linear, as a
+    path of one position."""
+    l1, l2, z1, z2 = (
+        np.array([values[line] @ (1.0 - share, share)])
+        for values in (lines.l1, lines.l2, lines.pinion_z, lines.gear_z)
+    )
+    us = []
+    for member, l, z in zip(lines.design.members, (l1, l2), (z1, z2), strict=True):
+        point, _ = flank_at(member, lines.flank, l, 0.0 * l, 0.0 * l)
+        along, _ = flank_at(member, lines.flank, l, 0.0 * l + 1.0, 0.0 * l)
+        us.append((z - point[2]) / (along[2] - point[2]))
+    rolls = {"pinion_roll": lines.pinion_roll[line : line + 1], "gear_roll": lines.gear_roll[line : line + 1]}
+    return SimpleNamespace(flank=lines.flank, l1=l1, l2=l2, u1=us[0], u2=us[1], **rolls)
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_whole_lines_meet_the_five_equations(name: str, flank: str) -> None:
+    design = pair(*ANGLES[name]).with_errors(Errors(offset=0.05, pinion_axial=0.3, gear_axial=-0.2))
+    lines = contact_lines(path_of_contact(design, flank, 9))
+    assert bool(touches_along_lines(design, flank))
+    for line in range(1, 8):
+        for share in (0.0, 0.4, 1.0):
+            one: Any = on_line(lines, line, share)
+            apart, turned = residuals(design, one, mounting_of(design).distance)
+            assert apart[0] < 1e-11
+            assert turned[0] < 1e-13
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_lines_end_at_limits(name: str, flank: str) -> None:
+    """Every end meets the limit it is said to end at, and no line passes another."""
+    design = pair(*ANGLES[name])
+    lines = contact_lines(path_of_contact(design, flank, 21))
+    for j, member in enumerate(design.members):
+        z, r = (lines.pinion_z, lines.gear_z)[j], (lines.pinion_r, lines.gear_r)[j]
+        half = 0.5 * float(member.face_width)
+        tip = 1.5 * float(member.teeth) / cos(float(member.helix_angle)) + 3.0 * (
+            1.0 + float(member.profile_shift)
+        )
+        inside = {"tip": tip + z * tan(float(member.cone_angle)) - r, "toe": half + z, "heel": half - z}
+        for name_of, margin in inside.items():
+            assert margin.min() > -1e-9
+            met = lines.limit == Limit[f"{('pinion', 'gear')[j].upper()}_{name_of.upper()}"]
+            assert np.abs(margin[met]).max(initial=0.0) < 1e-8
+    assert lines.length[1:-1].min() > 0.0
+    assert (np.diff(lines.pinion_roll) * FLANK_SIGN[flank] > 0.0).all()
+
+
+def gap_of_flanks(design: Design, flank: str, rolls: tuple[float, float], z: float, l1: float) -> float:
+    """Clearance (mm, at the gear's base circle) of a pinion's flank point in the direction of the gear's
+    turn."""
+    sign = FLANK_SIGN[flank]
+    pinion, gear = design.members
+
+    def placed(member: Member, l: float, height: float, roll: float) -> FloatArray:
+        at = np.array([l])
+        start, _ = flank_at(member, flank, at, 0.0 * at, 0.0 * at)
+        along, _ = flank_at(member, flank, at, 0.0 * at + 1.0, 0.0 * at)
+        u = (height - start[2]) / (along[2] - start[2])
+        return np.array(flank_at(member, flank, at, u, np.array([roll]))[0])[:, 0]
+
+    x, y, height = placed(pinion, l1, z, rolls[0])
+    seen = float(design.pair.offset) - x, -y  # in the gear's fixed frame
+    radius = float(np.hypot(*seen))
+    try:
+        l2 = brentq(
+            lambda l: np.hypot(*placed(gear, l, height, rolls[1])[:2]) - radius, -5.0, 5.0, xtol=1e-14
+        )
+    except ValueError:
+        return np.nan
+    own = placed(gear, l2, height, rolls[1])
+    turn = np.arctan2(seen[1], seen[0]) - np.arctan2(own[1], own[0])
+    return float(sign * turn * radius)
+
+
+@pytest.mark.parametrize("name", ["spur", "conical"])
+def test_flanks_part_beside_their_line(name: str, flank: str) -> None:
+    """By brute force: clearance of one sign all over the flank, and none on the line."""
+    design = pair(*ANGLES[name], face=(12.0, 12.0))
+    lines = contact_lines(path_of_contact(design, flank, 5))
+    rolls = float(lines.pinion_roll[2]), float(lines.gear_roll[2])
+    gaps = np.array(
+        [
+            gap_of_flanks(design, flank, rolls, z, l1)
+            for z in (-5.0, 0.0, 5.0)
+            for l1 in np.linspace(-2.5, 2.5, 11)
+        ]
+    )
+    assert np.isfinite(gaps).sum() > 20
+    gaps = gaps[np.isfinite(gaps)]
+    assert (gaps > -1e-10).all() or (gaps < 1e-10).all()
+    assert np.abs(gaps).max() > 0.01
+    for k in range(2):
+        z, l1 = float(lines.pinion_z[2, k]), float(lines.l1[2, k])
+        assert abs(gap_of_flanks(design, flank, rolls, z * (1.0 - 1e-9), l1)) < 1e-8
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_no_transmission_error_and_nothing_earlier(name: str, flank: str) -> None:
+    design = pair(*ANGLES[name]).with_errors(Errors(offset=0.03, pinion_axial=0.2))
+    path = path_of_contact(design, flank, 5)
+    assert path.ends.status == Status.SOLVED
+    assert np.abs(path.transmission_error).max() < 1e-14
+    assert certify(path).holds
+
+
+@pytest.mark.parametrize("name", ["spur", pytest.param("conical", marks=pytest.mark.slow)])
+def test_all_lines_carry(name: str, flank: str) -> None:
+    design = pair(*ANGLES[name])
+    assert float(operating_ratio(design, flank)) == float(contact_ratio(design, flank))
+
+
+@pytest.mark.parametrize("name", ANGLES)
+@pytest.mark.parametrize("parabola", [UNMODIFIED, CONVEX])
+def test_mirrored_and_exchanged(name: str, parabola: tuple[float, float], flank: str) -> None:
+    design = pair(*ANGLES[name], parabola)
+    other = {"right": "left", "left": "right"}[flank]
+    ratio = float(contact_ratio(design, flank))
+    assert ratio > 0.0
+    assert float(contact_ratio(mirrored(design), other)) == pytest.approx(ratio, abs=1e-12)
+    if parabola == UNMODIFIED or name != "spur":  # whose transmission error makes other pitches of the gear's
+        assert float(contact_ratio(exchanged(design), flank)) == pytest.approx(ratio, abs=1e-12)
+
+
+MODIFIED = [name for name in ANGLES if name != "spur"]
+
+
+@pytest.mark.parametrize("name", MODIFIED)
+@pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0), (0.0, -1e-3), (2e-3, -1e-3)])
+def test_a_point_runs_along_the_face(name: str, parabola: tuple[float, float], flank: str) -> None:
+    """l1 and l2 stand still with a1 l1 = a2 l2; five equations; the overlap ratio of cylindrical gears."""
+    design = pair(*ANGLES[name], parabola).with_errors(Errors(offset=0.02, gear_axial=0.4))
+    path = path_of_contact(design, flank, 5)
+    assert path.ends.status == Status.SOLVED
+    assert not bool(touches_along_lines(design, flank))
+    apart, turned = residuals(design, path, mounting_of(design).distance)
+    assert apart.max() < 1e-11
+    assert turned.max() < 1e-13
+    assert np.ptp(path.l1) < 1e-14
+    np.testing.assert_allclose(parabola[0] * path.l1, parabola[1] * path.l2, atol=1e-15)
+    assert np.abs(path.transmission_error).max() < 1e-14
+    if name in CYLINDRICAL:
+        width = min(
+            0.5 * float(m.face_width) + s * 0.4 for m, s in zip(design.members, (0.0, 1.0), strict=True)
+        )
+        width += min(
+            0.5 * float(m.face_width) - s * 0.4 for m, s in zip(design.members, (0.0, 1.0), strict=True)
+        )
+        turn = width * abs(tan(float(design.pinion.helix_angle)))
+        radius = 1.5 * 25 / cos(float(design.pinion.helix_angle))
+        assert float(path.ends.contact_ratio) == pytest.approx(turn / radius * 25 / (2.0 * pi), abs=1e-12)
+
+
+def test_the_five_equations_give_the_same_point() -> None:
+    design = pair(15.0, 3.0, CONVEX)
+    own = path_of_contact(design, "right", 4)
+    other = path_of_contact_five_equations(design, "right", 4)
+    np.testing.assert_allclose(other.point, own.point, atol=1e-9)
+    np.testing.assert_allclose(other.gear_roll, own.gear_roll, atol=1e-12)
+
+
+def test_conjugate_parabolas_touch_along_lines(flank: str) -> None:
+    """a1 = -a2 on reference cylinders that touch: both racks are one, and every l2 = -l1 a contact."""
+    design = pair(15.0, 3.0, (1e-3, -1e-3), shift=(0.1, -0.1))
+    design = replace(design, pair=Pair(1.5 * 56 / cos(radians(15.0)), 0.0))
+    path = path_of_contact(design, flank, 7)
+    assert bool(touches_along_lines(design, flank))
+    apart, turned = residuals(design, path, mounting_of(design).distance)
+    assert (apart.max(), turned.max()) < (1e-11, 1e-13)
+    np.testing.assert_allclose(path.l2, -path.l1, atol=1e-12)
+    assert np.abs(path.transmission_error).max() < 1e-13
+    elsewhere = path_of_contact(replace(design, pair=Pair(design.pair.offset + 0.1, 0.0)), flank)
+    assert elsewhere.ends.status == Status.OFF_FLANK
+
+
+def test_spur_teeth_with_parabolas(flank: str) -> None:
+    """Lines along the axes, whose path is that of the transverse section, by its five equations."""
+    design = pair(0.0, 0.0, CONVEX)
+    path = path_of_contact(design, flank, 11)
+    apart, turned = residuals(design, path, mounting_of(design).distance)
+    assert (apart.max(), turned.max()) < (1e-11, 1e-13)
+    lines = contact_lines(path)
+    np.testing.assert_allclose(lines.length, 28.0, atol=1e-9)
+    assert float(lines.overlap_ratio) == 0.0
+    assert float(lines.transverse_ratio) == pytest.approx(float(lines.total_ratio), abs=1e-12)
+    assert np.abs(path.transmission_error).max() > 1e-6
+
+
+@pytest.mark.parametrize("name", MODIFIED)
+@pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0)])
+def test_the_limit_of_crossed_axes(name: str, parabola: tuple[float, float], flank: str) -> None:
+    """Point contacts tend to those of parallel axes linearly, from either sense, and meet the five
+    equations."""
+    design = pair(*ANGLES[name], parabola)
+    limit = path_of_contact(design, flank, 3)
+    rates = []
+    for degrees in (1e-3, 1e-6, -1e-6, -1e-3):
+        near = design.with_errors(Errors(shaft_angle=radians(degrees)))
+        path = path_of_contact(near, flank, 3)
+        assert path.ends.status == Status.SOLVED
+        apart, turned = residuals(near, path, mounting_of(near).distance)
+        assert (apart.max(), turned.max()) < (1e-10, 1e-12)
+        rates.append((path.point - limit.point) / degrees)
+    scale = np.abs(rates[1]).max()
+    assert np.abs(rates[1]).max() > 1.0
+    for k in (0, 2, 3):
+        np.testing.assert_allclose(rates[k], rates[1], atol=0.02 * scale)
+    nominal = path_of_contact(
+        replace(design, pair=Pair(design.pair.offset, radians(1e-6), 0.0, 0.0)), flank, 3
+    )
+    np.testing.assert_allclose(nominal.point - limit.point, rates[1] * 1e-6, atol=1e-7)
+
+
+def test_a_batch_of_all_kinds_equals_its_cases(flank: str) -> None:
+    design = pair(15.0, 3.0)
+    values = np.array([0.0, 1e-3, -1e-3, -1e-3, 0.0])
+    angles = np.radians([0.0, 0.0, 0.0, 1e-4, 0.05])
+    batch = design.with_parabola(values, 0.5 * values).with_errors(Errors(shaft_angle=angles))
+    found = path_of_contact(batch, flank, 4)
+    lines = contact_lines(found)
+    for k, (value, angle) in enumerate(zip(values, angles, strict=True)):
+        one = design.with_parabola(value, 0.5 * value).with_errors(Errors(shaft_angle=angle))
+        path = path_of_contact(one, flank, 4)
+        assert found.ends.status[k] == path.ends.status
+        if path.ends.status == Status.SOLVED:
+            np.testing.assert_allclose(found.point[k], path.point, atol=1e-10)
+            assert np.isnan(lines.length[k]).all() == (k != 0)
+    assert found.ends.status[0] == found.ends.status[3] == Status.SOLVED
+
+
+def test_flanks_that_share_no_normal() -> None:
+    design = pair(15.0, 3.0)
+    wrong = replace(design, gear=replace(design.gear, helix_angle=-design.gear.helix_angle))
+    path = path_of_contact(wrong)
+    assert path.ends.status == Status.UNDEFINED
+    assert "no common normal" in str(reason_of(path))
+    assert np.isnan(mounting_of(wrong).normal_backlash)
+    assert not bool(touches_along_lines(wrong))

@@ -1,0 +1,85 @@
+"""Measured points as a picture: `render-figures --measured`."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom import builtin_design
+from beveloid_geom.report.workshop.grid import DeviationReport, Named
+from beveloid_geom.workshop.grid import measuring_grid
+from beveloid_geom.workshop.measured import deviations_of
+from beveloid_viz.cli import main
+from beveloid_viz.figures.results import deviations
+from beveloid_viz.stage import theme
+
+from .pages import page_of, words
+from .test_print import faults, in_print
+
+ROWS, COLUMNS = 3, 5
+
+
+def report(size: float = 0.01) -> DeviationReport:
+    """Deviations of the gear: a wave of this size along both flanks, one place beyond it."""
+    grid = measuring_grid(builtin_design().gear, ROWS, COLUMNS)
+    wave = size * np.sin(np.arange(grid.l.size)).reshape(grid.l.shape)
+    wave[1, -1, 0] = -1.5 * size
+    point = grid.point + wave[..., None] * grid.normal
+    return DeviationReport(Named("mine", "gear", "10 %"), deviations_of(grid, point))
+
+
+@pytest.mark.parametrize("size", [1e-5, 0.01, 0.3])
+def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
+    """At one scale on both panels, red where metal is missing; each number beside its point."""
+    found = report(size)
+    page = page_of(deviations.draw, found, (1600, 1200))
+    scales = set()
+    for axes, values in zip(page.axes, found.found.deviation, strict=True):
+        sticks = [line for line in axes.lines if line.get_linewidth() == 2.4]
+        heights = np.array([np.ptp(line.get_ydata()) for line in sticks])
+        np.testing.assert_allclose(
+            heights * np.abs(found.found.deviation).max() / deviations.HIGH,
+            np.abs(values).ravel(),
+            rtol=1e-9,
+            atol=1e-15,
+        )
+        red = [line.get_color() == theme.RED for line in sticks]
+        assert red == (values.ravel() <= 0.0).tolist()
+        scales.add((axes.get_ylim(), axes.bbox.height))
+        shown = {text.get_text() for text in axes.texts}
+        assert {theme.signed(1e3 * value, 1) for value in values.ravel().tolist()} <= shown
+    assert len(scales) == 1
+    assert "Gear, 45 teeth" in words(page)
+
+
+@pytest.mark.parametrize("width", [90.0, 190.0])
+def test_in_print_words_keep_clear(width: float) -> None:
+    with theme.style():
+        page = deviations.RECIPES["deviations"].drawn(report(), in_print(width)).page
+    assert not faults(page)
+
+
+def test_the_command_draws_a_file(tmp_path: Path) -> None:
+    """With its numbers, those of the grid's own command; what does not fit is refused."""
+    found, path, out = report(), tmp_path / "m.txt", tmp_path / "out"
+    points = found.found.point.reshape(-1, 3).tolist()
+    path.write_text("\n".join(" ".join(map(repr, point)) for point in points), encoding="utf-8")
+    asked = ["--measured", str(path), "--rows", "3", "--columns", "5", "--out", str(out)]
+    small = ["--size", "600x450"]
+    done = CliRunner().invoke(main, [*asked, *small, "--member", "gear"])
+    assert done.exit_code == 0, done.output
+    table = list(csv.DictReader((out / "deviations.csv").read_text(encoding="utf-8").splitlines()))
+    np.testing.assert_allclose(
+        [float(row["deviation_mm"]) for row in table], found.found.deviation.ravel(), atol=1e-12
+    )
+    assert (out / "deviations.png").stat().st_size > 10_000
+    other = tmp_path / "none"
+    lost = CliRunner().invoke(main, [*asked[:-1], str(other), "--member", "pinion"])
+    assert (lost.exit_code, other.exists()) == (2, False)
+    assert lost.stderr.startswith(f"Error: {path}: has ")
+    both = CliRunner().invoke(main, [*asked, "--only", "fig-09"])
+    assert (both.exit_code, both.stderr.count("\n")) == (2, 1)

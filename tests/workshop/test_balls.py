@@ -1,0 +1,133 @@
+"""Dimensions over balls: DIN 21773 of cylindrical gears, an independent search on the flanks of beveloids."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import atan, cos, pi, radians, sin, tan
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+from beveloid_geom import Member, Tool
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.gear.flank import flank_point, highest_parameter, root_parameter, trace_parameter
+from beveloid_geom.status import BallStatus
+from beveloid_geom.workshop.balls import SIZES, ball_planes, balls_at, recommended_ball
+from tests.members import MEMBERS
+
+ALPHA, MODULE = radians(20.0), 4.0
+TOOL = Tool(MODULE, ALPHA)
+CYLINDRICAL = [(24, 0.0, 0.0), (17, 0.0, 0.35), (31, 28.0, -0.1), (40, -12.0, 0.3), (91, 41.0, 0.0)]
+
+
+def involute(angle: float) -> float:
+    return tan(angle) - angle
+
+
+def standard(teeth: int, beta: float, x: float, ball: float, thinner: float = 0.0) -> float:
+    """DIN 21773 Eqs. (30), (31), (35), (36)."""
+    alpha_t = atan(tan(ALPHA) / cos(beta))
+    half = (pi - 4 * x * tan(ALPHA)) / (2 * teeth) - thinner / (MODULE * teeth)
+    wanted = ball / (teeth * MODULE * cos(ALPHA)) - half + involute(alpha_t)
+    angle = float(optimize.brentq(lambda a: involute(a) - wanted, 1e-6, 1.4, xtol=1e-15))
+    centre = MODULE * teeth / cos(beta) * cos(alpha_t) / cos(angle)
+    return centre * (cos(pi / (2 * teeth)) if teeth % 2 else 1.0) + ball
+
+
+def ideal(teeth: int, beta: float, x: float) -> float:
+    """DIN 21773 Eqs. (26), (27): the ball that touches on the V-cylinder."""
+    alpha_t, base_helix = atan(tan(ALPHA) / cos(beta)), np.arcsin(sin(beta) * cos(ALPHA))
+    d = MODULE * teeth / cos(beta)
+    alpha_v = np.arccos(d * cos(alpha_t) / (d + 2 * x * MODULE))
+    half_base = (pi - 4 * x * tan(ALPHA)) / (2 * teeth) - involute(alpha_t)
+    wanted = tan(alpha_v) + half_base * cos(base_helix) ** 2
+    angle = optimize.brentq(lambda a: a + involute(a) * sin(base_helix) ** 2 - wanted, 0.0, 1.4, xtol=1e-15)
+    return float(teeth * MODULE * cos(ALPHA) * (tan(angle) - tan(alpha_v)) / cos(base_helix) ** 2)
+
+
+@pytest.mark.parametrize(("teeth", "helix_deg", "x"), CYLINDRICAL)
+def test_cylindrical_gears_are_those_of_the_standard(teeth: int, helix_deg: float, x: float) -> None:
+    beta = radians(helix_deg)
+    member = Member(TOOL, teeth, beta, 0.0, x, 30.0)
+    ball = recommended_ball(member)
+    assert ball == SIZES[np.searchsorted(SIZES, ideal(teeth, beta, x))]
+    found = balls_at(member, ball, ball_planes(member, ball), (0.0, -0.08))
+    for row, thinner in zip(found.dimension, (0.0, -0.08), strict=True):
+        np.testing.assert_allclose(row, standard(teeth, beta, x, ball, thinner), atol=1e-9)
+
+
+def nearest(member: Member, flank: str, turn: float, point: FloatArray) -> float:
+    """Distance of a point from a flank that is turned by `turn`, by a search over l and z."""
+    low, high = 1.3 * float(root_parameter(member)), 1.3 * float(highest_parameter(member))
+    (x, y, height), c, s = point, cos(turn), sin(turn)
+    target = c * x + s * y, c * y - s * x, height
+
+    def square(at: FloatArray) -> FloatArray:
+        l, z = at[..., 0], at[..., 1]
+        found = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+        return np.asarray(((found - target) ** 2).sum(axis=-1))
+
+    grid = np.stack(np.meshgrid(np.linspace(low, high, 81), height + np.linspace(-8, 8, 81)), axis=-1)
+    start = grid.reshape(-1, 2)[square(grid.reshape(-1, 2)).argmin()]
+    options, search = {"xatol": 1e-9, "fatol": 1e-14}, cast(Any, optimize.minimize)
+    return float(np.sqrt(search(square, start, method="Nelder-Mead", options=options).fun))
+
+
+@pytest.mark.parametrize("name", ["pinion", "gear", "concave", "convex", "cone 20"])
+def test_beveloids_are_those_of_a_search_on_the_flanks(name: str) -> None:
+    """Radius and angle at which both distances that a search finds are the ball's radius, to 1e-6 mm."""
+    member = MEMBERS[name]
+    ball = recommended_ball(member)
+    found, pitch = balls_at(member, ball, ball_planes(member, ball)), 2.0 * pi / float(member.teeth)
+    assert (found.status == BallStatus.MEASURED).all()
+    for k in (0, 2):
+
+        def off(at: FloatArray, z: float = float(found.z[k])) -> list[float]:
+            point = np.array((at[0] * cos(at[1]), at[0] * sin(at[1]), z))
+            sides = (nearest(member, flank, turn, point) for flank, turn in (("right", 0.0), ("left", pitch)))
+            return [side - 0.5 * ball for side in sides]
+
+        start = np.array((found.radius[0, k] + 0.05, found.angle[0, k] + 0.0005))
+        radius, _ = optimize.fsolve(off, start, xtol=1e-11, epsfcn=1e-8)
+        across = 2.0 * radius * (cos(0.5 * pi / float(member.teeth)) if int(member.teeth) % 2 else 1.0)
+        assert found.dimension[0, k] == pytest.approx(across + ball, abs=1e-6)
+
+
+def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
+    found = balls_at(MEMBERS["pinion"], 10.5, 0.0)
+    right, left = found.contact_z[:, 0, 0]
+    assert right * left < 0.0
+    assert abs(right + left) > 0.01
+    assert abs(np.diff(found.contact_radius[:, 0, 0])[0]) > 0.01
+
+
+@pytest.mark.parametrize(
+    ("ball", "status"),
+    [
+        (4.0, BallStatus.NOT_FOUND),
+        (6.0, BallStatus.ON_BOTTOM),
+        (8.0, BallStatus.BELOW_TIP),
+        (20.0, BallStatus.OFF_FLANK),
+    ],
+)
+def test_balls_that_measure_nothing_say_why(ball: float, status: BallStatus) -> None:
+    found = balls_at(MEMBERS["pinion"], ball, 0.0)
+    assert (int(found.status[0, 0]), np.isnan(found.dimension[0, 0])) == (status, True)
+
+
+def test_a_ball_beside_the_face_is_told() -> None:
+    """At the very toe of a helical member it touches one flank beyond the face."""
+    member = MEMBERS["pinion"]
+    toe = -0.5 * float(member.face_width)
+    assert balls_at(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK
+    narrow = replace(member, face_width=6.0)
+    assert (ball_planes(narrow, 10.5) == 0.0).all()
+    assert balls_at(narrow, 10.5, 0.0).status[0, 0] == BallStatus.MEASURED
+
+
+def test_what_is_no_ball_is_refused() -> None:
+    for ball in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="diameter of a ball must be positive"):
+            balls_at(MEMBERS["pinion"], ball, 0.0)

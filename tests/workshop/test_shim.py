@@ -1,0 +1,133 @@
+"""Axial positions for a backlash: mountings found back, the closed form, and what cannot be had."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design, Errors, Member, Pair, builtin_design, path_of_contact, zero_backlash_layout
+from beveloid_geom.operation.backlash import backlash_by_errors, mounted_backlash
+from beveloid_geom.pair.mounting import mounting_of, unmodified_backlash
+from beveloid_geom.status import ShimStatus
+from beveloid_geom.workshop.shim import shim
+from tests.symmetry import mirrored
+
+TABLE = builtin_design()
+HOUSING = Errors(offset=-0.1, shaft_angle=radians(0.002))
+
+
+def middle(design: Design, flank: str) -> float:
+    """z on the pinion at mid-roll, from a dense path."""
+    path = path_of_contact(design, flank, 2001)
+    roll = 0.5 * (path.pinion_roll[0] + path.pinion_roll[-1])
+    order = np.argsort(path.pinion_roll)
+    return float(np.interp(roll, path.pinion_roll[order], path.pinion_z[order]))
+
+
+@pytest.mark.parametrize("parabola", [0.0, 0.001])
+def test_a_mounting_is_found_back(parabola: float, flank: str) -> None:
+    """From the backlash and the place of the path that it has."""
+    design = TABLE.with_parabola(parabola, -parabola).with_errors(HOUSING)
+    moved = design.with_errors(replace(HOUSING, pinion_axial=3.1, gear_axial=1.7))
+    at = middle(moved, flank) / float(design.pinion.face_width) + 0.5
+    found = shim(design, float(mounted_backlash(moved).normal), at, flank)
+    assert found.status == ShimStatus.REACHED
+    np.testing.assert_allclose(found.axial, (3.1, 1.7), atol=1e-3)
+    np.testing.assert_allclose(found.distance, mounting_of(design).distance + found.axial)
+    assert found.residual < 1e-9
+    errors = replace(HOUSING, pinion_axial=float(found.axial[0]), gear_axial=float(found.axial[1]))
+    again = design.with_errors(errors)
+    assert float(mounted_backlash(again).normal) == pytest.approx(found.wanted_backlash, abs=1e-9)
+    assert middle(again, flank) == pytest.approx(found.wanted_z, abs=2e-5)
+
+
+def test_the_least_moves_are_those_of_the_closed_form() -> None:
+    """Unmodified flanks: j = j0 + a P + b G, of which the least is along (a, b)."""
+
+    def play(pinion: float, gear: float) -> float:
+        errors = replace(HOUSING, pinion_axial=pinion, gear_axial=gear)
+        return float(unmodified_backlash(TABLE.with_errors(errors)))
+
+    rates = np.array((play(10.0, 0.0) - play(0.0, 0.0), play(0.0, 10.0) - play(0.0, 0.0))) / 10.0
+    found = shim(TABLE.with_errors(HOUSING), 0.1)
+    np.testing.assert_allclose(found.axial, (0.1 - play(0.0, 0.0)) * rates / (rates @ rates), atol=1e-9)
+    assert play(*found.axial.tolist()) == pytest.approx(0.1, abs=1e-9)
+    assert np.isnan(found.wanted_z)
+
+
+@pytest.mark.slow
+def test_with_parabolas_no_moves_are_less() -> None:
+    """They are along the slope of the backlash, by differences of it, known to 1e-6 modules, and exactly."""
+    design = TABLE.with_parabola(0.001, -0.001).with_errors(HOUSING)
+    found, step = shim(design, 0.1), 1.0
+    pinion, gear = found.axial[:, None] + step * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
+    play = mounted_backlash(design.with_errors(replace(HOUSING, pinion_axial=pinion, gear_axial=gear))).normal
+    rates = np.array((play[0] - play[1], play[2] - play[3])) / (2.0 * step)
+    assert found.axial[0] * rates[1] == pytest.approx(found.axial[1] * rates[0], rel=2e-3)
+    pinion, gear = found.axial.tolist()
+    by = backlash_by_errors(design.with_errors(replace(HOUSING, pinion_axial=pinion, gear_axial=gear)))[2:]
+    assert pinion * by[1] == pytest.approx(gear * by[0], abs=1e-9)
+    assert found.backlash == pytest.approx(0.1, abs=1e-9)
+
+
+def test_mirrored_pairs_have_the_same_shims() -> None:
+    design = TABLE.with_errors(HOUSING)
+    one, other = shim(design, 0.1, 0.5, "right"), shim(mirrored(design), 0.1, 0.5, "left")
+    np.testing.assert_allclose(one.axial, other.axial, atol=1e-8)
+
+
+def test_from_where_there_is_no_path_one_is_looked_for() -> None:
+    """Mounted so far off that there is not even a first contact: the same places as from the design's."""
+    off = TABLE.with_errors(Errors(pinion_axial=48.0))
+    assert path_of_contact(off, "right").ends.contact_ratio == 0.0
+    found, near = shim(off, 0.12, 0.5), shim(TABLE, 0.12, 0.5)
+    assert found.status == ShimStatus.REACHED
+    np.testing.assert_allclose(found.axial, near.axial - np.array((48.0, 0.0)), atol=1e-7)
+    np.testing.assert_allclose(found.distance, near.distance, atol=1e-7)
+
+
+def crossed_helical() -> Design:
+    """Without cones."""
+    first, second = (
+        Member(TABLE.pinion.tool, n, radians(b), 0.0, 0.0, 40.0) for n, b in ((29, 20.0), (45, 10.0))
+    )
+    layout = zero_backlash_layout(Design(first, second, Pair(220.0, radians(30.0))))
+    return Design(first, second, Pair(float(layout.offset) + 0.2, float(layout.shaft_angle)))
+
+
+@pytest.mark.parametrize(
+    ("design", "backlash", "at", "status"),
+    [
+        (crossed_helical(), 0.1, None, ShimStatus.NO_EFFECT),
+        (TABLE.with_errors(Errors(offset=3.0)), 0.1, None, ShimStatus.OUT_OF_REACH),
+        (TABLE, 5.0, 0.5, ShimStatus.NOT_FOUND),
+        (
+            TABLE.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.3, shaft_angle=radians(-0.03))),
+            0.12,
+            0.5,
+            ShimStatus.NO_PATH,
+        ),
+    ],
+)
+def test_what_cannot_be_had_says_why(
+    design: Design, backlash: float, at: float | None, status: ShimStatus
+) -> None:
+    found = shim(design, backlash, at)
+    assert found.status == status
+    if status == ShimStatus.OUT_OF_REACH:
+        assert np.abs(found.axial).max() > found.limit == 50.0
+    else:
+        assert np.isnan([*found.axial, *found.distance, found.backlash, found.residual]).all()
+
+
+def test_arguments_are_checked() -> None:
+    for at in (0.0, 1.0, np.nan):
+        with pytest.raises(ValueError, match="share of the face above 0"):
+            shim(TABLE, 0.1, at)
+    with pytest.raises(ValueError, match="single design"):
+        shim(TABLE.with_errors(Errors(offset=np.zeros(2))), 0.1)
+    with pytest.raises(ValueError, match="flank must be"):
+        shim(TABLE, 0.1, flank="up")
