@@ -87,7 +87,7 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     header, _ = pattern_errors.rows((pattern_errors.Block("left", AT_MESH, None, "nothing runs"),))
     assert header[4:6] == ("centre_distance_error_mm", "in_plane_error_rad")
     monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
-    case = tolerance_cloud._case("left", "as designed", AT_MESH, "black")
+    case = tolerance_cloud._case("left", "as designed", AT_MESH, "black", 1.0)
     assert case.study is not None
     assert case.study.tolerances == USUAL_AT["mesh"]
     path = solved.solve(AT_MESH, "left")

@@ -1,4 +1,5 @@
-"""Pages for print: words keep clear of each other and of the edge, files have their true size."""
+"""Pages for print: words keep clear of each other and of the edge, pages are no higher than a
+journal's, files have their true size."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ from beveloid_viz.stage.theme import Page
 from ..symmetry import mirrored, scaled
 from .pages import recipe_of, short_measurements
 
-WIDTHS = (90.0, 190.0)
+WIDTHS = (90.0, 140.0, 190.0)
+HIGHEST = 235.0
+"""mm: what a journal's page has."""
 DPI = 70.0
 """Pixels to an inch of paper: words take the same room at any."""
 TABLE = builtin_design()
@@ -100,6 +103,7 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
     for width in WIDTHS:
         page = recipe.drawn(data, in_print(width)).page
         assert page.get_figwidth() * SCALE * 25.4 == pytest.approx(width, abs=0.05)
+        assert page.get_figheight() * SCALE * 25.4 <= HIGHEST
         assert faults(page) == [], f"{width:g} mm"
 
 

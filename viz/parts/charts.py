@@ -32,12 +32,16 @@ undercut flank, above 1."""
 MIDDLE = 1
 """Of the places of a path in a `Sensitivity`."""
 COLOURS = {"right": theme.BLUE, "left": theme.RED}
+DASHES = (0.0, (2.0, 1.0))
+"""Of the stems of the second of two flanks."""
 MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
 """Of the changes on a member's flank, and of those of the pair; and their lines of the two of a flank."""
 NARROW = 2.9
 """Inches of axes under which values stand in a column of their own."""
 ZERO = 1e-9
 """Changes below this share of the greatest are rounding."""
+WIDTHS = {"pinion": 3.0, "gear": 1.5}
+"""Points of curves of members."""
 DECADES = 2.0
 """Decades under that of the greatest change that are drawn in logarithm; the rest is linear."""
 Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
@@ -125,7 +129,8 @@ def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named
     roll, specific = np.degrees(report.path.pinion_roll), report.sliding.specific
     shown = np.where((specific < LOWEST) | (specific > HIGHEST), np.nan, specific)
     for values, member, colour in zip(shown.T, MEMBERS, COLOURS.values(), strict=True):
-        axes.plot(roll, values, dashes, color=colour, label=member if named else None)
+        look: dict[str, Any] = {"color": colour, "linewidth": WIDTHS[member]}
+        axes.plot(roll, values, dashes, label=member if named else None, **look)
     axes.axhline(0.0, color=theme.GREY, linewidth=0.8, zorder=1.8)
     axes.set_ylabel("specific sliding")
     _over_rolls(axes, report, named)
@@ -146,7 +151,9 @@ def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:
         axes.invert_xaxis()
 
 
-def spread(axes: Axes, study: ToleranceStudy, name: str, scale: float, colour: str) -> None:
+def spread(
+    axes: Axes, study: ToleranceStudy, name: str, scale: float, colour: str, width: float = 2.5
+) -> None:
     """Draw how a quantity of a study spreads: the share (%) of the mountings with a path whose value, times
     `scale`, is at most that below; a dot for the design without the errors drawn."""
     mountings, nominal = (
@@ -154,10 +161,10 @@ def spread(axes: Axes, study: ToleranceStudy, name: str, scale: float, colour: s
     )
     if name == "peak_to_peak":
         mountings, nominal = (np.where(v < SMALLEST, 0.0, v) for v in (mountings, nominal))
-    axes.plot(np.sort(mountings), np.linspace(0.0, 100.0, mountings.size), color=colour)
+    axes.plot(np.sort(mountings), np.linspace(0.0, 100.0, mountings.size), color=colour, lw=width)
     for value in nominal.tolist():
         share = 50.0 if np.ptp(mountings) == 0.0 else 100.0 * float(np.mean(mountings <= value))
-        axes.plot(value, share, "o", color=colour, ms=7.0)
+        axes.plot(value, share, "o", color=colour, ms=4.0 + width)
     axes.set_ylim(-2.0, 102.0)
     axes.grid(True)
 
@@ -195,7 +202,7 @@ def changes_under_errors(
     axes: Axes, quantity: Quantity, changes: Changes, greatest: float, steps: Sequence[Step]
 ) -> None:
     """Draw stems from zero to the changes of a quantity under each error, of the size of its step, on scales
-    to the `greatest` of all panels; colours are flanks, markers members."""
+    to the `greatest` of all panels; colours and dashes are flanks, markers members."""
     axes.set_title(quantity.title, fontsize=theme.LABEL, pad=6.0)
     flanks = list(dict.fromkeys(flank for flank, _ in changes))
     lines = 2.0 * len(flanks) + 1.0  # of an error, the last of them empty
@@ -210,16 +217,17 @@ def changes_under_errors(
         axes.axhspan(low, low + lines, color=theme.PALE, alpha=0.35, lw=0.0)
     axes.axvline(0.0, color=theme.GREY, linewidth=1.0)
     rows = np.array(list(changes.values()))
+    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
     if not rows[np.isfinite(rows)].any():
         axes.set_xlim(-1.0, 1.0)
         axes.set_xticks([0.0])
         known = np.isfinite(rows).any()
-        theme.say(axes, "0 under every error" if known else "not known", backgroundcolor="white")
+        words = "0 under every error" if known else "not known"
+        theme.say(axes, words, 12 if narrow else 36, backgroundcolor="white")
         return
     ticks = 10.0 ** (np.floor(np.log10(greatest)) - np.array([DECADES, 0.0]))
     axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
-    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
-    low, high = (1.5, 1e5) if narrow else (300.0, 300.0)  # room for words at both ends, or on the right
+    low, high = (4.0, 1e6) if narrow else (300.0, 300.0)  # room for words at both ends, or on the right
     axes.set_xlim(-low * greatest, high * greatest)
     marks = np.concatenate((-ticks[::-1], [0.0], ticks))
     texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]
@@ -228,7 +236,8 @@ def changes_under_errors(
     axes.minorticks_off()
     for (flank, member), row in changes.items():
         marker, line = MARKERS[member]
-        look: dict[str, Any] = {"color": COLOURS[flank], "marker": marker}
+        dashed = flank != flanks[0]
+        look: dict[str, Any] = {"color": COLOURS[flank], "ls": DASHES if dashed else "-", "marker": marker}
         at = blocks + 2.0 * flanks.index(flank) + line
         _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look, narrow)
 
@@ -240,7 +249,7 @@ def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, An
         if np.isnan(value):
             axes.text(0.0, y, "  not known", color=colour, va="center", fontsize=theme.SMALL)
             continue
-        axes.plot([0.0, value], [y, y], color=colour, linewidth=2.0)
+        axes.plot([0.0, value], [y, y], color=colour, linewidth=2.0, ls=look["ls"])
         axes.plot([value], [y], ms=6.5, mfc="white" if look["marker"] == "D" else colour, **look)
         away, ha = (-8.0, "right") if value < 0.0 else (8.0, "left")
         style: dict[str, Any] = {"ha": ha, "va": "center", "color": colour, "fontsize": theme.SMALL}
@@ -262,7 +271,10 @@ def _three_digits(value: float) -> str:
 def marks_of_changes(flanks: Sequence[str]) -> list[Line2D]:
     """Make entries of a legend for `changes_under_errors`: the flanks, if there are several, and members."""
     several = flanks if len(flanks) > 1 else ()
-    entries = [Line2D([], [], color=COLOURS[flank], label=f"{flank} flank") for flank in several]
+    entries = [
+        Line2D([], [], color=COLOURS[flank], ls=DASHES if flank != flanks[0] else "-", label=f"{flank} flank")
+        for flank in several
+    ]
     for member, (marker, _) in MARKERS.items():
         face, label = "white" if marker == "D" else theme.INK, member or "pair"
         look: dict[str, Any] = {"marker": marker, "ms": 6.5, "mfc": face}

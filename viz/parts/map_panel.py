@@ -32,6 +32,8 @@ EDGE, CORNER = 0.46, 0.32
 """Shares of a map from its middle beyond which lines are not labelled: in one, and in both directions."""
 LINE, ZERO_LINE = 0.8, 2.0
 """Widths of lines, in points, and of that at zero; those of negative levels are dashed."""
+NARROW = 3.0
+"""Inches of a map under which it has fewer ticks, in small type."""
 LEVEL = "level"
 """What words are called that name a level."""
 LOST, ASTRAY, UNKNOWN, HOLLOW = "xxx", "....", "++", "//"
@@ -50,13 +52,13 @@ class Look:
 
 
 LOOKS = {
-    "contact_ratio": Look("contact ratio (Eq. 16)", 1.0, "linear", "viridis"),
-    "angle": Look("angle to the axial direction (deg)", math.degrees(1.0), "angle", "viridis"),
-    "shift": Look("shift of the path under errors (mm)", 1.0, "log", "cividis"),
+    "contact_ratio": Look("contact ratio, Eq. 16", 1.0, "linear", "viridis"),
+    "angle": Look("angle of the path (deg)", math.degrees(1.0), "angle", "viridis"),
+    "shift": Look("shift under errors (mm)", 1.0, "log", "cividis"),
     "peak_to_peak": Look("transmission error (arcsec)", ARCSEC, "linear", "magma"),
-    "centre": Look("middle of the path, pinion z (mm)", 1.0, "linear", "viridis"),
+    "centre": Look("middle, pinion z (mm)", 1.0, "linear", "viridis"),
     "normal_backlash": Look("normal backlash (mm)", 1.0, "linear", "viridis"),
-    "edge_share": Look("cycle carried by edges (%)", 100.0, "share", "viridis"),
+    "edge_share": Look("carried by edges (%)", 100.0, "share", "viridis"),
 }
 
 
@@ -66,8 +68,10 @@ def panel(axes: Axes, bar: Axes, name: str, found: DesignMap) -> None:
     per = 1e3 if found.over == "parabola" else 1.0
     values = look.scale * getattr(found, name)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    wide = axes.get_window_extent().width > NARROW * axes.figure.dpi
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        axis.set_major_locator(MaxNLocator(5 if wide else 3, steps=[1, 2, 5, 10]))
+        axis.set_tick_params(labelsize=theme.LABEL if wide else theme.SMALL)
         axis.set_major_formatter(lambda value, _: _plain(per * value))
     if not np.isfinite(values).any():
         bar.set_axis_off()

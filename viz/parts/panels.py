@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -38,9 +38,11 @@ SOLID: tuple[float, ...] = ()
 STRETCH = 2.0
 """How many times as large across as along flanks are drawn side by side."""
 LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
-CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=1.55)
+CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
 LABEL, HEADING = 0.27, 0.4
 """Inches over and under a flank, and over a column."""
+Texts: TypeAlias = tuple[float, float]
+"""Inches of words under a pinion's and under a gear's flank."""
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
 """Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
 that touch instead."""
@@ -301,16 +303,19 @@ class Cell:
         theme.fill(page.text(*self.under, "", **style), words, self.width)
 
 
-def flanks_tall(layout: theme.Layout, count: int, text: float) -> float:
+def flanks_tall(layout: theme.Layout, count: int, text: Texts, stretch: float = STRETCH) -> float:
     """Give the inches in print that `flank_rows` of so many columns take."""
-    flank = min(1.15 * CELLS.width(layout, count), 3.6)
-    return CELLS.tall(layout, count, HEADING + 2.0 * (_text(layout, count, text) + 2.0 * LABEL + flank))
-
-
-def _text(layout: theme.Layout, count: int, text: float) -> float:
-    """Give the inches of words under a flank, `text` where a column has room for them."""
     width = CELLS.width(layout, count)
-    return text * (1.0 if width > 2.8 else 1.35 if width > 2.2 else 1.8)
+    words = HEADING + sum(_texts(layout, count, text)) + 4.0 * LABEL
+    flank = min(2.3 * width / stretch, 3.6)
+    return CELLS.tall(layout, count, words + 2.0 * flank)
+
+
+def _texts(layout: theme.Layout, count: int, text: Texts) -> Texts:
+    """Give the inches of words under flanks, `text` where a column has room for them."""
+    width = CELLS.width(layout, count)
+    more = 1.0 if width > 2.8 else 1.35 if width > 2.2 else 1.8
+    return more * text[0], more * text[1]
 
 
 def flank_rows(
@@ -318,26 +323,28 @@ def flank_rows(
     columns: Sequence[tuple[str, Design, str]],
     low: float,
     high: float,
-    text: float,
+    text: Texts,
     draw: Callable[[Cell], Picture | None],
     outside: bool = False,
+    stretch: float = STRETCH,
 ) -> dict[str, Picture]:
     """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
     the page), by calling `draw` for each, in the paper's view or from `outside`. `columns` are headings,
-    designs and flanks; `text` inches are left for words under a flank. Where a page is too narrow, further
-    columns follow under the first. The pictures by member and column."""
-    seen = (flank_views(design, flank, STRETCH, outside) for _, design, flank in columns)
+    designs and flanks; `text` inches are left for words under a pinion's and a gear's flank. Where a page is
+    too narrow, further columns follow under the first. The pictures by member and column."""
+    seen = (flank_views(design, flank, stretch, outside) for _, design, flank in columns)
     views = list(zip(*seen, strict=True))
     spans = np.stack([greatest_span(row) for row in views])
-    beside, text = CELLS.columns(page.layout, len(columns)), _text(page.layout, len(columns), text)
+    beside = CELLS.columns(page.layout, len(columns))
+    under = np.array([theme.inches(page, length) for length in _texts(page.layout, len(columns), text)])
     page_width, page_height = page.canvas.get_width_height()
     starts, block = theme.rows(low, high, -(-len(columns) // beside))
     width = (RIGHT - LEFT) / beside
-    around, under = theme.inches(page, text + 2.0 * LABEL), theme.inches(page, text)
-    room = (block - theme.inches(page, HEADING) - 2.0 * around) * page_height
+    around = under + theme.inches(page, 2.0 * LABEL)
+    room = (block - theme.inches(page, HEADING) - around.sum()) * page_height
     px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
-    scale_bars(page, px_per_mm, STRETCH, looks_of(chain(*views)))
+    scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
     heights = around + spare + px_per_mm * spans[:, 1] / page_height
     pictures: dict[str, Picture] = {}
     for column, (heading, _, _) in enumerate(columns):
@@ -348,10 +355,10 @@ def flank_rows(
         name.set(ha="center", va="top" if page.layout.height else "bottom")
         theme.fill(name, heading, 0.9 * width * page_width)
         for row, (member, bottom) in enumerate(zip(MEMBERS, top - np.cumsum(heights), strict=True)):
-            y, height = float(bottom) + under, float(heights[row]) - under
+            y, height = float(bottom + under[row]), float(heights[row] - under[row])
             if place == 0:
                 style: dict[str, Any] = {"rotation": 90, "va": "center", "fontsize": theme.HEADING}
-                page.text(0.012, bottom + 0.5 * (heights[row] + under), member.capitalize(), **style)
+                page.text(0.012, bottom + 0.5 * (heights[row] + under[row]), member.capitalize(), **style)
             box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
             under_it = (x + 0.5 * width, y), 0.97 * width * page_width
             picture = draw(Cell(row, column, box, views[row][column], px_per_mm, *under_it))
@@ -363,18 +370,10 @@ def flank_rows(
 def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
     """Say in a caption how flanks are drawn: "right", "left" or "right and left" ones; as the paper does, or
     all from `outside`."""
-    side = {
-        "right": "through the tooth, from its metal side",
-        "left": "from outside",
-        "right and left": "through the tooth, from its metal side (right) or from outside (left)",
-    }[flank]
-    way = f"{side}, so that root is left, tip right and heel on top without mirroring,"
-    if outside and flank != "left":
-        tip = {"right": "tip left", "right and left": "the tip of right ones left, of left ones right"}[flank]
-        way = f"from outside, heel on top and {tip},"
+    way = "from outside" if outside or flank == "left" else "through the tooth, from its metal side"
     return (
-        f"Flanks are seen square on {way} and drawn {stretch:g} times as large across as along; the sketch"
-        " shows the tooth from its toe. A path enters at the ball and leaves at the arrow head. "
+        f"Flanks are seen square on {way}, {stretch:g} times as large across as along; the sketch shows the"
+        " tooth from its toe. A path enters at the ball and leaves at the arrow head. "
     )
 
 

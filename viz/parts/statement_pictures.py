@@ -37,7 +37,7 @@ SHOWN = np.linspace(0, STEPS - 1, 5).astype(int)
 BORDER = 31
 """Points of the lines of root and tip."""
 TURNED = ("C1", "C4", "C2", "C3")
-TURNS = {"in all": "turn over the range", "per 1/mm": "turn by coefficient"}
+TURNS = {"in all": "turn over the range", "by a": "turn by coefficient"}
 """Sweeps in the order of the numbers of D1; words for the ways in which they are measured."""
 MARKERS = {"along the face": "o", "square": "s", "at mid-roll": "^"}
 """By how the name of a way to measure a shift begins."""
@@ -107,7 +107,7 @@ def _swept(case: Case, statement: Statement) -> Lines:
     pinion, gear, greatest = SWEEPS[statement.id]
     size = np.linspace(0.0, greatest, STEPS)[SHOWN]
     told = [
-        (number(pinion * a + 0.0) if a in (0.0, greatest) else "", _coefficients(pinion * a, gear * a))
+        (number(pinion * a) if a == greatest else "", _coefficients(pinion * a, gear * a))
         for a in size.tolist()
     ]
     return _side_view(case, case.design.with_parabola(pinion * size, gear * size), told)
@@ -118,7 +118,7 @@ def _misaligned(field: str, size: float, column: str, unit: str, case: Case, _: 
     errors = size * np.array([-1.0, 0.0, 1.0])
     shown = np.degrees(errors) if unit == "\u00b0" else errors
     told = [
-        (f"{'+' if at > 0.0 else ''}{number(at)}{unit}" if at else "0", {column: error})
+        (f"{'+' if at > 0.0 else ''}{number(at)}{unit}" if at else "", {column: error})
         for error, at in zip(errors.tolist(), shown.tolist(), strict=True)
     ]
     return _side_view(case, case.design.with_errors(Errors(**{field: errors})), told)
@@ -266,7 +266,8 @@ def _draw_ratios(axes: Axes, lines: Lines) -> None:
     first = lines[0]
     a, ratios = first["parabola_pinion_per_mm"], np.concatenate([line["contact_ratio"] for line in lines])
     axes.set_xlim(a[0], a[-1])
-    axes.set_xticks(a[[0, STEPS // 2, -1]], [number(at) for at in a[[0, STEPS // 2, -1]]])
+    axes.set_xticks(a[[0, -1]], [number(at) for at in a[[0, -1]]])
+    axes.get_xticklabels()[-1].set_horizontalalignment("right")
     axes.set_xlabel("a of the pinion (1/mm)", fontsize=theme.SMALL)
     axes.set_ylabel("ratio", fontsize=theme.SMALL)
     if not np.isfinite(ratios).any():

@@ -17,6 +17,8 @@ SCALE = 8.0 / 13.0
 PRINT_DPI = 300.0
 """Pixels to an inch of paper."""
 USUAL = (16.0, 12.0)
+ROOM = 9.3
+"""Inches that a figure may take in print, so that with its words it has room on a journal's page."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +79,9 @@ class Cells:
         return (layout.width - self.left - self.right - (columns - 1) * self.across) / columns
 
     def tall(self, layout: Layout, count: int, height: float) -> float:
-        """Give the inches that the rows of panels of a height, inches, take."""
+        """Give the inches that the rows of panels of a height, inches, or lower ones, take in ROOM."""
         rows = -(-count // self.columns(layout, count))
-        return rows * height + (rows - 1) * self.down
+        return min(rows * height + (rows - 1) * self.down, ROOM)
 
     def boxes(
         self, layout: Layout, count: int, page_height: float, low: float, high: float

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation, Text
 from numpy.typing import ArrayLike
 
-from .layout import Cells as Cells, Layout as Layout
+from .layout import ROOM, Cells as Cells, Layout as Layout
 from .scene import Picture, Size
 
 # Okabe and Ito's palette: told apart by colour-blind readers and by lightness in print.
@@ -170,7 +170,7 @@ NARROW = 9.0
 
 def stacked(layout: Layout, tall: float) -> float:
     """Give the inches in print that two panels take, `tall` beside each other."""
-    return tall if layout.width > NARROW else 2.0 * tall
+    return tall if layout.width > NARROW else min(2.0 * tall, ROOM)
 
 
 def pair_of_boxes(

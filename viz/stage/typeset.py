@@ -36,6 +36,7 @@ def settle(page: Page) -> Page:
     if page.layout.printed:
         for text in page.findobj(Text):
             _set_type(text)
+        page.draw_without_rendering()  # or labels of ticks would not be known yet
         for axes in page.axes:
             _break_titles(axes)
             _fit_legend(axes)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
@@ -73,7 +75,7 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
         NOTE.format(poses=len(SHARES), finding=finding(data)),
         below=0.75,
         above=0.5,
-        tall=CELLS.tall(layout, len(FLANKS), 4.6),
+        tall=CELLS.tall(layout, len(FLANKS), 3.2),
     )
     found = zip(FLANKS, theme.panels(page, CELLS, len(FLANKS), low, high), strict=True)
     for column, (flank, axes) in enumerate(found):
@@ -81,14 +83,18 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
         if flank in data.reasons:
             theme.say(axes, data.reasons[flank], 40)
         else:
-            _panel(axes, data, flank)
-            if column == 0 or FLANKS[0] in data.reasons:
+            lines = _panel(axes, data, flank)
+            if (column == 0 or FLANKS[0] in data.reasons) and layout.printed:
+                theme.legend(page, lines, 2)
+            elif column == 0 or FLANKS[0] in data.reasons:
                 axes.legend(loc="center", bbox_to_anchor=(0.5, 0.42))
     return Drawing(page, {})
 
 
-def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
-    """Draw the errors (mm) of one flank over the tolerance, at every pose and the greatest of them."""
+def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
+    """Draw the errors (mm) of one flank over the tolerance, at every pose and the greatest of them; give the
+    lines of a legend."""
+    lines = []
     for polish in (False, True):
         for kind, (name, colour, marker) in LOOKS.items():
             errors = np.maximum(errors_of(data.found[flank, polish], kind), FLOOR)
@@ -96,12 +102,14 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> None:
             face = colour if polish else "none"
             axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
             worst = errors.max(axis=0)
-            axes.plot(TOLERANCES, worst, "-" if polish else "--", color=colour, marker=marker, label=label)
-    axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
+            look: dict[str, Any] = {"color": colour, "marker": marker, "label": label}
+            lines += axes.plot(TOLERANCES, worst, "-" if polish else "--", **look)
+    lines += axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
     log_axes(axes)
     axes.invert_xaxis()
     axes.set_ylim(0.1 * FLOOR, 1e3)
-    axes.set(xlabel="tolerance of the meshes (mm), finer to the right", ylabel="error (mm)")
+    axes.set(xlabel="tolerance of the meshes (mm)", ylabel="error (mm)")
+    return lines
 
 
 def finding(data: ConvergenceFigure) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,14 +27,16 @@ from ...parts.solved import FLANKS, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
-CELLS, PANELS = Cells(left=1.0, right=0.3, across=1.0, down=1.15, most=2, least=3.2), 7
+CELLS, PANELS = Cells(left=0.95, right=0.3, across=1.0, down=1.45, most=3, least=1.7), 7
+FEWER = 4
+"""Panels on a page that has no room for three columns."""
 COLUMNS = 176
 """Characters in a line of the caption."""
 FIVE = "five equations, warm"
 BATCHES = (0.6, 3e5)
 """Limits of panel (e)."""
 SETTINGS = Settings()
-COST = "processor time of a position (s)"
+COST, COST_IN_PRINT = "processor time of a position (s)", "processor time (s)"
 EXACT, EXACT_TURN = 1e-9, 1e-4
 """mm, and arcsec of transmission error: errors under them count as exact in the text."""
 FLOOR, FLOOR_TURN = 1e-14, 1e-12
@@ -42,22 +44,21 @@ FLOOR, FLOOR_TURN = 1e-14, 1e-12
 USUAL = (1.2e-8, 0.4), (0.3 * FLOOR, 3e3)
 """Limits of the times (s) and errors (mm) of a panel; what is beyond widens them."""
 LOOKS = {
-    "mesh alone": Look("mesh alone (tolerance)", theme.RED, "o", True),
-    "mesh, polished": Look("mesh, then polish (tolerance)", theme.RED, "o"),
-    "five equations, cold": Look("five equations, cold (xtol)", theme.BLUE, "s", True),
-    "five equations, warm": Look("five equations, warm (xtol)", theme.BLUE, "s"),
-    "Newton on F": Look("one equation, Newton (steps)", theme.BLACK, "v"),
-    "one equation, given l1": Look("one equation, $l_1$ given (batch)", theme.GREEN, "D", True, 8.5),
-    "one equation, path": Look("one equation, path with ends (batch)", theme.GREEN, "D"),
+    "mesh alone": Look("mesh alone", theme.RED, "o", True),
+    "mesh, polished": Look("mesh, then polish", theme.RED, "o"),
+    "five equations, cold": Look("five equations, cold", theme.BLUE, "s", True),
+    "five equations, warm": Look("five equations, warm", theme.BLUE, "s"),
+    "Newton on F": Look("one equation, Newton", theme.BLACK, "v"),
+    "one equation, given l1": Look("one equation, l1 given", theme.GREEN, "D", True, 8.5),
+    "one equation, path": Look("one equation, path with ends", theme.GREEN, "D"),
 }
 FIRST_LOOKS = {
     "mesh alone" + FIRST: LOOKS["mesh alone"],
     "mesh, polished" + FIRST: LOOKS["mesh, polished"],
-    GRID: Look("grid search (points a side)", theme.GREY, "P", True, 7.0),
-    EXACT_FIRST: Look("first contact (batch)", theme.BLACK, "^", size=7.0),
+    GRID: Look("grid search", theme.GREY, "P", True, 7.0),
+    EXACT_FIRST: Look("first contact", theme.BLACK, "^", size=7.0),
 }
-"""Ways to find what touches first of all teeth."""
-"""Methods in the order of the legend, each with what varies along its curve."""
+"""Ways to find what touches first of all teeth; methods are in the order of the legend."""
 LABELS = (
     ("Newton on F", 0, "0 steps", ((9, 0, "left"), (-9, 0, "right"))),
     ("Newton on F", 1, "{:g}", ((9, -1, "left"), (-9, -1, "right"))),
@@ -73,14 +74,19 @@ LABELS = (
 """Settings written beside their marks: method, which of its rows, text, and where, best first; what has
 no room at any of them is left out."""
 NOTE = (
-    "Errors are the largest of five positions of the path, against the five equations at 60 digits. Times are"
-    " processor times of a call over its positions; what is kept between calls (mounting, meshes, the flanks'"
-    " constants) is listed apart, as setup. Meshes turn the gear until the flanks touch, from 1e-4 rad off. A"
-    " cold start is the pitch point, a warm one the position before. Newton starts in the middle of the"
-    " gear's flank, in batches of 1,000; without parabola one step is exact, and the point does not depend on"
-    " it. (f), (g): where the teeth touch first, edges included, in five positions of a mesh cycle, against"
-    " its exact pieces; the polish knows no contact on an edge. {finding}{failures}"
+    "Along a curve varies of meshes the tolerance, of five equations xtol, of Newton the steps, of a grid its"
+    " points, and else the batch. Errors are the largest of five positions of the path, against the five"
+    " equations at 60 digits. Times are processor times of a call over its positions; what is kept between"
+    " calls (mounting, meshes, the flanks' constants) is listed apart, as setup. Meshes turn the gear until"
+    " the flanks touch, from 1e-4 rad off. A cold start is the pitch point, a warm one the position before."
+    " Newton starts in the middle of the gear's flank, in batches of 1,000; without parabola one step is"
+    " exact, and the point does not depend on it. (f), (g): where the teeth touch first, edges included, in"
+    " five positions of a mesh cycle, against its exact pieces; the polish knows no contact on an edge."
+    " {finding}{failures}"
 )
+
+
+MORE = "What a batch costs, and how first contacts are found, is shown on wider pages."
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +120,7 @@ class SpeedCase:
         for method in dict.fromkeys(row.method for row in self.rows):
             lost = [row.status != SOLVED for row in self.rows if row.method == method]
             count = "all" if all(lost) else f"{sum(lost)} of {len(lost)}"
-            name = _plain((LOOKS | FIRST_LOOKS)[method].label) + (FIRST if FIRST in method else "")
+            name = (LOOKS | FIRST_LOOKS)[method].label + (FIRST if FIRST in method else "")
             words += [f"{name} ({count})".replace(" ", "\u00a0")] if any(lost) else []
         return words
 
@@ -138,28 +144,32 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
 
 def draw(data: tuple[SpeedCase, ...], layout: theme.Layout) -> Drawing:
     """Draw a chart for each case; beside them the cost of a batch, and first contacts of all teeth."""
+    count = FEWER if layout.printed and CELLS.columns(layout, PANELS) < 3 else PANELS
+    says = finding(data) if count == PANELS else MORE
     page, low, high = theme.new_page(
         layout,
         "Speed against accuracy of every way to find the contact",
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",
-        NOTE.format(finding=finding(data), failures=failures(data)),
+        NOTE.format(finding=says, failures=failures(data)),
         below=0.75,
         above=1.25,
         columns=COLUMNS,
-        tall=CELLS.tall(layout, PANELS, 3.2),
+        tall=CELLS.tall(layout, count, 1.9),
     )
-    four, three = _axes(page, low, high)
+    four, three = _axes(page, count, low, high)
     shown = next((number for number in (2, 3, 0, 1) if data[number].rows), None)
     for number, (case, axes) in enumerate(zip(data, four, strict=True)):
         row, column = divmod(number, len(FLANKS))
         axes.set_title(f"({'abcd'[number]})  {case.title}", loc="left", pad=8.0)
         _panel(axes, case, limits(data), number == shown)
         if column == 0 or layout.printed:
-            axes.set_ylabel("error of the contact point (mm)")
+            axes.set_ylabel("error (mm)" if layout.printed else "error of the contact point (mm)")
         if row == 1 or layout.printed:
-            axes.set_xlabel(COST)
-    _legend(page, high)
+            axes.set_xlabel(COST_IN_PRINT if layout.printed else COST)
+    _legend(page, high, LOOKS if count == FEWER else LOOKS | FIRST_LOOKS)
+    if not three:
+        return Drawing(page, {})
     _batches(three[0], data, shown)
     found = [row for case in data for row in case.rows if row.method in FIRST_LOOKS]
     _first(three[1], found, "(f)  first contact of all teeth, as (c)", "mm", "error_mm", FLOOR)
@@ -167,10 +177,11 @@ def draw(data: tuple[SpeedCase, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _axes(page: theme.Page, low: float, high: float) -> tuple[list[Axes], list[Axes]]:
-    """Make axes for the four cases, and the three of batches and first contacts beside or after them."""
+def _axes(page: theme.Page, count: int, low: float, high: float) -> tuple[list[Axes], list[Axes]]:
+    """Make axes for the four cases, and the three of batches and first contacts beside or after them, where
+    `count` has room for these."""
     if page.layout.printed:
-        found = theme.panels(page, CELLS, PANELS, low, high)
+        found = theme.panels(page, CELLS, count, low, high)
         return found[:4], found[4:]
     bottoms, height = theme.rows(low, high, 2, theme.inches(page, 0.95))
     four = [page.add_axes((x, bottom, 0.265, height)) for bottom in bottoms for x in (0.065, 0.39)]
@@ -220,24 +231,24 @@ def _panel(
             labels.put(text.format(rows[index].value), at, shifts, LOOKS[method].colour)
 
 
-def _legend(page: theme.Page, top: float) -> None:
-    corner, title = (0.025, top + theme.inches(page, 1.3)), "method (what varies along its curve)"
+def _legend(page: theme.Page, top: float, looks: Mapping[str, Look]) -> None:
+    corner = 0.025, top + theme.inches(page, 1.1)
     style: dict[str, Any] = {
         "fontsize": theme.SMALL,
         "labelspacing": 0.6,
         "handlelength": 2.8,
         "columnspacing": 1.4,
     }
-    style |= {"title": title, "title_fontsize": theme.SMALL, "alignment": "left", "loc": "upper left"}
-    looks = dict.fromkeys((*LOOKS.values(), *FIRST_LOOKS.values()))
-    handles = [look.line() for look in looks]
+    style |= {"alignment": "left", "loc": "upper left"}
+    handles = [look.line() for look in dict.fromkeys(looks.values())]
     theme.legend(page, handles, 5, bbox_to_anchor=corner, **style)
 
 
 def _first(axes: Axes, found: Sequence[Row], title: str, unit: str, measure: str, floor: float) -> None:
     """Draw errors of first contacts, the `measure` of rows, over their times."""
     axes.set_title(title, loc="left", pad=8.0)
-    axes.set(xlabel=COST, ylabel=f"error ({unit})")
+    axes.set(xlabel=COST_IN_PRINT if cast("theme.Page", axes.figure).layout.printed else COST)
+    axes.set_ylabel(f"error ({unit})")
     log_axes(axes)
     for order, (method, look) in enumerate(FIRST_LOOKS.items()):
         own = [(row.seconds_per_position, getattr(row, measure)) for row in found if row.method == method]
@@ -293,8 +304,8 @@ def finding(data: Sequence[SpeedCase]) -> str:
 
 
 def _plain(text: str) -> str:
-    """Give a title, or the label of a method without what varies, for the caption."""
-    return text.split(" (")[0].replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
+    """Give a title for the caption."""
+    return text.replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
 
 
 def failures(data: Sequence[SpeedCase]) -> str:

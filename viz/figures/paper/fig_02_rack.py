@@ -20,8 +20,9 @@ from ...stage import theme
 EXAGGERATED = 0.09
 """Parabola coefficient drawn, in 1 / normal module."""
 BACK = 0.4
-"""Thickness of the tool's back, and half the width drawn, in normal modules."""
-WIDE = 2.08
+"""Thickness of the tool's back, in normal modules."""
+WIDE, NARROW = 2.08, 1.75
+"""Half the width of the tool drawn, in normal modules; and on a narrow page, with fewer words."""
 WORDS = 0.9
 """Inches for words beside the dimensions."""
 SHOWN = 0.82
@@ -62,11 +63,14 @@ def compute(design: Design) -> RackFigure:
 def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     """Draw the section with its frames and dimensions; lengths in true proportion."""
     module, coefficient = data.module, float(data.tools[1].parabola)
+    narrow = layout.printed and layout.width < theme.NARROW
+    wide = NARROW if narrow else WIDE
+    space, angle = f" = $\\pi m_n/2$ = {0.5 * np.pi * module:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
-        " dashed: straight flank, $a_j$ = 0",
+        " dashed: straight flank, $a_j$ = 0" + (f"; $s_0${space}, $\\alpha_n${angle}" if narrow else ""),
         "The space of the tool is the tooth it generates: $x_n$ points from that tooth's root to its tip,"
         " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
         " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
@@ -78,22 +82,26 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
     room = 1.0 - 2.0 * WORDS * page.dpi / box.width
-    half = max(2.7 * module, 2.3 * module / room, 0.5 * (ends[1] - ends[0]) * box.width / box.height)
+    half = max(
+        (wide + 0.62) * module,
+        (wide + 0.22) * module / room,
+        0.5 * (ends[1] - ends[0]) * box.width / box.height,
+    )
     high_half = half * box.height / box.width
     axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
-    _draw_tool(axes, data)
-    _draw_lines(axes, data)
+    _draw_tool(axes, data, wide)
+    _draw_lines(axes, data, wide, "" if narrow else space)
     _draw_frames(axes, data)
-    _draw_parameters(axes, data)
+    _draw_parameters(axes, data, "" if narrow else angle)
     return Drawing(page, {})
 
 
-def _draw_tool(axes: Axes, data: RackFigure) -> None:
+def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
     """Draw the tool as metal, and the straight profile over it."""
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
     back = parabolic[:, 1].max() + BACK * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
-    window = Rectangle((-WIDE * data.module, -1e3), 2.0 * WIDE * data.module, 2e3, transform=axes.transData)
+    window = Rectangle((-wide * data.module, -1e3), 2.0 * wide * data.module, 2e3, transform=axes.transData)
     for drawn in (
         *axes.fill(*outline.T, color=FILL, zorder=0),
         *axes.plot(*parabolic.T, color=theme.INK, linewidth=3.0, zorder=2),
@@ -101,32 +109,34 @@ def _draw_tool(axes: Axes, data: RackFigure) -> None:
     ):
         drawn.set_clip_path(window)
     for side in (-1.0, 1.0):
-        annotate.text(axes, (side * 1.62 * data.module, 0.75 * data.module), "tool", fontsize=theme.HEADING)
+        place = side * (wide - 0.46) * data.module, 0.75 * data.module
+        annotate.text(axes, place, "tool", fontsize=theme.HEADING)
     low = -float(data.tools[0].dedendum) * data.module
-    annotate.text(axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY)
+    if wide == WIDE:
+        annotate.text(
+            axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY
+        )
 
 
-def _draw_lines(axes: Axes, data: RackFigure) -> None:
-    """Draw pitch line, addendum and dedendum lines, space width, tip round."""
+def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
+    """Draw pitch line, addendum and dedendum lines, the `space` width, tip round."""
     module, tool, tip = data.module, data.tools[0], data.tip_round
     heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
-    edge = 2.45 * module
+    edge, words_at = (wide + 0.37) * module, (0.2 - wide - 0.4) * module
     for height, style in zip(heights, ((4, 4), (14, 3, 2, 3), (4, 4)), strict=True):
         axes.plot([-edge, edge], [height, height], color=theme.GREY, linewidth=1.2, dashes=style, zorder=1)
-    annotate.text(axes, (-2.28 * module, 0.0), "pitch line", (0.0, 9.0), color=theme.GREY)
-    at = 2.3 * module
+    annotate.text(axes, (words_at, 0.0), "pitch line", (0.0, 9.0), color=theme.GREY)
+    at = (wide + 0.22) * module
     names = (f"{float(tool.addendum):g} $m_n$", f"{float(tool.dedendum):g} $m_n$")
     for height, name in zip((heights[0], heights[2]), names, strict=True):
         annotate.dimension(axes, (at, 0.0), (at, height), name, (42.0, 0.0), fontsize=theme.HEADING)
-    annotate.text(axes, (-2.28 * module, heights[0]), "addendum", (0.0, 9.0), color=theme.GREY)
-    annotate.text(axes, (-2.28 * module, heights[2]), "dedendum", (0.0, -10.0), color=theme.GREY)
+    annotate.text(axes, (words_at, heights[0]), "addendum", (0.0, 9.0), color=theme.GREY)
+    annotate.text(axes, (words_at, heights[2]), "dedendum", (0.0, -10.0), color=theme.GREY)
     half, below = 0.25 * np.pi * module, -0.5 * module
     for side in (-half, half):
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
-    words = f"$s_0$ = $\\pi m_n/2$ = {2.0 * half:.5g} mm"
-    annotate.dimension(
-        axes, (-half, below), (half, below), words, (0.0, -14.0), color=theme.BLUE, fontsize=theme.HEADING
-    )
+    blue: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    annotate.dimension(axes, (-half, below), (half, below), f"$s_0${space}", (0.0, -14.0), **blue)
     if tip.radius > 0.0:
         centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-118.0)
@@ -155,8 +165,8 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
         annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 
 
-def _draw_parameters(axes: Axes, data: RackFigure) -> None:
-    """Draw the pressure angle on the left flank; l_j and the parabola's deviation on the right one."""
+def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
+    """Draw the pressure `angle` on the left flank; l_j and the parabola's deviation on the right one."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     axes.plot([-half, -half], [0.0, 0.8 * module], color=theme.BLUE, linewidth=1.0)
@@ -164,8 +174,14 @@ def _draw_parameters(axes: Axes, data: RackFigure) -> None:
     arc = np.stack((-half + 0.66 * module * np.sin(turn), 0.66 * module * np.cos(turn)), axis=-1)
     axes.plot(*arc.T, color=theme.BLUE, linewidth=1.5, zorder=4)
     annotate.arrow(axes, arc[-3], arc[-1], theme.BLUE, 1.5)
-    words = f"$\\alpha_n$ = {np.degrees(data.alpha):g}\u00b0"
-    annotate.text(axes, arc[0], words, (-38.0, 6.0), color=theme.BLUE, fontsize=theme.HEADING)
+    annotate.text(
+        axes,
+        arc[0],
+        f"$\\alpha_n${angle}",
+        (-38.0 if angle else -16.0, 6.0),
+        color=theme.BLUE,
+        fontsize=theme.HEADING,
+    )
     l = SHOWN * module
     apex, along, out = np.array([half, 0.0]), np.array([-sin, cos]), np.array([cos, sin])
     foot = apex + l * along

@@ -56,7 +56,8 @@ TITLES = {
     **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
 }
 """Where the names of frames stand beside their origins: right and up, in points."""
-CELLS = Cells(left=0.16, right=0.16, across=0.0, down=0.0, most=2, least=4.5)
+CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
+ASIDE_IN_PRINT = 0.34  # of a panel's width, for words on the left of its picture
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
     Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
@@ -135,11 +136,18 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     )
     pictures = {}
     places = CELLS.boxes(layout, len(PANELS), page.get_figheight(), low, high)
-    title = theme.inches(page, 0.62)
-    boxes = [theme.place(page, left, bottom, width, height - title) for left, bottom, width, height in places]
+    title, aside = theme.inches(page, 0.9 if layout.printed else 0.62), 0.0
+    if CELLS.columns(layout, len(PANELS)) == 1:
+        title, aside = 0.0, ASIDE_IN_PRINT
+    boxes = [
+        theme.place(page, left + aside * width, bottom, (1.0 - aside) * width, height - title)
+        for left, bottom, width, height in places
+    ]
     camera = fit_camera(_reach(data), posed.VIEW, posed.UP, boxes[0].size, 0.04)
-    for index, (panel, box, (left, bottom, _, height)) in enumerate(zip(PANELS, boxes, places, strict=True)):
-        _heading(page, left + 0.24 / layout.width, bottom + height - theme.inches(page, 0.05), data, index)
+    for index, (panel, box, place) in enumerate(zip(PANELS, boxes, places, strict=True)):
+        left, bottom, width, height = place
+        corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
+        _heading(page, corner, (aside or 0.95) * width, data, index)
         pictures[panel.key] = _panel(page, box, data, index, camera)
     return Drawing(page, pictures)
 
@@ -152,8 +160,11 @@ def _reach(data: ErrorFigure) -> FloatArray:
     return np.concatenate((*rings, *([origin for _, origin in own.values()] for own in frames)))
 
 
-def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int) -> None:
-    """Write letter, name, frames and size of the error of a panel, below a place x, y of the page."""
+def _heading(
+    page: theme.Page, corner: tuple[float, float], width: float, data: ErrorFigure, index: int
+) -> None:
+    """Write letter, name, frames and size of the error of a panel under its upper left corner, in lines that
+    are at most so wide, shares of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
     typical = TYPICAL[panel.key]
     if panel.key == "shaft_angle":
@@ -162,10 +173,14 @@ def _heading(page: theme.Page, x: float, y: float, data: ErrorFigure, index: int
         typical = solved.two_digits(typical * solved.as_large(data.design))
         size, usual = f"{drawn:.3g} mm", f"{typical:g} mm"
     words = f"{size}, {drawn / typical:.0f} times {usual}"
-    head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$ > 0"
-    page.text(x, y, head, fontsize=theme.HEADING, fontweight="bold", va="top")
-    below, way = y - theme.inches(page, 0.27), f"from $S_{{{panel.before}}}$ to $S_{{{panel.after}}}$"
-    page.text(x, below, f"{way}; drawn: {words}", fontsize=theme.LABEL, color=theme.GREY, va="top")
+    head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$\u00a0>\u00a00"
+    (x, y), pixels = corner, width * page.get_figwidth() * page.dpi
+    bold = page.text(x, y, "", fontsize=theme.HEADING, fontweight="bold", va="top")
+    theme.fill(bold, head, pixels)
+    below = y - theme.inches(page, 0.27 * (1 + bold.get_text().count("\n")))
+    way = f"from\u00a0$S_{{{panel.before}}}$ to\u00a0$S_{{{panel.after}}}$"
+    quiet = page.text(x, below, "", fontsize=theme.LABEL, color=theme.GREY, va="top")
+    theme.fill(quiet, f"{way}; drawn: {words}", pixels)
 
 
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:

@@ -15,10 +15,10 @@ from ...stage import theme
 from ...stage.scene import Picture
 
 COLUMNS = 5
-TEXT = 0.85  # inches: three lines under a panel
+TEXT = 0.35, 0.85  # inches: a line under a pinion's flank, three under a gear's
 ANGLES = (
-    "Length and angle are those in the side view, z along the axis against the radius: the angle that of the"
-    " chord to the axial direction, positive if z rises with the radius."
+    "Under a flank stand length and angle of the path in the side view, z along the axis against the radius:"
+    " the angle that of the chord to the axial direction, positive if z rises with the radius."
     f" {panels.WHAT_TOUCHES.format(edges='blue lines')}"
 )
 
@@ -107,11 +107,11 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
 
 
 def _under(path: SolvedPath, row: int) -> str:
+    """Say length and angle of a path on a flank; under the gear's also what is the pair's."""
     if not path.found:
-        return f"no path on the flanks:\n{path.reason}"
-    length, angle = path.length(row), theme.signed(path.angle(row), 1)
-    ends = " \u2192 ".join(path.ends)
-    return f"{length:.1f} mm long, at {angle}\u00b0\n{ends}\n{panels.ratios(path)}"
+        return f"no path on the flanks:\n{path.reason}" if row else "no path"
+    own = f"{path.length(row):.1f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
+    return "\n".join((own, " \u2192 ".join(path.ends), panels.ratios(path)) if row else (own,))
 
 
 def rows(data: PathFigure) -> Table:

@@ -48,7 +48,8 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
-CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=4.0)
+CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=3.5)
+NAMES = 0.3  # inches over a panel for its name, where they stand one under another
 FLANK_SHARE, IN_PRINT = 0.52, 0.46  # of a panel's width; labels stand on the right of the flank
 NOTE = (
     "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
@@ -138,21 +139,23 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=CELLS.tall(layout, 4, 3.9),
     )
+    one_column = CELLS.columns(layout, 4) == 1
     over = theme.inches(page, CELLS.down)
     places = CELLS.boxes(layout, 4, page.get_figheight(), low, high - over)
     views = [panels.flank_views(paths[1].design, flank, STRETCH) for paths in data.paths]
     _, _, width, own_height = places[0]
+    own_height -= theme.inches(page, NAMES) * one_column
     share = IN_PRINT if layout.printed else FLANK_SHARE
     px_per_mm = panels.shared_scale(page, views, share * width, own_height)
     _legend(page, case)
     pictures: dict[str, Picture] = {}
     for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
         own = places[2 * row : 2 * row + 2]
-        _row_heading(page, 0.5 * (own[0][1] + own[0][3] + own[-1][1]), name, paths[1].design)
+        _row_heading(page, 0.5 * (own[0][1] + own_height + own[-1][1]), name, paths[1].design)
         for column, (member, (left, bottom, _, _)) in enumerate(zip(solved.MEMBERS, own, strict=True)):
             view = views[row][column]
             box = theme.place(page, left, bottom, (share + 0.12) * width, own_height)
-            if row == 0 or CELLS.columns(layout, 4) == 1:
+            if row == 0 or one_column:
                 x, y = left + (0.5 * share + 0.06) * width, bottom + own_height + over
                 page.text(x, y, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
             traces = [
@@ -189,7 +192,8 @@ def _legend(page: theme.Page, case: ErrorCase) -> None:
 
 
 def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], column: int) -> None:
-    """Write error, shift and contact ratio on the right of the flank, led to the path's tip end."""
+    """Write error and shift on the right of the flank, led to the path's tip end; beside the gear's also the
+    ratios, which are the pair's."""
     axes, picture, view = drawn.axes, drawn.picture, drawn.view
     x = float(picture.project([view.bounds[1, 0], 0.0, 0.0])[0])
     point = axes.figure.dpi / 72.0
@@ -197,8 +201,8 @@ def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], c
     found = [end[1] for end in ends if end is not None]
     spare = picture.image.shape[0] * 0.5 if not found else max(found)
     wanted = [spare if end is None else end[1] for end in ends]
-    lines = 4 if drawn.page.layout.printed else 3
-    gap = 9.5 + 17.5 * lines  # points
+    lines = (2, 4 if CELLS.columns(drawn.page.layout, 4) > 1 and drawn.page.layout.printed else 3)[column]
+    gap = 6.0 + 15.0 * lines  # points
     order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
     lowest = picture.image.shape[0] - 44.0 * point
     heights = spread(np.array(wanted)[order], gap * point, 24.0 * point, lowest)
@@ -233,14 +237,14 @@ def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
 
 
 def _detail(path: SolvedPath, zero: SolvedPath, column: int, lines: int) -> str:
-    """Say, in so many lines with the error's own, how far a path is shifted, and its ratios."""
+    """Say, in so many lines with the error's own, how far a path is shifted, and of the pair its ratios."""
     if not path.found:
-        return f"no path:\n{path.reason}"
-    ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ")
+        return f"no path:\n{path.reason}" if column else "no path"
+    ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ") if column else ""
     if path is zero or not zero.found:
         return ratio
     shift = path.middle(column)[2] - zero.middle(column)[2]
-    return f"shift {theme.signed(shift, 1)} mm\n{ratio}"
+    return f"shift {theme.signed(shift, 1)} mm\n{ratio}".rstrip()
 
 
 def rows(data: MisalignmentFigure) -> Table:

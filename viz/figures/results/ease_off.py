@@ -23,24 +23,28 @@ from ...parts.solved import FLANKS, coefficients, modified
 from ...stage import theme
 from ...stage.layout import Cells
 
-CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=3.0)
-NARROW = 3.0
-"""Inches of a panel under which words under it take more lines."""
+CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
 POINTS = 41
 """Positions of a path."""
 SHEAR, RISE, HIGH = 0.42, 0.46, 1.25
 """Of a wire surface, in half faces: how far the tip is drawn to the right of the root and above it, and how
 high the greatest ease-off of a flank."""
+BAR = 2.0
+"""Half faces from the middle of a wire surface to the bar of its scale."""
 SHAPE, EVERY = (29, 41), 2
 """Points along profile and face, and of these what stand on a wire."""
+LINES = 3
+"""Lines of contact drawn, at even steps of the path's roll."""
 EDGE = 0.9
 """Share of half a flank beyond which level lines are not labelled."""
 NOTE = (
     "Deviation of the pinion's flank along its normal from the conjugate of the gear's flank, which has no"
     " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
-    " where the flanks part. Red: path of contact, from the dot to the arrow head. Grey: zero. Heights of a"
-    " flank have one scale, its bar. Below: the nearest surface of second order over x from toe to heel and y"
-    " from root to tip, both \u22121 to 1, its mean, and the root mean square of what it leaves."
+    " where the flanks part. Red: path of contact, from the dot to the arrow head. Grey: zero; dash-dotted:"
+    " where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its bar. Level"
+    " lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below: mean, twist,"
+    " slopes and crownings along face and profile of the nearest surface of second order over both from"
+    " \u22121 to 1, and the root mean square of the rest."
 )
 
 
@@ -87,7 +91,7 @@ def _panel(flank: str, case: str, design: Design) -> Panel:
 
 def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank and case: the wire surface above, level lines below."""
-    cells = replace(CELLS, left=0.95, across=0.95) if layout.printed else CELLS
+    cells = replace(CELLS, left=0.85, across=0.85) if layout.printed else CELLS
     page, low, high = theme.new_page(
         layout,
         "Ease-off of the pinion",
@@ -116,8 +120,9 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
             1.4 if layout.printed else 0.9,
         )
         _levels(levels, panel, panel.found)
-        words = _second_order_words(panel.found, cells.width(layout, len(data)) < NARROW)
-        levels.text(0.0, -0.27, words, transform=levels.transAxes, va="top", fontsize=theme.SMALL)
+        words = _second_order_words(panel.found)
+        style: dict[str, Any] = {"xycoords": "axes fraction", "va": "top", "fontsize": theme.SMALL}
+        theme.beside(levels, (0.0, 0.0), words, (0.0, -42.0), **style)
     return Drawing(page, {})
 
 
@@ -164,10 +169,10 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
             )
             text.set_path_effects(HALO)
     length, floor = theme.round_length(max(0.5 * (greatest - lowest), 1e-9)), scale * lowest - RISE - 0.4
-    axes.plot([1.75, 1.75], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
+    axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
     unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
-    theme.beside(axes, (1.75, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
-    axes.set(xlim=(-2.1, 2.1), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
+    theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
+    axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
@@ -184,11 +189,15 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
         if np.abs(place).max() > EDGE:
             label.remove()  # cut off
     thin_out(axes)
+    roll = panel.path.pinion_roll
+    lines_at = np.sort(np.linspace(roll[0], roll[-1], LINES + 2)[1:-1])
+    thin: dict[str, Any] = {"colors": theme.GREY, "linewidths": 1.0, "linestyles": "dashdot"}
+    axes.contour(found.z, found.l, np.ma.masked_invalid(found.pinion_roll), levels=lines_at, **thin)
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (found.z, found.l)]
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
-    axes.set_xlabel("$z$ (mm), toe to heel", labelpad=2.0)
-    axes.set_ylabel("$l_1$ (mm), root to tip", labelpad=1.0)
+    axes.set_xlabel("$z$ (mm)", labelpad=2.0)
+    axes.set_ylabel("$l_1$ (mm)", labelpad=1.0)
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 
@@ -203,13 +212,13 @@ def _path(axes: Axes, points: FloatArray) -> None:
     axes.annotate("", *way, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
 
 
-def _second_order_words(found: EaseOff, narrow: bool) -> str:
+def _second_order_words(found: EaseOff) -> str:
     """Say the coefficients, um, in lines that have room under a panel."""
     own = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
     return (
-        "mean {mean}, twist {twist}\nslope: face {face_slope},{gap}profile {profile_slope}\n"
-        "crowning: face {face_crowning},{gap}profile {profile_crowning}\nrest, rms: {rest}"
-    ).format_map({"gap": "\n  " if narrow else " "} | own | {"rest": own["rest"].lstrip("+")})
+        "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"
+        "crowning {face_crowning}, {profile_crowning}\nrest {rest}"
+    ).format_map(own | {"rest": own["rest"].lstrip("+")})
 
 
 def rows(data: tuple[Panel, ...]) -> Table:
@@ -218,7 +227,7 @@ def rows(data: tuple[Panel, ...]) -> Table:
     names = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist", "rest")
     header = (
         *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "kind", "profile_place", "face_place"),
-        *("l_mm", "z_mm", "deviation_mm", *(f"{name}_mm" for name in names), "reason"),
+        *("l_mm", "z_mm", "pinion_roll_rad", "deviation_mm", *(f"{name}_mm" for name in names), "reason"),
     )
 
     def cases() -> Rows:
@@ -230,10 +239,11 @@ def rows(data: tuple[Panel, ...]) -> Table:
                 yield *case, *[""] * (len(header) - 4), panel.reason
                 continue
             profile, face = np.meshgrid(found.profile, found.face, indexing="ij")
-            grid = (profile, face, found.l, found.z, found.deviation)
+            grid = (profile, face, found.l, found.z, found.pinion_roll, found.deviation)
             fit = [getattr(found.second_order, name) for name in names]
             yield *case, "grid", *(values.ravel() for values in grid), *fit, ""
-            path = (*panel.places[::-1], panel.path.l1, panel.path.pinion_z, panel.along)
+            own = panel.path
+            path = (*panel.places[::-1], own.l1, own.pinion_z, own.pinion_roll, panel.along)
             yield *case, "path", *path, *fit, ""
 
     return header, chain(stacked(cases()))

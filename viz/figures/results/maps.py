@@ -20,7 +20,7 @@ from beveloid_geom.report.result import table_of
 from beveloid_geom.report.words import error_words
 
 from ...parts import solved
-from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, UNKNOWN, panel, statuses, thin_out
+from ...parts.map_panel import ASTRAY, HOLLOW, LOOKS, LOST, NARROW, UNKNOWN, panel, statuses, thin_out
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.layout import Cells
@@ -28,7 +28,7 @@ from ..paper.fig_07_to_10_paths import CASES, coefficient_text
 
 STEPS, STEPS_IN_OPERATION = 33, 21
 """Values of a member; of a map with what all teeth do in operation, which takes longest."""
-CELLS = Cells(left=0.992, right=0.96, across=1.696, down=1.05, most=3, least=1.9)
+CELLS = Cells(left=1.06, right=1.0, across=1.06, down=0.65, most=3, least=1.0)
 BAR = 0.096, 0.144
 """Inches between a map and its bar of colours, and width of the bar."""
 COLUMNS_OF_TEXT = 172
@@ -37,10 +37,11 @@ ROW_OF_TEXT = 125
 DOT: dict[str, Any] = {"ls": "", "marker": "o", "ms": 8.0, "mfc": "white", "mec": theme.INK}
 """How the design is marked."""
 DEFINED = (
-    "Angle: of the chord in the pinion's side view (z, r), positive if z rises with r; \u00b190\u00b0 are"
-    " one. Shift: at mid-roll on the pinion's flank, square to the path, under {errors}, each alone and both"
-    " ways (root of the sum of squares). Transmission error: peak to peak, of one tooth pair over its path."
-    " Colours cover what is not hatched; lines at negative levels are dashed, those at zero thick. "
+    "Angle: to the axial direction, of the chord in the pinion's side view (z, r), positive if z rises with"
+    " r; \u00b190\u00b0 are one. Shift: of the path, at mid-roll on the pinion's flank, square to the path,"
+    " under {errors}, each alone and both ways (root of the sum of squares). Transmission error: peak to"
+    " peak, of one tooth pair over its path. Middle: of the path, positive to the heel. Colours cover what is"
+    " not hatched; lines at negative levels are dashed, those at zero thick. "
 )
 
 
@@ -58,7 +59,7 @@ WORDS = {
         "Map over the parabola coefficients",
         "$a_1$, pinion (10$^{\u22123}$/mm)",
         "$a_2$, gear (10$^{\u22123}$/mm)",
-        "Where $a_1$ + $a_2$ > 0 the flanks are hollow against each other: edges take over, and the path"
+        "Where a1 + a2 > 0 the flanks are hollow against each other: edges take over, and the path"
         " mapped there is not where a pair runs; (f) is the share of a mesh cycle that edges carry. ",
     ),
     "mounting": Words(
@@ -101,9 +102,9 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
     sizes = error_words(found.errors).replace("+", "\u00b1")
     note = DEFINED.format(errors=sizes + solved.at_the_mesh(found.design))
     note += words.note + finding(found)
-    count = len(data.panels)
-    cells = replace(CELLS, down=1.35) if layout.printed else CELLS
-    tall = cells.tall(layout, count, min(0.95 * cells.width(layout, count), 2.3))
+    count, columns = len(data.panels), CELLS.columns(layout, len(data.panels))
+    cells = replace(CELLS, down=0.8) if layout.printed else CELLS
+    tall = cells.tall(layout, count, min(1.15 * cells.width(layout, count), 2.3))
     title = words.title, _subtitle(data), note
     page, low, high = theme.new_page(layout, *title, 1.25, 0.4, COLUMNS_OF_TEXT, tall)
     for index, (name, axes) in enumerate(
@@ -113,11 +114,13 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
         gap, width = (length / layout.width for length in BAR)
         bar = page.add_axes((box.x1 + gap, box.y0, width, box.height))
         heading = f"({'abcdef'[index]})  {LOOKS[name].heading}"
-        axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.LABEL)
+        axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.SMALL if layout.printed else theme.LABEL)
         panel(axes, bar, name, found)
-        axes.set(xlabel=words.pinion, ylabel=words.gear)
+        lowest, first = index >= count - columns, index % columns == 0
+        axes.set(xlabel=words.pinion if lowest else "", ylabel=words.gear if first else "")
+        axes.tick_params(labelbottom=lowest, labelleft=first)
         if found.over == "parabola":
-            _cases(axes, found, named=index == 0)
+            _cases(axes, found, named=index == 0 and cells.width(layout, count) > NARROW)
         axes.plot(*own_values(found.design, found.over), **DOT, zorder=6.0)
         thin_out(axes)
     _legend(page, data, low - theme.inches(page, 0.95))
@@ -143,7 +146,7 @@ def finding(found: DesignMap) -> str:
     ratios = np.where(found.sound, found.contact_ratio, np.nan)
     i, j = np.unravel_index(np.nanargmax(ratios), ratios.shape)
     at = [coefficient_text(float(value)) for value in (found.pinion[i], found.gear[j])]
-    where = f"$a_1$ = {at[0]}, $a_2$ = {at[1]} mm$^{{\u22121}}$"
+    where = f"a1 = {at[0]}, a2 = {at[1]} 1/mm"
     return f"{text}The greatest contact ratio is {ratios[i, j]:.2f} at {where}."
 
 
@@ -157,7 +160,7 @@ def _cases(axes: Axes, found: DesignMap, named: bool) -> None:
         size = min(case.at(found.design).greatest, reach)
         for colour, width in (("white", 4.5), (theme.INK, 2.2)):
             axes.plot([0.0, pinion * size], [0.0, gear * size], color=colour, linewidth=width, zorder=3.0)
-        text = f"{name} (Fig. {case.number})" if named else name
+        text = f"{name} (Fig.\u00a0{case.number})" if named else name
         x, ha = (0.97, "right") if pinion > 0 else (0.03, "left")
         y, va = (0.97, "top") if gear > 0 else (0.03, "bottom")
         style: dict[str, Any] = {"fontsize": theme.SMALL, "fontweight": "bold" if name == "C3" else "normal"}

@@ -26,7 +26,8 @@ from ...parts.solved import SolvedPath
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture
 
-TEXT, BAR = 0.6, 0.9  # inches: under a panel, for the colour bar
+TEXT, BAR = (0.4, 0.4), 0.9  # inches: under flanks, for the colour bar
+STRETCH = 3.0
 GRID = (81, 161)
 """Points along depth and face at which a separation is drawn."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
@@ -196,8 +197,8 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    note = panels.how_drawn(flanks, panels.STRETCH, outside=True) + data.note
-    tall = panels.flanks_tall(layout, len(data.columns), TEXT) + BAR
+    note = panels.how_drawn(flanks, STRETCH, outside=True) + data.note
+    tall = panels.flanks_tall(layout, len(data.columns), TEXT, STRETCH) + BAR
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
@@ -223,7 +224,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
 
     columns = [(column.heading, column.design, column.flank) for column in data.columns]
     bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, outside=True))
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, True, STRETCH))
 
 
 def _rim(grid: FloatArray) -> FloatArray:

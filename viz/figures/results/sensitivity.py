@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
@@ -18,14 +19,18 @@ from ...parts.solved import FLANKS, PARABOLAS, REASONS, at_the_mesh, coefficient
 from ...stage import theme
 from ...stage.layout import Cells
 
-CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.6)
+CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
 NOTE = (
     "Exact derivatives at the design's own errors, times the errors named{place}. The shift is that of the"
-    " middle of the path: along the face, of z at equal flank parameter l; square, on the flank at right"
-    " angles to the path; both positive towards the heel. The contact ratio is Eq. 16; the transmission error"
-    " is that of one tooth pair over its path, peak to peak, and 0 without modification under every error."
+    " middle of the path, positive towards the heel: along the face, of z at equal flank parameter l{square}."
+    " The contact ratio is Eq. 16; the transmission error is that of one tooth pair over its path, peak to"
+    " peak, and 0 without modification under every error."
     " Scales are linear about 0 and logarithmic beyond the first marked value to either side."
 )
+
+
+SQUARE = "; square, on the flank at right angles to the path"
+ELSEWHERE = "; that square to the path is shown on wider pages, and in the table"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,30 +66,54 @@ def compute(design: Design) -> tuple[Case, ...]:
 
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
-    """Draw a row of panels for each case, a column for each quantity."""
-    cells = replace(CELLS, down=1.5) if layout.printed else CELLS
-    count, steps = len(data) * len(QUANTITIES), steps_of(data[0].found[0].errors)
+    """Draw a row of panels for each case, a column for each quantity; on a narrow page a column for each case
+    and fewer quantities."""
+    steps = steps_of(data[0].found[0].errors)
+    narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
+    quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
+    weights = [1.7 if one.members else 1.0 for one in quantities] if narrow else [1.0 for _ in data]
+    down = CELLS.down if not layout.printed else 1.05 if narrow else 1.5
     page, low, high = theme.new_page(
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under the errors named on the left, from exact derivatives",
-        NOTE.format(place=at_the_mesh(data[0].design)),
+        NOTE.format(place=at_the_mesh(data[0].design), square=ELSEWHERE if narrow else SQUARE),
         below=0.45,
         above=0.75,
-        tall=cells.tall(layout, count, 3.3),
+        tall=replace(CELLS, down=down).tall(layout, len(weights) * CELLS.most, 2.6 if narrow else 3.3),
     )
-    panels, columns = theme.panels(page, cells, count, low, high), cells.columns(layout, count)
-    for row, case in enumerate(data):
-        own = panels[row * len(QUANTITIES) : (row + 1) * len(QUANTITIES)]
-        y = own[0].get_position().y1 + theme.inches(page, 0.7 if layout.printed else 0.42)
-        page.text(0.025, y, f"({'ab'[row]})  {case.name}", fontsize=theme.HEADING, va="bottom")
-        page.text(0.995, y, case.remarks, fontsize=theme.SMALL, va="bottom", ha="right")
-        for column, (quantity, axes) in enumerate(zip(QUANTITIES, own, strict=True)):
+    across = len(data if narrow else quantities)
+    panels = _panels(page, weights, across, down, low, high)
+    for number, case in enumerate(data):
+        own = [row[number] for row in panels] if narrow else panels[number]
+        box, y = own[0].get_position(), 0.7 if layout.printed else 0.42
+        width = (box.width if narrow else 0.9) * layout.width * layout.dpi
+        words = f"({'ab'[number]})  {case.name}", case.remarks
+        for text, up, size in zip(words, (y, y - 0.25 * narrow), (theme.HEADING, theme.SMALL), strict=True):
+            x = box.x0 if narrow else 0.025 if text == words[0] else 0.995
+            place = x, box.y1 + theme.inches(page, up)
+            ha = "left" if narrow or text == words[0] else "right"
+            theme.fill(page.text(*place, "", fontsize=size, va="bottom", ha=ha), text, width)
+        for column, (quantity, axes) in enumerate(zip(quantities, own, strict=True)):
             greatest = charts.greatest_of(changes_of(one.found, quantity) for one in data)
-            charts.changes_under_errors(axes, quantity, changes_of(case.found, quantity), greatest, steps)
-            axes.tick_params(labelleft=column % columns == 0)
+            changes = changes_of(case.found, quantity)
+            charts.changes_under_errors(axes, quantity, changes, greatest, steps)
+            axes.tick_params(labelleft=number == 0 if narrow else column == 0)
     theme.legend(page, charts.marks_of_changes(FLANKS), 5)
     return Drawing(page, {})
+
+
+def _panels(
+    page: theme.Page, weights: list[float], across: int, down: float, low: float, high: float
+) -> list[list[Axes]]:
+    """Make rows of so many panels, as high as their weights say, `down` inches apart."""
+    gap = theme.inches(page, down)
+    unit = (high - low - gap * (len(weights) - 1)) / sum(weights)
+    found = []
+    for weight in weights:
+        found.append(theme.panels(page, CELLS, across, high - weight * unit, high))
+        high -= weight * unit + gap
+    return found
 
 
 def rows(data: tuple[Case, ...]) -> Table:

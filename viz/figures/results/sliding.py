@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, Status
 from beveloid_geom.report.columns import header_of
@@ -22,9 +22,8 @@ from ...stage.layout import Cells
 STYLES = ("-", "--")
 """Lines of the design as it is, and with the paper's modification."""
 POINTS = 201
-ON_WHITE: dict[str, Any] = {"frameon": True, "edgecolor": "none", "framealpha": 1.0, "borderpad": 0.2}
-"""Look of a legend that lines run behind."""
-HEAD, HEAD_IN_PRINT = 1.6, 1.9
+HEAD = 1.1
+"""Times the greatest speed to which scales reach."""
 CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
 NOTE = (
     "Speeds are per unit of the pinion's speed: times rad/s they are in mm/s. Thin lines, as designed: the"
@@ -69,7 +68,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
         NOTE,
         below=0.6,
-        above=0.4,
+        above=0.75,
         tall=cells.tall(layout, 4, 3.1),
     )
     panels = theme.panels(page, cells, 4, low, high)
@@ -81,7 +80,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
         specific.set_xlabel("pinion roll (deg)")
         if any(curve.found for curve in curves):
-            _panels(speed, specific, curves, HEAD_IN_PRINT if layout.printed else HEAD)
+            _panels(speed, specific, curves)
             columns.append((speed, specific))
         else:
             for axes in (speed, specific):
@@ -90,12 +89,18 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         limits = np.array([pair[row].get_ylim() for pair in columns])
         for pair in columns:
             pair[row].set_ylim(limits[:, 0].min(), limits[:, 1].max())  # one scale for both flanks
+    theme.legend(page, _legend(columns), 6, 1.15, fontsize=theme.SMALL)
     return Drawing(page, {})
 
 
-def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...], head: float) -> None:
-    """Draw all cases of a flank; the parts of the speed of the first that is found. Scales reach to `head`
-    times the greatest speed, so that the legend has room."""
+def _legend(columns: list[tuple[Axes, Axes]]) -> list[Line2D]:
+    """Give the lines with a name, each name once."""
+    named = {str(line.get_label()): line for pair in columns for axes in pair for line in axes.lines}
+    return [line for name, line in named.items() if not name.startswith("_")]
+
+
+def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
+    """Draw all cases of a flank; the parts of the speed of the first that is found."""
     first = next(curve for curve in curves if curve.found)
     for curve in curves:
         ends = curve.report.path.ends
@@ -103,12 +108,9 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...], head: float)
             reason = REASONS.get(Status(int(ends.status)), "no path")
             speed.plot([], [], curve.style, color=theme.INK, label=f"{curve.name}: {reason}")
             continue
-        label = f"{curve.name}: enters at the {ends.enter}, leaves at the {ends.leave}"
-        charts.sliding_speed(speed, curve.report, label, curve.style, curve is first)
+        charts.sliding_speed(speed, curve.report, curve.name, curve.style, curve is first)
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
-    speed.set_ylim(0.0, head * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
-    speed.legend(loc="upper left", fontsize=theme.SMALL, **ON_WHITE)
-    specific.legend(loc="upper center", ncols=2, **ON_WHITE)
+    speed.set_ylim(0.0, HEAD * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
 
 
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:

@@ -45,27 +45,34 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
 }
 """A few words for what a statement speaks of, and for each of its claims."""
-AXIS = 0.53
-"""Inches that an axis takes."""
-CELLS = Cells(left=0.85, right=0.35, across=0.9, down=AXIS, most=4, least=1.8)
-TO_WORDS = 0.72
-"""Inches from the left edge of the words of a cell to its picture."""
+CELLS = Cells(left=0.85, right=0.35, across=0.9, down=0.0, most=4, least=1.8)
+NARROW = Cells(left=0.6, right=0.16, across=0.6, down=0.0, most=4, least=0.75)
+"""The same on a narrow page, without names of axes."""
+TO_WORDS = {"screen": 0.72, "wide": 0.72, "narrow": 0.46}
+"""Inches from the left edge of the words of a cell to its picture, by the page."""
 INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
-OVER = {"screen": 0.86, "wide": 1.1, "narrow": 1.38}
-"""Inches over a picture for its words, by the page."""
+ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.62, 0.3)}
+"""Inches over a picture for its words, and under it for its axis, by the page."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
 NOTE = (
     "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
-    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the"
-    " side view, the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick"
-    " the greatest; in M3 dashed unmodified, with lengths in mm. F6: metal against the involute. R: Eq."
-    " 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the range of"
-    " each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares square"
-    " to the path, triangles at mid-roll."
+    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the side view,"
+    " the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick the greatest; in"
+    " M1, M2 solid without error; in M3 dashed unmodified, with lengths in mm. F6: metal against the"
+    " involute. R: Eq. 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the"
+    " range of each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares"
+    " square to the path, triangles at mid-roll."
     f" M6: bars stand at {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
 )
+SHORT = (
+    " Of F6 speaks Fig. 6, of C1 to C4 Figs. 7 to 10, of R1 to R4 Fig. 11, of D1 section 4.1, of M1 to M6"
+    " Figs. 12 to 15. Axes, to the right and up: F6 r of the pinion and metal (mm); C1 to C4, M1 to M3 z, toe"
+    " to heel, and r (mm); R1 to R4 a of the pinion (1/mm) and ratio; D1 cases C1, C4, C2, C3 and turn of the"
+    " most; M4, M5 modified by unmodified; M6 change (%)."
+)
+"""What narrow pages say in the caption instead of over and under each picture."""
 OTHER = " Coefficients and errors are the paper's, whatever the pair."
 LOST = " A claim is not known (?) where some of its paths are not on the flanks or have no such measure."
 
@@ -96,10 +103,13 @@ def compute(design: Design) -> Board:
 def draw(data: Board, layout: theme.Layout) -> Drawing:
     """Draw a cell for each statement."""
     count = len(data.cells)
-    over = OVER["screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"]
-    cells = replace(CELLS, left=CELLS.left if layout.printed else TO_WORDS + theme.MARGIN, down=over + AXIS)
+    kind = "screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"
+    (over, under), aside = ROOMS[kind], TO_WORDS[kind]
+    cells = replace(NARROW if kind == "narrow" else CELLS, down=over + under)
+    cells = cells if layout.printed else replace(cells, left=aside + theme.MARGIN)
     verdicts = Counter(cell.statement.verdict for cell in data.cells)
-    note = NOTE + ("" if data.papers else OTHER) + (LOST if Verdict.NOT_KNOWN in verdicts else "")
+    note = NOTE + (SHORT if kind == "narrow" else "") + ("" if data.papers else OTHER)
+    note += LOST if Verdict.NOT_KNOWN in verdicts else ""
     page, low, high = theme.new_page(
         layout,
         "The paper's sixteen statements, judged",
@@ -107,15 +117,18 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
         note,
         below=0.45,
         above=over,
-        tall=cells.tall(layout, count, 1.15),
+        tall=cells.tall(layout, count, 0.56 if kind == "narrow" else 1.15),
     )
     panels = theme.panels(page, cells, count, low, high)
     for cell, axes in zip(data.cells, panels, strict=True):
         PICTURES[cell.statement.id].draw(axes, cell.lines)
         few_ticks(axes)
+        if kind == "narrow":
+            axes.set(xlabel="", ylabel="", aspect="auto")
         box = axes.get_position()
-        left = box.x0 - TO_WORDS / layout.width
-        _words(page, cell.statement, (left, box.y1 + theme.inches(page, over)), box.x1 - left)
+        left = box.x0 - aside / layout.width
+        corner = left, box.y1 + theme.inches(page, over)
+        _words(page, cell.statement, corner, box.x1 - left, short=kind == "narrow")
     return Drawing(page, {})
 
 
@@ -136,20 +149,24 @@ def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
     return f"{whose}: {counts}"
 
 
-def _words(page: Page, one: Statement, corner: tuple[float, float], width: float) -> None:
-    """Write number, verdict and claims under the upper left corner of a cell, shares of the page."""
+def _words(page: Page, one: Statement, corner: tuple[float, float], width: float, short: bool) -> None:
+    """Write number, verdict, of what it speaks unless `short`, and claims under the upper left corner of a
+    cell, shares of the page."""
     (x, y), pixels = corner, page.get_figwidth() * page.dpi
     mark, colour = MARKS[one.verdict]
     page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
     indent = INDENT / page.get_figwidth()
     style: dict[str, Any] = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
     verdict = page.text(x + indent, y, "", fontweight="bold", color=colour, **style)
-    theme.fill(verdict, f"{mark}\u00a0{one.verdict.value}", (width - indent) * pixels)
+    verdict_words = one.verdict.value.partition(" on ")[0] if short else one.verdict.value
+    theme.fill(verdict, f"{mark}\u00a0{verdict_words}", (width - indent) * pixels)
     lines = 1 + verdict.get_text().count("\n")
     said = page.text(x, y - theme.inches(page, 0.04 + 0.19 * lines), "", **style)
     about, claims = WORDS[one.id]
-    told = "  ".join(_claim(words, claim) for words, claim in zip(claims, one.claims, strict=True))
-    theme.fill(said, f"{one.source[0].upper()}{one.source[1:]}, {_kept(about)}: {told}", width * pixels)
+    whole = 0 if short else WHOLE
+    told = "  ".join(_claim(words, claim, whole) for words, claim in zip(claims, one.claims, strict=True))
+    where = "" if short else f"{one.source[0].upper()}{one.source[1:]}, {_kept(about)}: "
+    theme.fill(said, where + told, width * pixels)
 
 
 def _kept(words: str) -> str:
@@ -159,12 +176,13 @@ def _kept(words: str) -> str:
     return words.replace("\u2212 ", "\u2212\u00a0").replace("+ ", "+\u00a0")
 
 
-def _claim(words: str, claim: Claim) -> str:
-    """Say a claim with its mark, and in how many ways it holds where they differ."""
+def _claim(words: str, claim: Claim, whole: int) -> str:
+    """Say a claim with its mark, and in how many ways it holds where they differ; in one line if it has fewer
+    letters than are to be `whole`."""
     counted = " {} of {}".format(*claim.count) if claim.verdict is Verdict.DEPENDS else ""
     mark, _ = MARKS[claim.verdict]
     told = _kept(f"{mark}\u00a0{words}{counted}")
-    return told.replace(" ", "\u00a0") if len(told) < WHOLE else told
+    return told.replace(" ", "\u00a0") if len(told) < whole else told
 
 
 def rows(data: Board) -> Table:

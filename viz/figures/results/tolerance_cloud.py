@@ -39,37 +39,39 @@ FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0)
 FEW = 0.02
 QUANTITIES = (
     ("contact_ratio", 1.0, "contact ratio"),
-    ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
-    ("pinion_z_middle", 1.0, "z of the pinion at mid-roll (mm)"),
+    ("peak_to_peak", ARCSEC, "error (arcsec)"),
+    ("pinion_z_middle", 1.0, "middle z (mm)"),
 )
 """Name, scale and label of what is shown of a study."""
 SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
-CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.85, most=2, least=1.3)
-WIDE, CLOUDS_WIDE, CLOUD_TALL = 9.0, 4.2, 3.4
-"""Inches in print: of pages on which charts have room beside the clouds, and how much these take."""
+CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
+CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 7.8
+"""Inches in print: of clouds beside charts, and over them, and of what stands on a flank where clouds are
+beside charts, and over them."""
 CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
 """Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
 NOTE = (
-    "Of the design as it is, {drawn} mountings (seed {seed}) are drawn, thin and translucent: blue with the"
-    " tolerances, below them in green with {times:g} times the tolerances; in black without errors. Errors"
+    "Drawn are {drawn} mountings (seed {seed}) of the design as it is, and in black none of the errors. These"
     " are {spread}: {sizes}, on top of the design's own; members stay mounted as without them. Curves: share"
     " of the mountings with a path whose value is at most that below; dots: without errors. Contact ratio by"
-    " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification; z is"
-    " positive towards the heel. Last panel: all tolerances times the factor, {all} mountings each, by"
-    " which chance moves a share by up to 3 %."
+    " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification;"
+    " middle z of the pinion at mid-roll, positive to the heel. Last panel: {all} mountings each, by which"
+    " chance moves a share by up to 3 %."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class CaseStudy:
-    """A case by its name and colour: its study, None with a `reason`; and by FACTORS the shares of mountings
-    with a path that another limit ends, and of those without a path, NaN where not known (2, factors)."""
+    """A case by its name, colour and width of lines: its study, None with a `reason`; and by FACTORS the
+    shares of mountings with a path that another limit ends, and of those without a path, NaN where not known
+    (2, factors)."""
 
     name: str
     design: Design
     colour: str
+    width: float
     study: ToleranceStudy | None
     shares: FloatArray
     reason: str = ""
@@ -95,7 +97,7 @@ class Side:
 def compute(design: Design) -> tuple[Side, ...]:
     """Find drawn paths and studies of both flanks, as designed and with the paper's modification."""
     bent = modified(design)
-    cases = ("as designed", design, theme.BLUE), (coefficients(bent), bent, theme.RED)
+    cases = ("as designed", design, theme.BLUE, 3.2), (_plain(coefficients(bent)), bent, theme.RED, 1.6)
     return tuple(
         Side(
             flank,
@@ -107,16 +109,21 @@ def compute(design: Design) -> tuple[Side, ...]:
     )
 
 
-def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
+def _plain(words: str) -> str:
+    """Give coefficients without raised and lowered letters, which would make all type around them larger."""
+    return words.replace(" mm$^{\u22121}$", "/mm").replace("$", "").replace("_", "")
+
+
+def _case(flank: str, name: str, design: Design, colour: str, width: float) -> CaseStudy:
     """Study a case on a flank, with the tolerances and with FACTORS times as much."""
     shares, usual = np.full((2, len(FACTORS)), np.nan), USUAL_AT[design.errors_at]
     try:
         known = 0 if first_contact_fault(design) else min(IN_OPERATION, MOUNTINGS)
         study = tolerance_study(design, usual, flank, MOUNTINGS, seed=SEED, operation=known)
     except ValueError as error:
-        return CaseStudy(name, design, colour, None, shares, str(error))
+        return CaseStudy(name, design, colour, width, None, shares, str(error))
     if not study.mountings.solved.any():
-        return CaseStudy(name, design, colour, study, shares)
+        return CaseStudy(name, design, colour, width, study, shares)
     for k, factor in enumerate(FACTORS):
         found = study
         if factor != 1.0:
@@ -126,7 +133,7 @@ def _case(flank: str, name: str, design: Design, colour: str) -> CaseStudy:
                 break  # the tolerance is too large for the layout
         without = np.count_nonzero(~found.mountings.solved)
         shares[:, k] = found.limits_changed() / found.cases, without / found.cases
-    return CaseStudy(name, design, colour, study, shares)
+    return CaseStudy(name, design, colour, width, study, shares)
 
 
 def _times(tolerances: Tolerances, factor: float) -> Tolerances:
@@ -180,33 +187,34 @@ def _sections(page: theme.Page, low: float, high: float, count: int) -> list[Sec
     ]
 
 
-def _head(layout: theme.Layout) -> float:
-    """Give the inches in print of the words over clouds and charts."""
-    return 1.25 if layout.width > WIDE else 1.95
-
-
 def _sections_in_print(page: theme.Page, low: float, high: float, count: int) -> list[Section]:
-    """Lay out a block for each flank: charts two by two, and clouds beside them or, where that has no room,
-    over them."""
-    layout, height = page.layout, page.get_figheight()
-    beside = layout.width > WIDE
-    cells = replace(CHARTS, left=CHARTS.left + CLOUDS_WIDE) if beside else CHARTS
-    bottoms, own = theme.rows(low, high, count, theme.inches(page, 0.5))
+    """Lay out a block for each flank: charts two by two, and clouds beside them; or, where that has no room,
+    a column for each, its charts one under another and clouds over them."""
+    layout, tall, wide = page.layout, page.get_figheight(), page.layout.width > theme.NARROW
+    bottoms, own = theme.rows(low, high, count if wide else 1, theme.inches(page, 0.5))
     found = []
-    for bottom in bottoms:
-        top = bottom + own - theme.inches(page, _head(layout))
-        end = top if beside else top - theme.inches(page, CLOUD_TALL + 0.3)
+    for number in range(count):
+        bottom, width = bottoms[number if wide else 0], layout.width if wide else layout.width / count
+        start = 0.0 if wide else number * width
+        cells = replace(CHARTS, most=2 if wide else 1, left=CHARTS.left + (CLOUDS_WIDE if wide else 0.0))
+        top = bottom + own - theme.inches(page, 1.0 if wide else 1.95)
         base = bottom + theme.inches(page, 0.55)
-        room = (CLOUDS_WIDE if beside else layout.width - 0.4) / layout.width
-        left, low_end = 0.2 / layout.width, base if beside else end + theme.inches(page, 0.3)
+        foot = base if wide else top - theme.inches(page, CLOUD_TALL)
+        room, left = CLOUDS_WIDE if wide else width - 0.3, start + 0.2
+        charts_on = replace(layout, width=width)
+        boxes = cells.boxes(charts_on, 4, tall, base, top if wide else foot - theme.inches(page, 0.3))
+        share = width / layout.width
         found.append(
             Section(
-                [(left + 0.5 * k * room, low_end, 0.48 * room, top - low_end) for k in (0, 1)],
-                cells.boxes(layout, 4, height, base, end),
-                (left, bottom + own),
+                [
+                    ((left + 0.5 * k * room) / layout.width, foot, 0.48 * room / layout.width, top - foot)
+                    for k in (0, 1)
+                ],
+                [(start / layout.width + x * share, y, w * share, height) for x, y, w, height in boxes],
+                (left / layout.width, bottom + own),
                 False,
-                (left, bottom + own - theme.inches(page, 0.12)),
-                int(8.0 * layout.width),
+                (left / layout.width, bottom + own - theme.inches(page, 0.12)),
+                int(10.0 * width),
             )
         )
     return found
@@ -214,21 +222,16 @@ def _sections_in_print(page: theme.Page, low: float, high: float, count: int) ->
 
 def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     """Draw for each flank the clouds on pinion and gear, the spread, and what larger tolerances do."""
-    block = (
-        CHARTS.tall(layout, 4, 1.8)
-        + _head(layout)
-        + 0.55
-        + (0.0 if layout.width > WIDE else CLOUD_TALL + 0.3)
-    )
+    wide = layout.width > theme.NARROW
     page, low, high = theme.new_page(
         layout,
         "Paths of contact under drawn assembly errors",
-        "Cloud of paths on pinion and gear, and spread of contact ratio, transmission error and position",
+        "Cloud of paths, and spread of contact ratio, transmission error and position",
         _note(data[0].cases[0].design) + _in_operation(data),
         below=0.3,
         above=0.3,
         columns=viewpoint.COLUMNS,
-        tall=len(data) * (block + 0.5) - 0.5,
+        tall=len(data) * BLOCK if wide else COLUMN,
     )
     sections = (_sections_in_print if layout.printed else _sections)(page, low, high, len(data))
     looks = [(side.nominal.design, side.flank, panels.STRETCH) for side in data]
@@ -261,7 +264,7 @@ def _note(design: Design) -> str:
     usual = USUAL_AT[design.errors_at]
     sizes = size_words(usual) + solved.at_the_mesh(design)
     spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
-    note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes, times=CLOUDS[0][0])
+    note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes)
     how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
     return how.partition(" A path enters")[0] + " " + note
 
@@ -312,11 +315,11 @@ def _charts(page: theme.Page, side: Side, section: Section) -> None:
         one.set_xlabel(label, fontsize=theme.SMALL)
         for case in studies:
             assert case.study is not None
-            charts.spread(one, case.study, name, scale, case.colour)
+            charts.spread(one, case.study, name, scale, case.colour, case.width)
         if not studies:
             one.set_xticks([])
             theme.say(one, side.reason, 18, **SAID)
-    axes[0].set_ylabel("share of the mountings (%)", fontsize=theme.SMALL, labelpad=2.0)
+    axes[0].set_ylabel("share (%)", fontsize=theme.SMALL, labelpad=2.0)
     _shares(axes[3], side)
     for one in axes:
         one.tick_params(labelsize=theme.SMALL)
@@ -329,14 +332,14 @@ def _counts(case: CaseStudy) -> str:
         return f"{case.name}: not studied"
     count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
     share = f"{count} of {every}" if count < every else f"all {every}"
-    changed = f"{case.study.limits_changed()} of these ended by another limit"
-    return f"{case.name}: {share} mountings have a path on the flanks, {changed}"
+    changed = f"{case.study.limits_changed()} of them ended by another limit"
+    return f"{case.name}: {share} mountings have a path, {changed}"
 
 
 def _shares(axes: Axes, side: Side) -> None:
     """Draw mountings that end at other limits, and those without a path, against the size of the
     tolerances."""
-    axes.set_xlabel("times the tolerances", fontsize=theme.SMALL)
+    axes.set_xlabel("times tolerances", fontsize=theme.SMALL)
     axes.set_xscale("log")
     axes.set_xlim(FACTORS[0] / 1.1, 1.1 * FACTORS[-1])
     axes.set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
@@ -344,7 +347,7 @@ def _shares(axes: Axes, side: Side) -> None:
     axes.set_ylim(-2.0, 102.0)
     for case in side.cases:
         for shares, dashes in zip(100.0 * case.shares, ("--", "-"), strict=True):
-            axes.plot(FACTORS, shares, dashes, color=case.colour, linewidth=2.0)
+            axes.plot(FACTORS, shares, dashes, color=case.colour, linewidth=case.width)
     known = np.array([case.shares for case in side.cases])
     if np.isnan(known).all():
         theme.say(axes, side.reason, 18, **SAID)
@@ -354,7 +357,7 @@ def _shares(axes: Axes, side: Side) -> None:
 
 def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
     """Name the cases, what their curves show, and the clouds."""
-    handles = [Line2D([], [], color=case.colour, label=case.name) for case in data[0].cases]
+    handles = [Line2D([], [], color=case.colour, lw=case.width, label=case.name) for case in data[0].cases]
     black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
     handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
     handles.append(Line2D([], [], label="no path on the flanks", **black))

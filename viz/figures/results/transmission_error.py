@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,15 +27,16 @@ HOLLOW = 0.0002
 POINTS = 361
 """Rolls of one mesh cycle."""
 HARMONICS = 10
-CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.75, most=2, least=3.3)
+CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
+WORDS = 42.0
+"""Points over a panel for what is said of it."""
 NOTE = (
     "Rigid teeth without load. Grey: where each tooth pair would touch if it were alone, dotted with an edge"
-    " (tip, toe, heel); thick: the first of all teeth at each position, which runs; where a grey curve is off"
-    " it, that pair stands off by as much. The error is gear roll plus N1/N2 pinion roll, less that of the"
-    " unmodified pair without errors and less the mean of what runs; on the right times the gear's working"
-    " pitch radius. Scales reach beside what runs as far as marking compound is thick"
-    f" ({1e3 * MARKING_SEPARATION:g} \u00b5m), or further. Eq. 16 knows the limits of one tooth pair only;"
-    " the running ratio is the roll over which one pair touches, over the pitch."
+    " (tip, toe, heel); thick: the first of all teeth, which runs. The error is gear roll plus N1/N2 pinion"
+    " roll, less that of the unmodified pair without errors and less the mean of what runs; in \u00b5m it is"
+    " at the gear's working pitch circle. Scales reach beside what runs as far as marking compound is thick"
+    f" ({1e3 * MARKING_SEPARATION:g} \u00b5m), or further. Over each: its swing, the share of the"
+    " cycle that edges carry, the contact ratio of one tooth pair by Eq. 16, and running, of all teeth."
 )
 
 
@@ -70,7 +72,6 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a panel for each case, and one of all amplitudes."""
     count = len(data) + 1
-    cells = replace(CELLS, down=2.1) if layout.printed else CELLS
     page, low, high = theme.new_page(
         layout,
         "Motion graph: transmission error of every tooth pair, and of the one that runs",
@@ -78,19 +79,19 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         NOTE,
         below=0.65,
         above=1.1,
-        tall=cells.tall(layout, count, 2.9),
+        tall=CELLS.tall(layout, count, 2.9),
     )
-    *graphs, bars = theme.panels(page, cells, count, low, high)
-    for letter, case, axes in zip("abc", data, graphs, strict=True):
-        title = f"({letter})  {case.name}"
+    *graphs, bars = theme.panels(page, CELLS, count, low, high)
+    for index, (case, axes) in enumerate(zip(data, graphs, strict=True)):
+        axes.set_title(f"({'abc'[index]})  {case.name}", loc="left", pad=WORDS, fontsize=theme.LABEL)
         if case.graph is None:
-            axes.set_title(title, loc="left", pad=8.0)
             theme.say(axes, case.reason, 36)
             continue
         motion_graph.draw(axes, case.graph)
-        axes.set_title(
-            f"{title}\n{motion_graph.words(case.graph)}", loc="left", pad=8.0, fontsize=theme.LABEL
-        )
+        if index + CELLS.columns(layout, count) < len(graphs):
+            axes.set_xlabel("")  # it stands under the panel below
+        style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
+        theme.beside(axes, (0.0, 1.0), motion_graph.words(case.graph), (0.0, 6.0), **style)
     _amplitudes(bars, data)
     bars.set_title("(d)  amplitudes of what runs", loc="left", pad=8.0, fontsize=theme.LABEL)
     theme.legend(page, motion_graph.legend(), 5, 0.78, handlelength=2.2)
@@ -105,7 +106,8 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
         assert case.graph is not None
         values = MICRO * np.abs(case.graph.report.cycle.harmonics)
         at = orders + (place - 0.5 * (len(known) - 1)) * width
-        axes.bar(at, values, width=0.9 * width, color=case.colour, label=case.name)
+        name = f"({'abc'[data.index(case)]})"
+        axes.bar(at, values, width=0.9 * width, color=case.colour, label=name)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, HARMONICS + 0.6)
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1e-6))
@@ -113,7 +115,7 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
     axes.set_axisbelow(True)
     axes.grid(True, axis="y")
     if known:
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper right", ncols=3)
 
 
 def rows(data: tuple[Case, ...]) -> Table:
