@@ -31,10 +31,10 @@ from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, MeshErrors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
+from ..pair.errors import KINDS, errors_below
 from ..pair.mounting import half_pitch, mounting_of
 from ..status import Status
 from ..support.few_lines import few_lines
-from .errors import KINDS, errors_below
 from .optimise import Aim, paths_of
 from .path_measures import paths_of as measures_of
 from .tolerance import USUAL_AT

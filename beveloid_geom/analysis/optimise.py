@@ -37,9 +37,9 @@ from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
 from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..pair.errors import mounted
 from ..support.read_only import kept
 from .edges import Operation, leads_of, operation_of, swing_of_all
-from .errors import mounted
 from .tolerance import swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]

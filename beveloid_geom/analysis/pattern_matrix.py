@@ -19,9 +19,9 @@ from ..operation.backlash import mounted_backlash
 from ..operation.least_over_roll import first_contact_operation
 from ..operation.mesh_cycle import mesh_cycle
 from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
+from ..pair.errors import ALL_NAMES, errors_below, mounted, place_of
 from ..status import FirstStatus
 from ..support.few_lines import few_lines
-from .errors import ALL_NAMES, errors_below, mounted, place_of
 from .marked_ellipse import MarkedEllipse, marked_ellipse
 from .tolerance import USUAL_AT
 

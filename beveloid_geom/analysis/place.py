@@ -31,9 +31,9 @@ from ..design.model import Design, Errors
 from ..gear.flank import highest_parameter, root_parameter
 from ..operation.backlash import mounted_backlash
 from ..operation.mesh_cycle import mesh_cycle
+from ..pair.errors import ANGLES, NAMES, mounted, place_of
 from ..status import Limit, PlaceStatus, Status
 from ..support.few_lines import few_lines
-from .errors import ANGLES, NAMES, mounted, place_of
 from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 

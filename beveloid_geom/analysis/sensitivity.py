@@ -49,12 +49,12 @@ from ..contact.path_search import Group, paths_on_flanks
 from ..design.model import Design, ErrorsAt
 from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
+from ..pair.errors import ERROR_NAMES, NAMES
 from ..pair.frames import layout_at
 from ..pair.mesh_errors import by_mesh_errors
 from ..status import Status
 from ..support.chebyshev import evaluate, greatest
 from ..support.few_lines import few_lines
-from .errors import ERROR_NAMES, NAMES
 
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256

@@ -31,9 +31,9 @@ from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design, ErrorsAt
 from ..operation.backlash_by_tangency import TangentBacklash, jammed, tangent_backlash
+from ..pair.errors import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
 from ..status import Limit, Status
 from ..support.few_lines import few_lines
-from .errors import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
 from .running import TOGETHER, Running, all_of, running
 from .sliding import least_along
 

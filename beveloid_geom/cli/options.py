@@ -137,7 +137,7 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
 
     def read(value: str) -> tuple[str, str]:
         """Give their names as `Errors` has them. Raises Refusal."""
-        from ..analysis.errors import ALL_NAMES, place_of
+        from ..pair.errors import ALL_NAMES, place_of
         from ..report.words import TRADE
 
         letters = {letter.lower(): error for error, letter in TRADE.items()}
@@ -161,7 +161,7 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
 def sizes_of(values: Mapping[str, float], needed: str = "") -> dict[str, float]:
     """Give the tolerances that are not 0, by the names of their errors, in mm and rad. Raises Refusal if all
     are 0 where they are `needed`, such as 'tolerances', and for those of errors of two places."""
-    from ..analysis.errors import NAMES, place_of
+    from ..pair.errors import NAMES, place_of
 
     if needed and not any(values.values()):
         *most, last = (option for _, option, *_ in TOLERANCES)
@@ -187,7 +187,7 @@ def sizes_of(values: Mapping[str, float], needed: str = "") -> dict[str, float]:
 
 def errors_of(sizes: Mapping[str, float]) -> Errors | MeshErrors:
     """Give errors as large as sizes by their names, mm or rad, of the place where those are measured."""
-    from ..analysis.errors import KINDS, place_of
+    from ..pair.errors import KINDS, place_of
 
     return KINDS[place_of(tuple(sizes))](**sizes)
 

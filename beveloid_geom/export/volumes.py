@@ -35,9 +35,9 @@ def write_volume(
 ) -> None:
     """Write hexahedra into `path` in the format that `suffix` names, that of `path` if None.
 
-    `element` is 'C3D20', 'C3D20R', 'C3D8I' or 'C3D8'; a load `case` and `comment` lines go into .inp, and
-    the comment into .bdf, with the words for the `frame` in which the points are. Raises ValueError for a suffix that is none of VOLUME_FORMATS, OSError
-    where the file cannot be written."""
+    `element` is 'C3D20', 'C3D20R', 'C3D8I' or 'C3D8'; a load `case` goes into .inp, lines of `comment` and
+    the words for the `frame` of the points into .inp and .bdf. Raises ValueError for a suffix that is none of
+    VOLUME_FORMATS, OSError where the file cannot be written."""
     writer = writer_of(VOLUME_FORMATS, path.suffix.lower() if suffix is None else suffix)
     writer(path, mesh, element, case, (*comment, frame, UNITS))
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..analysis.errors import ANGLES, mounted
 from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
@@ -19,6 +18,7 @@ from ..design.model import Design, ErrorsAt
 from ..gear.fillet import tool_round
 from ..gear.flank import highest_parameter, root_parameter
 from ..operation.certificate import Certificate
+from ..pair.errors import ANGLES, mounted
 from ..pair.mounting import mounting_of
 from ..status import EllipseStatus, FirstStatus, Limit, Status, Verdict
 from .remarks import NOTE, WARNING, Remark

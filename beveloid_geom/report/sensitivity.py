@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.errors import ANGLES, place_of
 from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
 from ..arrays import FloatArray
 from ..contact.parallel.lines import touches_along_lines
@@ -17,6 +16,7 @@ from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
 from ..findings.path import ALONG_LINES, first_contact_fault
 from ..operation.backlash import backlash_by_errors
+from ..pair.errors import ANGLES, place_of
 from ..pair.mesh_errors import by_mesh_errors
 from ..status import Limit, Status
 from .columns import header_of, label, number, scaled

@@ -14,12 +14,12 @@ from math import radians
 
 import numpy as np
 
-from ..analysis.errors import ERROR_NAMES
 from ..analysis.path_measures import Sweep, concavity, paths_of, shifts, sweep, unwrapped
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design, Errors
+from ..pair.errors import ERROR_NAMES
 from ..status import Limit
 from ..support.read_only import read_only
 

@@ -19,13 +19,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..analysis.errors import ERROR_NAMES, mounted
 from ..analysis.place import limits_of
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
 from ..design.model import Design
 from ..operation.backlash import backlash_by_errors, mounted_backlash
+from ..pair.errors import ERROR_NAMES, mounted
 from ..pair.mounting import mounting_of
 from ..status import ShimStatus, Status
 from ..support.few_lines import few_lines

@@ -11,10 +11,10 @@ import pytest
 
 from beveloid_geom import Aim, Errors, optimise_parabola, path_of_contact
 from beveloid_geom.analysis.edges import leads_of, operation_of, swing_of_all
-from beveloid_geom.analysis.errors import ERROR_NAMES, mounted
 from beveloid_geom.analysis.optimise import Optimum, paths_of
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.operation.mesh_cycle import mesh_cycle
+from beveloid_geom.pair.errors import ERROR_NAMES, mounted
 from tests.contact.test_cells import OFF_THE_FLANKS
 from tests.oracle.table1 import table1
 

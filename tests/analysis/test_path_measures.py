@@ -10,7 +10,6 @@ import pytest
 from scipy.optimize import brentq
 
 from beveloid_geom import Errors, Member, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.analysis.path_measures import SHIFTS, _at, added_metal, concavity, paths_of, shifts, sweep
 from beveloid_geom.gear.flank import (
     flank_point,
@@ -19,6 +18,7 @@ from beveloid_geom.gear.flank import (
     root_parameter,
     trace_parameter,
 )
+from beveloid_geom.pair.errors import ERROR_NAMES
 
 from ..oracle.table1 import table1
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, mounted_backlash, path_of_contact
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.place import Placement, centred, limits_of, place_path
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1

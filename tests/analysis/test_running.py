@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.running import Running, running
 from beveloid_geom.analysis.tolerance import RUNNING_COST, USUAL, ToleranceStudy
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
-from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.pair.errors import ERROR_NAMES
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.status import Limit

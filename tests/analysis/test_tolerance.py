@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, Status, Tolerances, mounted_backlash, path_of_contact, tolerance_study
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import (
     PLACES,
     UNIT,
@@ -25,6 +24,7 @@ from beveloid_geom.analysis.tolerance import (
 )
 from beveloid_geom.gear.flank import root_parameter
 from beveloid_geom.operation.backlash_by_tangency import Tangency
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.report.tolerance import ToleranceReport, jam_counts
 from beveloid_geom.status import Limit
 from tests.oracle.table1 import table1

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, contact_ratio, path_of_contact
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations_math import solve_math
 from tests.benchmarks.timing import best, told

@@ -21,7 +21,6 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.running import TOGETHER, running
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
@@ -31,6 +30,7 @@ from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.first_contact import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.operation.separation import separation
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
 from tests.benchmarks.timing import best, told

@@ -33,13 +33,13 @@ from beveloid_geom import (
     tolerance_study,
     zero_backlash_layout,
 )
-from beveloid_geom.analysis.errors import ERROR_NAMES
 from beveloid_geom.analysis.maps import FIGURES
 from beveloid_geom.analysis.place import place_path
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.cli.main import main
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.closing import closing_of
+from beveloid_geom.pair.errors import ERROR_NAMES
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.studies.statements import paper_statements
 from beveloid_geom.workshop.balls import ball_planes, balls_at

@@ -13,7 +13,6 @@ import pytest
 from numpy.typing import NDArray
 
 from beveloid_geom import Design, Errors, Pair, Status
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.contact import path_search as follow
 from beveloid_geom.contact.cells import Box, box_of, window_of
@@ -21,6 +20,7 @@ from beveloid_geom.contact.chains import chains_of
 from beveloid_geom.contact.curve_tracing import Window
 from beveloid_geom.contact.equation import Pairing, pairing_of
 from beveloid_geom.contact.path import path_ends
+from beveloid_geom.pair.errors import mounted
 from tests.oracle.table1 import table1
 from tests.stability.answers import changed, closed
 from tests.stability.five_residuals import cases_of

@@ -18,12 +18,12 @@ from beveloid_geom import (
     path_of_contact,
     zero_backlash_layout,
 )
-from beveloid_geom.analysis.errors import ERROR_NAMES, mounted
 from beveloid_geom.analysis.tolerance import drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.backlash import JAMMED, backlash_by_errors, play_at
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
 from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.pair.errors import ERROR_NAMES, mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1

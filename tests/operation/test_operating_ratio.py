@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.operation import operating_ratio as module
@@ -13,6 +12,7 @@ from beveloid_geom.operation.first_contact import Grids
 from beveloid_geom.operation.mesh_cycle import MeshCycle
 from beveloid_geom.operation.operating_ratio import operating_ratios
 from beveloid_geom.operation.pieces import Pieces, Samples
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.status import RatioStatus
 from tests.oracle.table1 import table1
 

@@ -15,13 +15,13 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from beveloid_geom import ContactPath, Design, Tolerances, path_of_contact
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.analysis.pattern_matrix import PatternMatrix, pattern_matrix
 from beveloid_geom.analysis.pressure import Load
 from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, tolerance_studies
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.findings.remarks import NOTE, Remark, in_order
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.report.closing import closing_report
 from beveloid_geom.report.ease_off import EaseOffReport, ease_off_report
 from beveloid_geom.report.operation import OperationReport, operation_report

@@ -21,11 +21,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from beveloid_geom.analysis.errors import ERROR_NAMES, NAMES
 from beveloid_geom.analysis.tolerance import SHARES
 from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.path import pressure_remarks
 from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
+from beveloid_geom.pair.errors import ERROR_NAMES, NAMES
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.sensitivity import steps_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES

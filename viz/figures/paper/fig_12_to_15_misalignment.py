@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
-from beveloid_geom.analysis.errors import mounted
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.pair.errors import mounted
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
 from ...parts import panels, solved, viewpoint

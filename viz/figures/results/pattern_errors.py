@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Polygon
 
 from beveloid_geom import Design
-from beveloid_geom.analysis.errors import NAMES
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pattern_matrix
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import first_contact_fault
+from beveloid_geom.pair.errors import NAMES
 from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 

@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
-from beveloid_geom.analysis.errors import errors_below, mounted
 from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.path import first_contact_fault
+from beveloid_geom.pair.errors import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.result import table_of
 from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts, size_words

@@ -17,7 +17,7 @@ from ..arrays import FloatArray
 from ..design.field_limits import LIMITS
 from ..design.limits import MOST_OFFSET_ERROR
 from ..design.model import Design, Errors, ErrorsAt, MeshErrors, unchecked
-from ..pair.mesh_errors import at_mesh, from_mesh
+from .mesh_errors import at_mesh, from_mesh
 
 Kind = TypeVar("Kind", Errors, MeshErrors)
 ERROR_NAMES = tuple(field.name for field in fields(Errors))

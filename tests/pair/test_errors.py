@@ -18,7 +18,6 @@ from beveloid_geom import (
     path_sensitivity,
     tolerance_study,
 )
-from beveloid_geom.analysis.errors import ALL_NAMES, ERROR_NAMES, MESH_ERROR_NAMES, mounted, place_of
 from beveloid_geom.analysis.maps import usual_errors
 from beveloid_geom.analysis.optimise import Aim, paths_of
 from beveloid_geom.analysis.pattern_matrix import check_size, pattern_matrix
@@ -26,6 +25,7 @@ from beveloid_geom.analysis.place import limits_of, place_path
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.backlash import backlash_by_errors, mounted_backlash
+from beveloid_geom.pair.errors import ALL_NAMES, ERROR_NAMES, MESH_ERROR_NAMES, mounted, place_of
 from beveloid_geom.pair.mesh_errors import at_mesh, by_mesh_errors, from_mesh
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
