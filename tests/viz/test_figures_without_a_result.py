@@ -29,7 +29,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
             "posed-pair": "undercut from z =",
             "meshed-tooth": "undercut from z =",
             "sensitivity": "+2.55",
-            "tolerance-cloud": "have a path on the flanks",
+            "tolerance-cloud": "have a path",
         },
     ),
     (
@@ -57,7 +57,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         {
             "map-parabola": "",
             "sensitivity": "no middle, the roll turns back along the path",
-            "tolerance-cloud": "path on the flanks",
+            "tolerance-cloud": "have a path",
         },
     ),
     (
