@@ -219,6 +219,7 @@ def _tolerances(
     done = 0
 
     def solved(cases: int) -> None:
+        """Tell the progress of the units that so many more mountings make whole."""
         nonlocal done
         units = range(-(-done // UNIT), -(-(done := done + cases) // UNIT))
         for _ in units:

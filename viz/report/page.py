@@ -220,8 +220,8 @@ def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
-    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
+def _environment() -> Environment:
+    """Make the environment of the page's templates."""
     environment = Environment(
         loader=PackageLoader(__package__, ""),
         autoescape=True,
@@ -232,65 +232,76 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
     )
     environment.filters["code"] = with_code
     environment.filters["general"] = "{:.6g}".format
+    return environment
+
+
+def _swings(results: FlankResults) -> bool:
+    """Say whether under some of the two errors the transmission error is large enough to be shown."""
+    if results.matrix is None:
+        return False
+    return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
+
+
+def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
+    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
     release = version("beveloid-geom")
     stamp = {"name": data.name, "version": release, "made": origin.made.isoformat(timespec="seconds")}
     if origin.written is not None:
         stamp["written"] = origin.written.isoformat(timespec="seconds")
     numbers = stamp | data.numbers
-    return environment.get_template("report.html").render(
-        name=data.name,
-        data=data,
-        numbers=numbers,
-        number=partial(number_of, numbers),
-        get=partial(looked_up, numbers),
-        known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
-        charts=drawn,
-        cells={
-            flank: [Markup(cell) for cell in cell_pictures(one.matrix)]
-            for flank, one in data.flanks.items()
-            if one.matrix is not None
-        },
-        swinging=[
-            flank
-            for flank, one in data.flanks.items()
-            if one.matrix is not None
-            and ARCSEC * np.nan_to_num(one.matrix.cycle_peak_to_peak).max() >= SMALLEST
-        ],
-        flanks=FLANKS,
-        harmonics=HARMONICS,
-        positions=POSITIONS,
-        quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
-        statements=by_statement(numbers.get("statements", [])),
-        version=release,
-        origin=origin,
-        short_name=PurePath(data.name).name,
-        verdict=data.verdict,
-        verdicts=VERDICTS,
-        levels=Counter(remark.level for remark in data.remarks),
-        picture=Markup(picture),
-        shades=range(LEVELS),
-        still=still(data),
-        parted=partial(parted, numbers, peaks_of(data)),
-        pressure_remarks=[
-            remark
-            for one in data.flanks.values()
-            if one.pressed is not None and one.pressed.pressed is not None
-            for remark in pressure_remarks(one.pressed.pressed)
-        ],
-        ease_off_grid=EASE_OFF_GRID,
-        builtin=BUILTINS,
-        clean=quiet(data.remarks),
-        asset=asset,
-        script_json=script_json,
-        view=view,
-        deg=1.0 / RAD,
-        arcsec=3600.0 / RAD,
-        place=place_words(data.design),
-        error_names=[
-            (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
-        ],
-        steps=[
-            (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
-            for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
-        ],
+    return (
+        _environment()
+        .get_template("report.html")
+        .render(
+            name=data.name,
+            data=data,
+            numbers=numbers,
+            number=partial(number_of, numbers),
+            get=partial(looked_up, numbers),
+            known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
+            charts=drawn,
+            cells={
+                flank: [Markup(cell) for cell in cell_pictures(one.matrix)]
+                for flank, one in data.flanks.items()
+                if one.matrix is not None
+            },
+            swinging=[flank for flank, one in data.flanks.items() if _swings(one)],
+            flanks=FLANKS,
+            harmonics=HARMONICS,
+            positions=POSITIONS,
+            quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
+            statements=by_statement(numbers.get("statements", [])),
+            version=release,
+            origin=origin,
+            short_name=PurePath(data.name).name,
+            verdict=data.verdict,
+            verdicts=VERDICTS,
+            levels=Counter(remark.level for remark in data.remarks),
+            picture=Markup(picture),
+            shades=range(LEVELS),
+            still=still(data),
+            parted=partial(parted, numbers, peaks_of(data)),
+            pressure_remarks=[
+                remark
+                for one in data.flanks.values()
+                if one.pressed is not None and one.pressed.pressed is not None
+                for remark in pressure_remarks(one.pressed.pressed)
+            ],
+            ease_off_grid=EASE_OFF_GRID,
+            builtin=BUILTINS,
+            clean=quiet(data.remarks),
+            asset=asset,
+            script_json=script_json,
+            view=view,
+            deg=1.0 / RAD,
+            arcsec=3600.0 / RAD,
+            place=place_words(data.design),
+            error_names=[
+                (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
+            ],
+            steps=[
+                (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
+                for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
+            ],
+        )
     )
