@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.lines import Line2D
 
 from beveloid_geom.arrays import FloatArray
@@ -24,6 +27,10 @@ CHARTS = {
     "mesh-convergence": 4,
 }
 """Charts by name, and how many curves they have at least."""
+BARS = {"sensitivity": (150, 0), "speed-accuracy": (35, 1)}
+"""Charts of bars and marks: how many lines they have at least, and which way of them is the number."""
+MAPS = {"map-parabola": 5, "map-mounting": 4}
+"""Maps, and how many panels of cells they have at least."""
 POINTS = 5
 """Of the shortest curve that is looked at."""
 UNITS = (1.0, 1e3, 1e6, 100.0, float(np.degrees(3600.0)), float(np.degrees(1.0)))
@@ -38,15 +45,18 @@ def _short_measurements() -> Iterator[None]:
         yield
 
 
-def curves(name: str) -> Iterator[Line2D]:
-    """The curves of a chart in the coordinates of its axes."""
+def charts(name: str) -> Iterator[Axes]:
+    """The axes of a figure, but those of pictures, and of wires seen from aside."""
     with np.errstate(all="ignore"):
         page = recipe_of(name).drawn(data_of(name), of_size((800, 600))).page
-    for axes in page.axes:
-        if not axes.axison:
-            continue  # pictures, and wires seen from aside
+    return (axes for axes in page.axes if axes.axison)
+
+
+def curves(name: str, points: int = POINTS) -> Iterator[Line2D]:
+    """The curves of a chart of so many points or more in the coordinates of its axes."""
+    for axes in charts(name):
         for line in axes.lines:
-            if len(np.atleast_1d(line.get_xdata())) >= POINTS and line.get_transform() == axes.transData:
+            if len(np.atleast_1d(line.get_xdata())) >= points and line.get_transform() == axes.transData:
                 yield line
 
 
@@ -68,14 +78,33 @@ def stands_in(values: FloatArray, column: FloatArray) -> bool:
     return bool((near <= 1e-9 * values.max(initial=1e-30)).all())
 
 
-@pytest.mark.parametrize("name", CHARTS)
-def test_every_curve_is_in_the_table(name: str) -> None:
+def assert_in_table(name: str, drawn: Iterable[Any]) -> int:
+    """Count arrays that are drawn, and assert that each but its zeros stands in a column of the table."""
     table = [unit * column for column in columns(name) for unit in UNITS if column.size]
     seen = 0
-    for line in curves(name):
-        for drawn in (line.get_data()[ONE_WAY[name]],) if name in ONE_WAY else line.get_data():
-            values = np.abs(np.asarray(drawn, dtype=float))
-            values = values[np.isfinite(values)]
-            assert any(stands_in(values, column) for column in table), (line.get_label(), values[:4])
+    for one in drawn:
+        values = np.abs(np.ma.filled(np.ma.asarray(one, dtype=float), np.nan).ravel())
+        values = values[np.isfinite(values) & (values > 0.0)]
+        assert any(stands_in(values, column) for column in table), values[:4]
         seen += 1
-    assert seen >= CHARTS[name]
+    return seen
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_every_curve_is_in_the_table(name: str) -> None:
+    ways = [ONE_WAY[name]] if name in ONE_WAY else [0, 1]
+    drawn = (line.get_data()[way] for line in curves(name) for way in ways)
+    assert assert_in_table(name, drawn) >= len(ways) * CHARTS[name]
+
+
+@pytest.mark.parametrize("name", BARS)
+def test_every_bar_is_in_the_table(name: str) -> None:
+    least, way = BARS[name]
+    assert assert_in_table(name, (line.get_data()[way] for line in curves(name, 1))) >= least
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_every_cell_is_in_the_table(name: str) -> None:
+    meshes = (one for axes in charts(name) for one in axes.collections if isinstance(one, QuadMesh))
+    cells = [mesh.get_array() for mesh in meshes if mesh.colorbar is not None]  # not those of the scales
+    assert assert_in_table(name, cells) >= MAPS[name]
