@@ -139,8 +139,8 @@ def _side_lines(member: str, side: MemberPattern, asked: float, separation: floa
     least = side.least[np.isfinite(side.least)]
     nearest = f"least separation {1e3 * least.min():z.4f} um" if least.size else "nowhere opposite a flank"
     text += line("", bound + missed)
-    if not math.isnan(low):
-        one = marked_ellipse(side, separation)
+    one = marked_ellipse(side, separation)
+    if not math.isnan(one.major):  # a mark that no cell of the grid resolves has none
         text += line(
             "",
             f"ellipse about z {one.z:z.2f}, r {one.r:.2f} mm: half axes {one.major:.2f} and {one.minor:.2f}"
