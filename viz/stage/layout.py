@@ -17,7 +17,7 @@ SCALE = 8.0 / 13.0
 PRINT_DPI = 300.0
 """Pixels to an inch of paper."""
 USUAL = (16.0, 12.0)
-ROOM = 9.3
+ROOM = 9.28
 """Inches that a figure may take in print, so that with its words it has room on a journal's page."""
 
 

@@ -118,7 +118,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
     beside = axes.twinx()
-    beside.set(ylim=(-5.0, 105.0), ylabel="edges first (%)")
+    beside.set(ylim=(-5.0, 105.0), ylabel="edges (%)")
     for flank in reversed(FLANKS):
         colour, width, every = *LOOKS[flank][:2], a[EVERY]
         running: dict[str, Any] = {

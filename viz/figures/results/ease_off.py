@@ -98,7 +98,7 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
         "Right and left flanks, drive and coast, against the conjugate of the untrimmed gear, \u00b5m",
         NOTE,
         below=1.75,
-        above=0.42,
+        above=0.45,
         tall=cells.tall(layout, len(data), 4.6),
     )
     for column, (panel, box) in enumerate(
