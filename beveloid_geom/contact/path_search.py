@@ -114,6 +114,7 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
 
 
 def _crossed(pairing: Pairing) -> list[Group]:
+    """Find the paths of cases whose axes are not parallel."""
     count = pairing.branch.shape[0]
     groups: list[Group] = []
     told: list[Group] = []

@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..arrays import FloatArray, Mask
-from ..contact.path import path_of_contact
+from ..contact.path import ContactPath, path_of_contact
 from ..contact.placing import MeshingPair
 from ..design.model import Design
 from ..export import MEMBERS
@@ -51,10 +51,12 @@ def pair_pieces(design: Design, pose: MeshingPair, tolerance: float) -> list[Pie
     """Make both gears within `tolerance` (mm), and the path and the pattern of the flanks of a `pose` on
     pinion and gear. Raises ValueError as `gear_surface` and `contact_pattern` do."""
     pattern = contact_pattern(design, pose.flank)
+    path = path_of_contact(design, pose.flank, PATH_POINTS)
+    first = certify(path).verdict == Verdict.FIRST_CONTACT
     pieces = []
     for number, name in enumerate(MEMBERS):
         gear = gear_surface(design.members[number], ".vtu", tolerance)
-        own = [Piece(name, GEARS[number], gear), *_path(design, pose.flank, number)]
+        own = [Piece(name, GEARS[number], gear), *_path(path, first, number)]
         marked = _marked(
             design, pose.flank, number, (pattern.pinion, pattern.gear)[number], pattern.separation
         )
@@ -94,14 +96,12 @@ def _linear(colour: str) -> list[float]:
     return [*light.tolist(), 1.0]
 
 
-def _path(design: Design, flank: str, number: int) -> Iterator[Piece]:
-    """Make tubes along the path on a member's flank, in its own frame: where it is the first contact of all
+def _path(path: ContactPath, first: Mask, number: int) -> Iterator[Piece]:
+    """Make tubes along the path on a member's flank, in its own frame: where it is the `first` contact of all
     teeth, and, thinner, where something else touches earlier."""
-    path = path_of_contact(design, flank, PATH_POINTS)
-    solved = path.status == Status.SOLVED
-    first = certify(path).verdict == Verdict.FIRST_CONTACT
+    solved, design = path.status == Status.SOLVED, path.design
     l, u = ((path.l1, path.u1), (path.l2, path.u2))[number]
-    points = flank_patch(design.members[number], flank, l, u).point
+    points = flank_patch(design.members[number], path.flank, l, u).point
     radius = RADIUS * float(design.pinion.tool.normal_module)
     ends = solved[:-1] & solved[1:]
     both = first[:-1] & first[1:]
