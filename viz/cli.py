@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from beveloid_geom.cli.commands.grid import grid_options, measured_report
+from beveloid_geom.cli.commands.workshop.grid import grid_options, measured_report
 from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, block, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 

@@ -288,7 +288,7 @@ def test_help_cuts_no_summary() -> None:
         summary = " ".join(str(command.help).partition("\n\n")[0].split())
         assert f"{name} {summary} " in " ".join(listed.split()) + " "
         assert summary in " ".join(shown.stdout.split())
-    assert "..." not in listed.partition("Commands:")[2]
+    assert "..." not in listed.partition("Options:")[2]
 
 
 def test_file_name_that_is_not_text(tmp_path: Path) -> None:
@@ -326,6 +326,5 @@ SLOW: dict[str, tuple[str, ...]] = {
 @pytest.mark.parametrize("command", SLOW)
 def test_commands_import_no_more_than_they_need(tmp_path: Path, command: str) -> None:
     imported = imported_by(*command.split(), folder=tmp_path)
-    own = "beveloid_geom.cli.commands.mesh" if command.startswith("mesh") else "beveloid_geom.cli.main"
-    assert own in imported
+    assert "beveloid_geom.cli.main" in imported
     assert not imported & set(SLOW[command])

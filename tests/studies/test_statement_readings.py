@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from beveloid_geom import Errors, builtin_design, contact_ratio
-from beveloid_geom.cli.commands.statements import statements as command
+from beveloid_geom.cli.commands.errors.statements import statements as command
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.statements import ReadingsReport
 from beveloid_geom.studies import statement_readings

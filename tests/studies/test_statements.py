@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 from beveloid_geom import Errors, contact_ratio
 from beveloid_geom.analysis.path_measures import paths_of
-from beveloid_geom.cli.commands.statements import statements as command
+from beveloid_geom.cli.commands.errors.statements import statements as command
 from beveloid_geom.studies.claims import angle_falls, grows, shorter_first, turns_over
 from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict, claim_of
 from beveloid_geom.studies.statements import is_papers, paper_statements

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 
 from beveloid_geom import Errors, builtin_design, contact_ratio, path_of_contact
 from beveloid_geom.analysis.path_measures import concavity, in_side_view, shifts
-from beveloid_geom.cli.commands.statements import statements as command
+from beveloid_geom.cli.commands.errors.statements import statements as command
 from beveloid_geom.studies.claims import AXIAL_ERROR
 from beveloid_viz.stage.theme import Page
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from beveloid_geom.cli.commands.tca import FORCE, TORQUE, load_of
+from beveloid_geom.cli.commands.contact.tca import FORCE, TORQUE, load_of
 from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
     TOLERANCES,

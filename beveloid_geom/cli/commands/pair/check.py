@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .. import results
-from ..options import parabola_options
+from ... import results
+from ...options import parabola_options
 
 
 @results.result_command(parabola_options, csv="one quantity a row")
@@ -15,6 +15,6 @@ def check(name: str, design: results.Design) -> results.Result:
     right and left flanks that do not meet, contact that usual errors of assembly lose, edges that touch
     earlier, undercut, pointed teeth, tools whose rounds overlap. Exit status 0 with or without them.
     """
-    from ...report.closing import closing_report
+    from ....report.closing import closing_report
 
     return closing_report(name, design)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .. import results
-from ..options import NumberRange, errors_option, flank_option, option, override_options
+from ... import results
+from ...options import NumberRange, errors_option, flank_option, option, override_options
 
 AT = "Where on the pinion's face the middle of the path is wanted, from the toe; may be repeated."
 BY = "The two errors: offset,shaft-angle, or axial ones, which change mounting distances."
@@ -42,8 +42,8 @@ def place(
     trade: E offset, Sigma shaft angle, P and G pinion and gear axial. What cannot be reached is said with the
     nearest that can. Some seconds. Exit status 1 if no mounting has a path, or a first contact is not known.
     """
-    from ...findings.path import first_contact_fault
-    from ...report.aims import place_report
+    from ....findings.path import first_contact_fault
+    from ....report.aims import place_report
 
     if fault := first_contact_fault(design):
         raise click.ClickException(f"no first contact: {fault}")  # status 1

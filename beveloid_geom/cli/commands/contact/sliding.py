@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .. import results
-from ..options import flank_option, override_options, points_option
+from ... import results
+from ...options import flank_option, override_options, points_option
 
 
 @results.result_command(
@@ -16,6 +16,6 @@ def sliding(name: str, design: results.Design, flank: str, points: int) -> resul
     sliding is that along each member's profile; the total counts sliding in all directions, per
     distance that the contact runs over the member's flank. Exit status 1 without contact.
     """
-    from ...report.sliding import sliding_report
+    from ....report.sliding import sliding_report
 
     return sliding_report(name, design, flank, points)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .. import results
-from ..options import option
+from ... import results
+from ...options import option
 
 SIDES = click.Choice(["right", "left", "both"])
 
@@ -24,14 +24,14 @@ def statements(name: str, design: results.Design, flank: str, readings: bool) ->
     Each is computed for the DESIGN, whose own parabola coefficients and errors are set aside: holds,
     does not hold, depends on the measure, or not known, with the measures, their numbers and why.
     """
-    from ...report.statements import ReadingsReport, StatementsReport
+    from ....report.statements import ReadingsReport, StatementsReport
 
     flanks = ("right", "left") if flank == "both" else (flank,)
     if readings:
-        from ...studies.statement_readings import verdicts_by_reading
+        from ....studies.statement_readings import verdicts_by_reading
 
         return ReadingsReport(name, {side: verdicts_by_reading(design, side) for side in flanks})
-    from ...studies.statements import paper_statements
+    from ....studies.statements import paper_statements
 
     judged = [one for side in flanks for one in paper_statements(design, side)]
     return StatementsReport(name, design, judged)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .. import results
-from ..options import NumberRange, flank_option, option, override_options, points_option
+from ... import results
+from ...options import NumberRange, flank_option, option, override_options, points_option
 
 FILM = (
     "A second contact ratio counts tooth pairs within this clearance as touching, as if a film of that "
@@ -31,8 +31,8 @@ def operation(
     pinion's pitch. Rigid teeth, no load. Exit status 1 if a first contact is not
     known, or the pair cannot be assembled.
     """
-    from ...findings.path import first_contact_fault
-    from ...report.operation import operation_report
+    from ....findings.path import first_contact_fault
+    from ....report.operation import operation_report
 
     if fault := first_contact_fault(design):
         raise click.ClickException(f"no first contact: {fault}")  # status 1

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .. import results
-from ..options import (
+from ... import results
+from ...options import (
     Refusal,
     bounds_options,
     errors_of,
@@ -20,7 +20,7 @@ from ..options import (
 )
 
 if TYPE_CHECKING:
-    from ...analysis.maps import Bounds
+    from ....analysis.maps import Bounds
 
 
 EDGES = (
@@ -71,8 +71,8 @@ def optimise(
         raise Refusal(
             [f"--least {least}: it is that of teeth whose edges do not carry: give --no-edges, too"]
         )
-    from ...analysis.optimise import Aim, optimise_parabola
-    from ...report.aims import OptimumReport
+    from ....analysis.optimise import Aim, optimise_parabola
+    from ....report.aims import OptimumReport
 
     swing = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(

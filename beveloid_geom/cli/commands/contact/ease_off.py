@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .. import results
-from ..options import option, override_options
+from ... import results
+from ...options import option, override_options
 
 POINTS = "Points of the grid from root to tip and from toe to heel."
 
@@ -24,7 +24,7 @@ def ease_off(name: str, design: results.Design, grid: tuple[int, int]) -> result
     of the nearest surface of second order over face and profile, each from -1 to 1, with the rms of the rest.
     Exit status 1 if a flank has no path of contact.
     """
-    from ...report.ease_off import ease_off_report
+    from ....report.ease_off import ease_off_report
 
     with results.refused_values():
         return ease_off_report(name, design, grid)

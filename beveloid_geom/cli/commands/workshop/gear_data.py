@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .. import results
-from ..options import NumberRange, Refusal, block, option, override_options
+from ... import results
+from ...options import NumberRange, Refusal, block, option, override_options
 
 ALLOWANCES = "Upper and lower allowance of the {}'s normal thickness; a thinner tooth's are negative."
 BALL = "Diameter of the balls between the {}'s teeth.  [default: a usual one that touches at half depth]"
@@ -36,7 +36,7 @@ def gear_data(
     diameters, root cone, and how the hob is set. With allowances all measures at both, and the backlash that
     follows. Exit status 1 if the tool of a member leaves no flanks to measure.
     """
-    from ...report.workshop.gear_data import gear_data_report
+    from ....report.workshop.gear_data import gear_data_report
 
     allowances = pinion_allowances, gear_allowances
     for member, given in zip(("pinion", "gear"), allowances, strict=True):

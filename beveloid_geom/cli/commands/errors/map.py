@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from .. import results
-from ..options import (
+from ... import results
+from ...options import (
     Refusal,
     bounds_options,
     errors_of,
@@ -21,7 +21,7 @@ from ..options import (
 )
 
 if TYPE_CHECKING:
-    from ...analysis.maps import Bounds, Over
+    from ....analysis.maps import Bounds, Over
 
 
 VALUES = click.Choice(["parabola", "mounting", "shift"])
@@ -62,8 +62,8 @@ def map_(
         if context.get_parameter_source(f"parabola_{member}") is ParameterSource.COMMANDLINE:
             cure = f"give --{member}-bounds, or another --over"
             raise Refusal([f"--parabola-{member}: the map itself is over the parabola coefficients: {cure}"])
-    from ...analysis.maps import map_of
-    from ...report.map import MapReport
+    from ....analysis.maps import map_of
+    from ....report.map import MapReport
 
     errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
     with results.refused_values(), progress_bar(steps**2, "cell") as bar:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .. import results
-from ..options import flank_option, option, override_options
+from ... import results
+from ...options import flank_option, option, override_options
 
 if TYPE_CHECKING:
-    from ...design.model import ErrorsAt
+    from ....design.model import ErrorsAt
 
 AT = click.Choice(["perpendicular", "mesh"])
 WHERE = (
@@ -31,6 +31,6 @@ def sensitivity(name: str, design: results.Design, flank: str, errors_at: Errors
     the middle of the path, positive towards the heel. Exit status 1 if there is no path on the flanks,
     or the pair cannot be assembled.
     """
-    from ...report.sensitivity import sensitivity_report
+    from ....report.sensitivity import sensitivity_report
 
     return sensitivity_report(name, design, flank, errors_at)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..options import SIDES, Refusal, block, load_design, option, option_name
-from ..results import named, show
+from ...options import SIDES, Refusal, block, load_design, option, option_name
+from ...results import named, show
 
 if TYPE_CHECKING:
-    from ...proposal.request import Request
+    from ....proposal.request import Request
 
 TWO = (float, float)
 MODULE = "Normal module of both; needed unless --gear has it."
@@ -77,10 +77,10 @@ def propose(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
     source = given.pop("gear") or ""
     request = request_of(source, **given)
-    from ...design.field_limits import DesignError
-    from ...proposal.propose import Refused, propose as propose_on
-    from ...proposal.words import refusal
-    from ...report.closing import ProposalReport
+    from ....design.field_limits import DesignError
+    from ....proposal.propose import Refused, propose as propose_on
+    from ....proposal.words import refusal
+    from ....report.closing import ProposalReport
 
     try:
         report = ProposalReport(request, propose_on(request, count), source)
@@ -98,7 +98,7 @@ def propose(
 
 def request_of(source: str, **given: Any) -> Request:
     """Make the request of the options, angles in rad. Raises Refusal for what is missing."""
-    from ...proposal.request import BACKLASH, FACE, Bounds, Request
+    from ....proposal.request import BACKLASH, FACE, Bounds, Request
 
     gear = load_design(source).gear if source else None
     module = given["module"] if gear is None else float(gear.tool.normal_module)
@@ -139,7 +139,7 @@ def request_of(source: str, **given: Any) -> Request:
 
 def write(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
     """Write a proposal. Raises Refusal where there is none of that number, or the file cannot be written."""
-    from ...support.whole_file import whole_file
+    from ....support.whole_file import whole_file
 
     if pick > count:
         raise Refusal([f"--pick must be between 1 and {count}, as many are proposed, got {pick}"])

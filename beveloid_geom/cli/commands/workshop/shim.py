@@ -6,8 +6,8 @@ import math
 
 import click
 
-from .. import results
-from ..options import NumberRange, Refusal, changed_design, flank_option, option, parabola_options
+from ... import results
+from ...options import NumberRange, Refusal, changed_design, flank_option, option, parabola_options
 
 OFFSET = "Offset of the housing as measured.  [default: the design's, with its error]"
 SHAFT_ANGLE = "Shaft angle of the housing as measured.  [default: the design's, with its error]"
@@ -44,8 +44,8 @@ def shim(
     mm in the pair solved anew, or why not. Some seconds. Exit status 1 if there are none, or more than a
     face width away.
     """
-    from ...findings.path import first_contact_fault
-    from ...report.workshop.shim import shim_report
+    from ....findings.path import first_contact_fault
+    from ....report.workshop.shim import shim_report
 
     measured = _measured(design, offset, shaft_angle_deg)
     if fault := first_contact_fault(measured):

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .. import results
-from ..options import NumberRange, Refusal, flank_option, option, override_options, points_option
+from ... import results
+from ...options import NumberRange, Refusal, flank_option, option, override_options, points_option
 
 if TYPE_CHECKING:
-    from ...analysis.pressure import Load
+    from ....analysis.pressure import Load
 
 CERTIFY = "Whether anything else of the teeth touches earlier, about a millisecond a position."
 FORCE = "Force on one tooth pair along the common normal, for Hertz's ellipses and pressures along the path."
@@ -25,7 +25,7 @@ def load_of(
 ) -> Load | None:
     """Give the load that options ask for. Raises Refusal for a force beside a torque, and for a material
     without either."""
-    from ...analysis.pressure import Load
+    from ....analysis.pressure import Load
 
     if force is not None and torque is not None:
         raise Refusal(["--force and --torque exclude each other: give one of them"])
@@ -74,7 +74,7 @@ def tca(
     off_flank, several_contacts, endless or undefined. Exit status 1 if there is no contact on the flanks,
     or the pair cannot be assembled.
     """
-    from ...report.path import contact_report
+    from ....report.path import contact_report
 
     try:
         return contact_report(name, design, flank, points, method, certify, load_of(**load))

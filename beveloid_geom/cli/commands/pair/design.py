@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ..options import BUILTIN_DESIGN, Refusal, write_out
+from ...options import BUILTIN_DESIGN, Refusal, write_out
 
 
 @click.command(short_help="Print a built-in design file, as a start for one's own.")
@@ -15,7 +15,7 @@ def design(name: str, listed: bool) -> None:
 
     Without NAME it is ni-2017, the pair of Table 1 of the paper.
     """
-    from ...design.file import BUILTINS, DesignError, builtin_text
+    from ....design.file import BUILTINS, DesignError, builtin_text
 
     if listed:
         width = max(map(len, BUILTINS))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from ...export import (
+from ....export import (
     CAD_FORMATS,
     FIELD_FORMATS,
     MEMBERS,
@@ -22,8 +22,8 @@ from ...export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ..mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request, frames_in_mesh
-from ..options import (
+from ...mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request, frames_in_mesh
+from ...options import (
     BUILTIN_DESIGN,
     OVERRIDES,
     SIDES,
@@ -36,10 +36,10 @@ from ..options import (
     override_options,
     write_out,
 )
-from ..results import named, refused_values
+from ...results import named, refused_values
 
 if TYPE_CHECKING:
-    from ...design.model import Design, Member
+    from ....design.model import Design, Member
 
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
@@ -179,9 +179,9 @@ def written(request: Request) -> Iterator[Path]:
     """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
     where it cannot be written, where the geometry does not allow it or memory does not suffice;
     ClickException (status 1) where a pattern has no first contact."""
-    from ...operation.least_over_roll import UnknownOperationError
-    from ...support.argument import ArgumentError
-    from ...support.whole_file import whole_file
+    from ....operation.least_over_roll import UnknownOperationError
+    from ....support.argument import ArgumentError
+    from ....support.whole_file import whole_file
 
     out, name = request.out, click.format_filename(request.out)
     try:
@@ -257,7 +257,7 @@ def write_part(
 
 def warn_of_undercut(member: Member, flank: str) -> None:
     """Write a line on standard error where the tool leaves less of a flank than is written."""
-    from ...gear.undercut import undercut_of, words_of
+    from ....gear.undercut import undercut_of, words_of
 
     try:
         found = undercut_of(member, flank)

@@ -7,9 +7,9 @@ from typing import Literal
 
 import click
 
-from ...support.workers import workers
-from .. import results
-from ..options import (
+from ....support.workers import workers
+from ... import results
+from ...options import (
     NumberRange,
     flank_option,
     option,
@@ -64,8 +64,8 @@ def tolerance(
     flanks. Exit status 1 if no mounting has one.
     """
     sizes = sizes_of(tolerances, "tolerances")
-    from ...analysis.tolerance import RUNNING_COST, Tolerances, tolerance_study
-    from ...report.tolerance import ToleranceReport
+    from ....analysis.tolerance import RUNNING_COST, Tolerances, tolerance_study
+    from ....report.tolerance import ToleranceReport
 
     given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (

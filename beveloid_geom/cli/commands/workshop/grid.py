@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .. import results
-from ..options import Refusal, option, parabola_options
+from ... import results
+from ...options import Refusal, option, parabola_options
 
 if TYPE_CHECKING:
-    from ...report.workshop.grid import DeviationReport, GridReport
+    from ....report.workshop.grid import DeviationReport, GridReport
 
 MEMBER = click.Choice(["pinion", "gear"])
 BORDER = "Left free at root, tip, toe and heel: a share as 10%, or mm along profile and face as 2mm."
@@ -50,8 +50,8 @@ def measured_report(
     border: tuple[str, float, float | None],
 ) -> DeviationReport:
     """Read the measured points of a grid. Raises Refusal."""
-    from ...report.workshop.grid import DeviationReport
-    from ...workshop.measured import MeasuredError, read_deviations
+    from ....report.workshop.grid import DeviationReport
+    from ....workshop.measured import MeasuredError, read_deviations
 
     found, file = grid_of(name, design, member, rows, columns, border), click.format_filename(measured)
     try:
@@ -71,8 +71,8 @@ def grid_of(
     border: tuple[str, float, float | None],
 ) -> GridReport:
     """Lay the grid that the options ask for. Raises Refusal."""
-    from ...report.workshop.grid import GridReport, Named
-    from ...workshop.grid import measuring_grid
+    from ....report.workshop.grid import GridReport, Named
+    from ....workshop.grid import measuring_grid
 
     words, share, length = border
     with results.refused_values():

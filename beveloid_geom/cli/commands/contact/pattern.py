@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from .. import results
-from ..options import (
+from ... import results
+from ...options import (
     TOLERANCES,
     NumberRange,
     Refusal,
@@ -63,9 +63,9 @@ def pattern(
     transmission error in operation, share on edges. Exit status 1 if a first contact is not known, or the
     pair cannot be assembled; with --over if no cell has a pattern.
     """
-    from ...findings.path import first_contact_fault
-    from ...operation.least_over_roll import UnknownOperationError
-    from ...report.pattern import pattern_report
+    from ....findings.path import first_contact_fault
+    from ....operation.least_over_roll import UnknownOperationError
+    from ....report.pattern import pattern_report
 
     sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
@@ -108,8 +108,8 @@ def _matrix(
     resolution: float | None,
     area_error: float,
 ) -> results.Result:
-    from ...analysis.pattern_matrix import pattern_matrix
-    from ...report.pattern import PatternMatrixReport
+    from ....analysis.pattern_matrix import pattern_matrix
+    from ....report.pattern import PatternMatrixReport
 
     with results.refused_values(), progress_bar(cells**2, "cell") as bar:
         found = pattern_matrix(

@@ -1,0 +1,1 @@
+"""Contact of a pair as it is."""

@@ -1,0 +1,1 @@
+"""Contact under errors, and over values of a design."""

@@ -1,0 +1,1 @@
+"""Pairs written down, proposed, judged."""

@@ -1,0 +1,1 @@
+"""For drawings, measuring, mounting and other programs."""
