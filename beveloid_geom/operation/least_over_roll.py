@@ -259,12 +259,11 @@ def _least(values: FloatArray, known: Mask) -> Mask:
 @dataclass(frozen=True, eq=False)
 class LeastSeparation:
     """Of points (n,): the `least` separation, mm, the pinion's `roll` at which it occurs, rad, and `status`,
-    codes of `PatternStatus`; and the `samples` from which it was found."""
+    codes of `PatternStatus`."""
 
     least: FloatArray
     roll: FloatArray
     status: Codes
-    samples: Samples
 
 
 def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Samples:
@@ -312,7 +311,7 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     least[point], at[point] = found[order], roll[order]
     status[point] = np.where(reached[order], PatternStatus.MATE_EDGE, PatternStatus.STANDSTILL)
     least[np.isinf(least)], at[status == PatternStatus.NO_MATE] = np.nan, np.nan
-    return LeastSeparation(least, at, status, samples)
+    return LeastSeparation(least, at, status)
 
 
 def _way_down(

@@ -16,6 +16,7 @@ The gear's roll at a pinion roll is given, or that of the first contact of all t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,6 +42,8 @@ from .least_over_roll import (
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
 flank's root that the mating tip does not reach."""
+COARSE = np.array((12, 16))
+"""Cells on whose corners all samples of the roll are looked at."""
 AREA_ERROR = 0.01
 """Relative error that an area may have unless told otherwise."""
 LEAST_AREA_ERROR = 1e-3
@@ -179,11 +182,27 @@ class _Side:
         l, z, u = place_at(self.member, self.flank, depth, face)
         return l, z, flank_point(self.member, self.flank, l, u)
 
+    @cached_property
+    def coarse(self) -> Mask:
+        """Say near which samples (k, nl, nz) the least separation may be on the grid of `COARSE` cells."""
+        depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE)
+        _, _, points = self.at(depth[:, None], face)
+        return sampled(self.mating, points.reshape(-1, 3)).near.reshape(-1, *points.shape[:2])
+
+    def near(self, share: FloatArray) -> Mask:
+        """Say near which samples (k, n) the least separation may be at places (n, 2) of the unit square: from
+        the first to the last of those near the corners of the coarse cells that hold them."""
+        place = share * COARSE
+        (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
+        near = self.coarse
+        found = near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n]
+        begun, goes_on = (np.logical_or.accumulate(found[::way])[::way] for way in (1, -1))
+        return np.asarray(begun & goes_on)
+
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound; and samples
-    `near` (k, nl, nz) the least separation, as `Samples` has them."""
+    """The arrays of `MemberPattern` that do not depend on the thickness of the marking compound."""
 
     l: FloatArray
     z: FloatArray
@@ -191,34 +210,15 @@ class _Grid:
     least: FloatArray
     pinion_roll: FloatArray
     status: Codes
-    near: Mask
 
 
-def _found_on(side: _Side, cells: tuple[int, int], known: _Grid | None = None) -> _Grid:
-    """Give the least separations on a grid evenly spaced in depth and face. Near which samples they are is
-    told by a grid `known` or a coarser one, if it is not coarse itself."""
-    lines, near = [np.linspace(0.0, 1.0, n + 1) for n in cells], None if known is None else known.near
-    if near is None and all(n >= least for n, least in zip(cells, CELLS[0], strict=True)):
-        coarse = [np.linspace(0.0, 1.0, min(n // 2, m) + 1) for n, m in zip(cells, CELLS[0], strict=True)]
-        _, _, points = side.at(coarse[0][:, None], coarse[1])
-        near = sampled(side.mating, points.reshape(-1, 3)).near.reshape(-1, *points.shape[:2])
-    if near is not None:
-        near = _around(near, np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2))
-    l, z, points = side.at(lines[0][:, None], lines[1])
+def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
+    """Give the least separations on a grid evenly spaced in depth and face."""
+    depth, face = (np.linspace(0.0, 1.0, n + 1) for n in cells)
+    l, z, points = side.at(depth[:, None], face)
+    near = side.near(np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1).reshape(-1, 2))
     found = least_separation(side.mating, points.reshape(-1, 3), near)
-    least, roll = (values.reshape(l.shape) for values in (found.least, found.roll))
-    near = found.samples.near.reshape(-1, *l.shape)
-    return _Grid(l, z, points, least, roll, found.status.reshape(l.shape), near)
-
-
-def _around(near: Mask, share: FloatArray) -> Mask:
-    """Say which samples (k, n) lie among those `near` (k, nl, nz) the corners of the cells of an even grid of
-    the unit square that hold places (n, 2)."""
-    place = share * (np.array(near.shape[1:]) - 1)
-    (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
-    found = near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n]
-    begun, goes_on = (np.logical_or.accumulate(found[::way])[::way] for way in (1, -1))
-    return np.asarray(begun & goes_on)
+    return _Grid(l, z, points, *(x.reshape(l.shape) for x in (found.least, found.roll, found.status)))
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
@@ -243,7 +243,7 @@ def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
         count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
         counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
     cells = counts[0], counts[1]
-    return grid if cells == CELLS[0] else _found_on(side, cells, grid)
+    return grid if cells == CELLS[0] else _found_on(side, cells)
 
 
 def _member_pattern(
@@ -257,11 +257,11 @@ def _member_pattern(
 
     def excess_at(share: FloatArray) -> FloatArray:
         *_, points = side.at(*share.T)
-        return excess(least_separation(side.mating, points, _around(found.near, share)).least)
+        return excess(least_separation(side.mating, points, side.near(share)).least)
 
     area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
-        **{name: values for name, values in vars(grid).items() if name != "near"},
+        **vars(grid),
         marked=grid.least <= separation,
         area=area,
         area_share=area / whole,
