@@ -41,9 +41,9 @@ STEP = 1e-7
 """rad between rolls of which the difference gives a rate."""
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-BESIDE = 3
+BESIDE = 2
 """Samples looked at on either side of where the least may be."""
-PASSES, STAND, REACHED, HALVED = 60, 2e-4, 1e-7, 1e-11
+PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-7, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
 LAST_STEP = 1e-3
@@ -298,13 +298,17 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     inner, towards = beside != best[met], rolls[beside]
     sides = np.where(inner, towards, towards[::-1])
     _, rate = mating.operation.motion(np.tile(at[met], 2), sides.ravel())
-    fall = -way * mating.slope(start, rate.reshape(sides.shape))
+    slope = mating.slope(start, rate.reshape(sides.shape))
+    fall = -way * slope
     status[met[((fall > 0.0) & ~inner).any(axis=0)]] = PatternStatus.END_OF_ROLL
     leaves = np.isinf(samples.table[beside, met])
     to_edge, side, down = np.nonzero(inner & (fall > 0.0, leaves))
-    end = samples.rows[:2, samples.place[beside[side, down], met[down]]]
-    span, fall = np.array((at[met[down]], towards[side, down])), fall[side, down]
-    found, roll, reached = _way_down(mating, points[met[down]], span, start[:, down], fall, end, to_edge > 0)
+    span = np.array((at[met[down]], towards[side, down]))
+    end = samples.rows[:, samples.place[beside[side, down], met[down]]]
+    slopes = slope[side, down], mating.slope(end, mating.operation.motion(*span[::-1])[1])
+    falls = (span[0] - span[1]) * slopes
+    ends = start[:2, down], end[:2]
+    found, roll, reached = _way_down(mating, points[met[down]], span, ends, falls, to_edge > 0)
     order = np.argsort(-found, kind="stable")  # of two ways the lower comes last
     order = order[found[order] < least[met[down[order]]]]
     point = met[down[order]]
@@ -318,26 +322,26 @@ def _way_down(
     mating: Mating,
     points: FloatArray,
     span: FloatArray,
-    start: FloatArray,
-    fall: FloatArray,
-    end: FloatArray,
+    ends: tuple[FloatArray, FloatArray],
+    falls: FloatArray,
     to_edge: Mask,
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Give the least separation, its roll and whether an edge is reached there, (n,), on the way from the
-    first to the second roll of `span` (2, n), given the rows (4, n) at the `start` and the first two at the
-    `end`. At the start the separation falls by `fall` (n,), mm/rad.
+    first to the second roll of `span` (2, n), given distances and margins (2, n) at both `ends` and by how
+    much the separation `falls` (2, n) there, mm for the whole way.
 
     Shares t of the way are looked for: `low` and beyond that the least is, not beyond `high`."""
     n, (begin, whole) = len(points), (span[0], span[1] - span[0])
     length, found, reached, going = whole, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
-    f, t, low, high = start[DISTANCE], *np.zeros((2, n)), np.ones(n)
-    left = np.array((start[MARGIN], fall * np.abs(length)))  # margin and fall: whichever ends first
-    by_t = np.array((end[MARGIN] - left[0], 2.0 * (f - end[DISTANCE] - left[1])))
+    f, t, low, high = ends[0][DISTANCE], *np.zeros((2, n)), np.ones(n)
+    left = np.array((ends[0][MARGIN], falls[0]))  # margin and fall: whichever ends first
+    by_t = np.array((ends[1][MARGIN] - left[0], np.empty(n)))
+    by_t[1], bent = _parabola(falls, f - ends[1][DISTANCE], ends[1][MARGIN] >= 0.0)
     for count in range(PASSES):
         with np.errstate(invalid="ignore", divide="ignore"):
-            ends = np.where(by_t < 0.0, t - left / by_t, np.inf)
-        ends[1, to_edge] = np.inf
-        new, edge = np.minimum(*ends), ends[0] < ends[1]
+            stops = np.where(by_t < 0.0, t - left / by_t, np.inf)
+        stops[1, to_edge] = np.inf
+        new, edge = np.minimum(*stops), stops[0] < stops[1]
         halved = ~((new >= low) & (new <= high)) | (count % 8 == 7)
         new = np.where(halved, 0.5 * (low + high), new)
         step = new - t
@@ -350,8 +354,8 @@ def _way_down(
             if not stays.size:
                 break
             points, going, to_edge = points[stays], going[stays], to_edge[stays]
-            rows = np.array((f, t, new, length, low, high)).take(stays, axis=1)
-            f, t, new, length, low, high = rows
+            rows = np.array((f, t, new, length, low, high, bent)).take(stays, axis=1)
+            f, t, new, length, low, high, bent = rows
             span, left, by_t = (row.take(stays, axis=1) for row in (span, left, by_t))
         roll, towards = span[0] + new * length, np.where(new < 0.5, span[1], span[0])
         gear_roll, rate = mating.operation.motion(roll, towards)
@@ -361,6 +365,21 @@ def _way_down(
         inside = (after[0] >= 0.0) & ((after[1] >= 0.0) | to_edge)
         high = np.where(inside, high, np.where(lost, low + 0.999 * (new - low), new))
         low = np.where(inside, new, low)
-        by_t = np.where(lost, by_t, (after - left) / (new - t))
+        chord = (after - left) / (new - t)
+        chord[1] += bent * (new - t)
+        by_t = np.where(lost, by_t, chord)
         t, f, left = np.where(lost, t, new), np.where(lost, f, rows[DISTANCE]), np.where(lost, left, after)
     return found[0], begin + found[1] * whole, reached
+
+
+def _parabola(falls: FloatArray, lower: FloatArray, known: Mask) -> tuple[FloatArray, FloatArray]:
+    """Give the rate (n,) that leads from the start of a way straight to where the parabola is zero that is
+    `falls` (2, n) at its ends and `lower` in all, and half its second derivative; those of a straight line
+    where the end is not `known`, or there is no such place."""
+    bent = 3.0 * (falls[0] + falls[1]) - 6.0 * lower
+    rate = falls[1] - falls[0] - bent
+    square = rate * rate - 4.0 * bent * falls[0]
+    known = known & (square >= 0.0)
+    straight = 2.0 * (lower - falls[0])
+    bent = np.where(known, bent, 0.0)
+    return np.where(known, 0.5 * (rate - np.sqrt(np.maximum(square, 0.0))), straight), bent

@@ -32,8 +32,8 @@ HALVINGS = 8
 """How often lines are put between those of the grid for narrow strips, at most."""
 STEEPER = 2.0
 """Slope assumed towards a strip between lines of the grid, over the slope beside it."""
-BESIDE = np.array([-1.0, -0.3, 0.0, 0.3, 1.0])
-"""Where a vertex is looked for again, over its doubt."""
+WITHIN = (np.arange(8) + 0.5) / 8.0
+"""Where a vertex is looked for again: shares of where it may lie."""
 ACROSS = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
 """Where a vertex is looked for on the normal of a chord, over its length."""
 STEEPEST, UNKNOWN = 1.4, 0.5
@@ -293,7 +293,8 @@ def _improved(
     rows = np.stack([getattr(border, field.name) for field in fields(border)[2:8]])
     rows = np.hstack((rows, np.zeros((6, len(split)))))
     t, low, high, below, above, doubt = rows[:, moved, None]
-    again = np.clip(t + doubt * BESIDE, low, high)
+    first, last = np.maximum(t - doubt, low), np.minimum(t + doubt, high)
+    again = first + (last - first) * WITHIN
     across = np.broadcast_to(ACROSS, (len(split), ACROSS.size))
     rays = ((moved, again), (added, across))
     asked = [(base[k, None] + t[..., None] * way[k, None]).reshape(-1, 2) for k, t in rays]
