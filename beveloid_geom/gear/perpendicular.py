@@ -32,6 +32,8 @@ from .rack import Rack, rack_normal, rack_of, rack_point
 
 Vector: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Components of points (mm) or vectors in a member's own frame."""
+Turn: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Generating roll angles phi, rad, their cosines and sines."""
 
 NEWTON_LIMIT = 30
 LAST_STEP = 2e-8
@@ -128,17 +130,20 @@ def foot_on(
     else those of the unmodified flank's foot; `last_step` as LAST_STEP. To be called where errors of numbers
     are ignored."""
     rack, last, rest = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
-    l, phi = (np.empty(0), _unmodified_roll(rack, *point)) if near is None else near
+    if near is None:
+        l, turn = np.empty(0), _unmodified_turn(rack, *point)
+    else:
+        l, turn = near[0], (near[1], np.cos(near[1]), np.sin(near[1]))
     for count in range(NEWTON_LIMIT):
-        slid = _slid(rack, point, phi, rest)
+        slid = _slid(rack, point, turn, rest)
         if count == 0 and near is None:
             l = slid[0]  # of the unmodified flank's foot: V.d = l
         step_l, step_phi, regular = _newton_step(rack, slid, l)
-        l, phi = l + step_l, phi + step_phi
+        l, turn = l + step_l, _turned_on(turn, step_phi)
         done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
         if np.all(done | ~np.isfinite(l)):
             break
-    return _foot(sheet, point, np.where(done & regular, l, np.nan), _slid(rack, point, phi, rest))
+    return _foot(sheet, point, np.where(done & regular, l, np.nan), turn, _slid(rack, point, turn, rest))
 
 
 def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -150,12 +155,27 @@ def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, Flo
     return l, np.asarray(across / rack.pitch_radius)
 
 
-def _unmodified_roll(rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+def _unmodified_turn(rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray) -> Turn:
     """Find phi of the foot on the involute helicoid that the rack's straight flank cuts."""
     nx, ny, _ = rack.normal
-    sine = rack.pitch_radius * ny / np.hypot(nx, ny) / np.sqrt(x * x + y * y)
-    turn = np.arctan2(y, x) + np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0)) - np.arctan2(ny, nx)
-    return np.asarray(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    across, radius = np.hypot(nx, ny), np.sqrt(x * x + y * y)
+    sine = np.minimum(np.maximum(rack.pitch_radius * ny / across / radius, -1.0), 1.0)
+    cosine = np.sqrt(1.0 - sine * sine)
+    # phi = theta - psi + arcsin(sine), theta and psi being the angles of (x, y) and of the normal
+    u, v = nx * cosine + ny * sine, nx * sine - ny * cosine
+    size = across * radius
+    cos, sin = (x * u - y * v) / size, (y * u + x * v) / size
+    return np.arctan2(sin, cos), cos, sin
+
+
+def _turned_on(turn: Turn, step: FloatArray) -> Turn:
+    """Give turns that are larger by about `step`, rad: by twice the angle whose tangent is half of it, so that
+    cosine and sine are rational."""
+    (phi, cos, sin), half = turn, 0.5 * step
+    square = half * half
+    share = 1.0 / (1.0 + square)
+    c, s = (1.0 - square) * share, step * share
+    return phi + 2.0 * np.arctan(half), cos * c - sin * s, sin * c + cos * s
 
 
 def _rest(rack: Rack, z: FloatArray) -> tuple[FloatArray, ...]:
@@ -164,16 +184,15 @@ def _rest(rack: Rack, z: FloatArray) -> tuple[FloatArray, ...]:
     return tuple(up * e[2] - (x * e[0] + y * e[1]) for e in (rack.direction, rack.normal))
 
 
-def _slid(rack: Rack, point: Vector, phi: FloatArray, rest: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
-    """Find V.d, V.m of the module's text, W.d, W.m and dW/dphi . d, dW/dphi . m; cosine and sine of phi."""
-    (x, y, _), r = point, rack.pitch_radius
-    cos, sin = np.cos(phi), np.sin(phi)
+def _slid(rack: Rack, point: Vector, turn: Turn, rest: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+    """Find V.d, V.m of the module's text, W.d, W.m and dW/dphi . d, dW/dphi . m."""
+    (x, y, _), (phi, cos, sin), r = point, turn, rack.pitch_radius
     fx, fy = cos * x + sin * y, cos * y - sin * x
     slide, wy = r * phi, r - fx
     (dx, dy, _), (mx, my, _) = rack.direction, rack.normal
     d, m = fx * dx + fy * dy, fx * mx + fy * my
     v = d + slide * dy + rest[0], m + slide * my + rest[1]
-    return *v, fy * dx + wy * dy, fy * mx + wy * my, -d, -m, cos, sin
+    return *v, fy * dx + wy * dy, fy * mx + wy * my, -d, -m
 
 
 def _newton_step(
@@ -181,7 +200,7 @@ def _newton_step(
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
-    vd, vm, wd, wm, wd_phi, wm_phi, *_ = slid
+    vd, vm, wd, wm, wd_phi, wm_phi = slid
     double = 2.0 * rack.parabola
     bend = double * l
     standing = vd - l + bend * (vm - 0.5 * bend * l)
@@ -196,8 +215,8 @@ def _newton_step(
     return step_l / determinant, step_phi / determinant, (determinant > 0.0) & (a < 0.0)
 
 
-def _foot(sheet: Sheet, point: Vector, l: FloatArray, slid: tuple[FloatArray, ...]) -> Foot:
-    rack, (vd, vm, *_, cos, sin) = sheet.rack, slid
+def _foot(sheet: Sheet, point: Vector, l: FloatArray, turn: Turn, slid: tuple[FloatArray, ...]) -> Foot:
+    rack, (_, cos, sin), (vd, vm, *_) = sheet.rack, turn, slid
     bend = 2.0 * rack.parabola * l
     length = np.sqrt(1.0 + bend * bend)
     distance = (vm - 0.5 * bend * l - bend * (vd - l)) / length
