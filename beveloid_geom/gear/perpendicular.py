@@ -34,8 +34,10 @@ Vector: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Components of points (mm) or vectors in a member's own frame."""
 Turn: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Generating roll angles phi, rad, their cosines and sines."""
+Values: TypeAlias = tuple[FloatArray, ...]
 
-NEWTON_LIMIT = 30
+NEWTON_LIMIT, FEW = 30, 8
+"""Newton steps at most; of how many points one that is not settled yet goes on alone."""
 LAST_STEP = 2e-8
 """Modules along l, and rad times pitch radius, below which a Newton step is the last: it leaves an
 error of its square over the radius of curvature."""
@@ -131,19 +133,49 @@ def foot_on(
     are ignored."""
     rack, last, rest = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
     if near is None:
-        l, turn = np.empty(0), _unmodified_turn(rack, *point)
+        turn = _unmodified_turn(rack, *point)
     else:
         l, turn = near[0], (near[1], np.cos(near[1]), np.sin(near[1]))
-    for count in range(NEWTON_LIMIT):
-        slid = _slid(rack, point, turn, rest)
-        if count == 0 and near is None:
-            l = slid[0]  # of the unmodified flank's foot: V.d = l
+    slid = _slid(rack, point, turn, rest)
+    if near is None:
+        l = slid[0]  # of the unmodified flank's foot: V.d = l
+    l, turn = _settled(rack, point, rest, l, turn, slid, last)
+    return _foot(sheet, point, l, turn, _slid(rack, point, turn, rest))
+
+
+def _settled(
+    rack: Rack,
+    point: Vector,
+    rest: Values,
+    l: FloatArray,
+    turn: Turn,
+    slid: Values,
+    last: FloatArray,
+    most: int = NEWTON_LIMIT,
+) -> tuple[FloatArray, Turn]:
+    """Find l and phi of the feet from some near by, `slid` being `_slid` there, in so many steps at `most`; l
+    is NaN where there is none. The few that take longer go on alone."""
+    for count in range(most):
+        if count:
+            slid = _slid(rack, point, turn, rest)
         step_l, step_phi, regular = _newton_step(rack, slid, l)
         l, turn = l + step_l, _turned_on(turn, step_phi)
         done = (np.abs(step_l) <= last) & (np.abs(step_phi) * rack.pitch_radius <= last)
-        if np.all(done | ~np.isfinite(l)):
+        going = ~done & np.isfinite(l)
+        number = np.count_nonzero(going)
+        if not number:
             break
-    return _foot(sheet, point, np.where(done & regular, l, np.nan), turn, _slid(rack, point, turn, rest))
+        if FEW * number < going.size and count + 1 < most:
+            few = point[0][going], point[1][going], point[2][going]
+            own, turned = tuple(row[going] for row in rest), (turn[0][going], turn[1][going], turn[2][going])
+            there = _slid(rack, few, turned, own)
+            part = _settled(rack, few, own, l[going], turned, there, last, most - count - 1)
+            l = np.where(done & regular, l, np.nan)
+            l[going] = part[0]
+            for row, values in zip(turn, part[1], strict=True):
+                row[going] = values
+            return l, turn
+    return np.where(done & regular, l, np.nan), turn
 
 
 def _given_foot(rack: Rack, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -178,13 +210,13 @@ def _turned_on(turn: Turn, step: FloatArray) -> Turn:
     return phi + 2.0 * np.arctan(half), cos * c - sin * s, sin * c + cos * s
 
 
-def _rest(rack: Rack, z: FloatArray) -> tuple[FloatArray, ...]:
+def _rest(rack: Rack, z: FloatArray) -> Values:
     """Find what V.d and V.m have of the rack and of z, whatever phi."""
     x, y, up = rack.pitch_radius + rack.apex[0], rack.apex[1], z - rack.apex[2]
     return tuple(up * e[2] - (x * e[0] + y * e[1]) for e in (rack.direction, rack.normal))
 
 
-def _slid(rack: Rack, point: Vector, turn: Turn, rest: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+def _slid(rack: Rack, point: Vector, turn: Turn, rest: Values) -> Values:
     """Find V.d, V.m of the module's text, W.d, W.m and dW/dphi . d, dW/dphi . m."""
     (x, y, _), (phi, cos, sin), r = point, turn, rack.pitch_radius
     fx, fy = cos * x + sin * y, cos * y - sin * x
@@ -196,7 +228,7 @@ def _slid(rack: Rack, point: Vector, turn: Turn, rest: tuple[FloatArray, ...]) -
 
 
 def _newton_step(
-    rack: Rack, slid: tuple[FloatArray, ...], l: FloatArray
+    rack: Rack, slid: Values, l: FloatArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
@@ -215,7 +247,7 @@ def _newton_step(
     return step_l / determinant, step_phi / determinant, (determinant > 0.0) & (a < 0.0)
 
 
-def _foot(sheet: Sheet, point: Vector, l: FloatArray, turn: Turn, slid: tuple[FloatArray, ...]) -> Foot:
+def _foot(sheet: Sheet, point: Vector, l: FloatArray, turn: Turn, slid: Values) -> Foot:
     rack, (_, cos, sin), (vd, vm, *_) = sheet.rack, turn, slid
     bend = 2.0 * rack.parabola * l
     length = np.sqrt(1.0 + bend * bend)
