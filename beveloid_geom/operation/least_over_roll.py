@@ -273,13 +273,15 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
     table, place, parts, done = np.full((count, n), np.inf), np.full((count, n), -1), [np.empty((4, 0))], 0
     asked = np.ones((count, n), dtype=bool) if near is None else near
     while asked.any():
-        at, column = np.nonzero(asked)
-        parts.append(mating.at(points[column], mating.poses.take(at, axis=1)))
-        table[at, column] = mating.valid(parts[-1])
-        place[at, column] = done + np.arange(at.size)
-        done += at.size
-        beside = np.clip(table.argmin(axis=0) + np.array([[-1], [1]]), 0, count - 1)
-        alone = (place[beside, np.arange(n)] < 0).any(axis=0) | np.isinf(table.min(axis=0))
+        number = np.flatnonzero(asked)
+        at, column = np.divmod(number, n)
+        parts.append(mating.at(points.take(column, axis=0), mating.poses.take(at, axis=1)))
+        table.reshape(-1)[number] = mating.valid(parts[-1])
+        place.reshape(-1)[number] = done + np.arange(number.size)
+        done += number.size
+        best, each = table.argmin(axis=0), np.arange(n)
+        beside = np.clip(best + np.array([[-1], [1]]), 0, count - 1)
+        alone = (place[beside, each] < 0).any(axis=0) | np.isinf(table[best, each])
         asked = (place < 0) & alone
     return Samples(table, np.concatenate(parts, axis=1), place, float(mating.sheet.module))
 
@@ -288,8 +290,8 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     """Give the least separation of points (n, 3) over the cycle; `near` (k, n), if known: the samples near
     which it may be."""
     samples, rolls = sampled(mating, points, near), mating.rolls
-    best, least = samples.table.argmin(axis=0), samples.table.min(axis=0)
-    at = rolls[best]
+    best = samples.table.argmin(axis=0)
+    least, at = samples.table[best, np.arange(best.size)], rolls[best]
     status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
     met = np.flatnonzero(np.isfinite(least))
     start = samples.rows[:, samples.place[best[met], met]]

@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Mask
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.ellipse import MARKING_SEPARATION
 from ..design.model import Design, Member
 from ..gear.flank import flank_point, place_at
@@ -183,25 +183,26 @@ class _Side:
         return l, z, flank_point(self.member, self.flank, l, u)
 
     @cached_property
-    def coarse(self) -> Mask:
-        """Say near which samples (k, nl, nz) the least separation may be on the grid of `COARSE` cells, of
-        which every other one is looked at."""
+    def reach(self) -> Integers:
+        """Give the first and the last of the samples (2, nl, nz) near which the least separation may be on the
+        grid of `COARSE` cells, of which every other one is looked at."""
         depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE)
         _, _, points = self.at(depth[:, None], face)
-        rolls, each = self.mating.rolls, np.arange(self.mating.rolls.size)
+        rolls = self.mating.rolls
         mating = replace(self.mating, rolls=np.append(rolls[:-1:2], rolls[-1]))
-        near = sampled(mating, points.reshape(-1, 3)).near.reshape(-1, *points.shape[:2])
-        return np.asarray(near[each // 2] | near[(each + 1) // 2])
+        near = sampled(mating, points.reshape(-1, 3)).near
+        first, last = near.argmax(axis=0), near[::-1].argmax(axis=0)
+        ends = 2 * first - 1, 2 * (len(near) - last) - 1
+        return np.clip(ends, 0, rolls.size - 1).reshape(2, *points.shape[:2])
 
     def near(self, share: FloatArray) -> Mask:
         """Say near which samples (k, n) the least separation may be at places (n, 2) of the unit square: from
         the first to the last of those near the corners of the coarse cells that hold them."""
         place = share * COARSE
         (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
-        near = self.coarse
-        found = near[:, i, j] | near[:, i, n] | near[:, m, j] | near[:, m, n]
-        begun, goes_on = (np.logical_or.accumulate(found[::way])[::way] for way in (1, -1))
-        return np.asarray(begun & goes_on)
+        corners = self.reach[:, (i, i, m, m), (j, n, j, n)]
+        each = np.arange(self.mating.rolls.size)[:, None]
+        return np.asarray((each >= corners[0].min(axis=0)) & (each <= corners[1].max(axis=0)))
 
 
 @dataclass(frozen=True, eq=False)
