@@ -227,9 +227,7 @@ def _slid(rack: Rack, point: Vector, turn: Turn, rest: Values) -> Values:
     return *v, fy * dx + wy * dy, fy * mx + wy * my, -d, -m
 
 
-def _newton_step(
-    rack: Rack, slid: Values, l: FloatArray
-) -> tuple[FloatArray, FloatArray, Mask]:
+def _newton_step(rack: Rack, slid: Values, l: FloatArray) -> tuple[FloatArray, FloatArray, Mask]:
     """Find steps of l (mm) and phi (rad) towards the foot; whether the distance is regular here. Beyond a
     centre of curvature, or on the involute's other branch, the determinant is negative."""
     vd, vm, wd, wm, wd_phi, wm_phi = slid

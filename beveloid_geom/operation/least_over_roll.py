@@ -41,14 +41,14 @@ STEP = 1e-7
 """rad between rolls of which the difference gives a rate."""
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
-BESIDE = 2
+BESIDE = 1
 """Samples looked at on either side of where the least may be."""
-PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-7, 1e-11
+PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-6, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
-LAST_STEP = 1e-3
-"""Modules below which a step towards a foot is the last: it leaves an error of its square over a radius, a
-few nm, and of the distance, which is least at the foot, of that squared."""
+LAST_STEP = 1e-4
+"""Modules below which a step towards a foot is the last: it leaves an error of its square over a radius,
+and of the distance, which is least at the foot, of that squared: 1e-9 mm."""
 BLOCK = 4096
 """Points taken at a time, so that the arrays stay in the cache."""
 ROUNDING = 1e-12

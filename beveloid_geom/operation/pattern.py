@@ -185,14 +185,14 @@ class _Side:
     @cached_property
     def reach(self) -> Integers:
         """Give the first and the last of the samples (2, nl, nz) near which the least separation may be on the
-        grid of `COARSE` cells, of which every other one is looked at."""
+        grid of `COARSE` cells, where every other one is looked at."""
         depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE)
         _, _, points = self.at(depth[:, None], face)
         rolls = self.mating.rolls
         mating = replace(self.mating, rolls=np.append(rolls[:-1:2], rolls[-1]))
         near = sampled(mating, points.reshape(-1, 3)).near
         first, last = near.argmax(axis=0), near[::-1].argmax(axis=0)
-        ends = 2 * first - 1, 2 * (len(near) - last) - 1
+        ends = 2 * first - 2, 2 * (len(near) - last)
         return np.clip(ends, 0, rolls.size - 1).reshape(2, *points.shape[:2])
 
     def near(self, share: FloatArray) -> Mask:
