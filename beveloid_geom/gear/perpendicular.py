@@ -201,8 +201,8 @@ def _unmodified_turn(rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray) ->
 
 
 def _turned_on(turn: Turn, step: FloatArray) -> Turn:
-    """Give turns that are larger by about `step`, rad: by twice the angle whose tangent is half of it, so that
-    cosine and sine are rational."""
+    """Give turns that are larger by about `step`, rad: by twice the angle whose tangent is half of it, so
+    that cosine and sine are rational."""
     (phi, cos, sin), half = turn, 0.5 * step
     square = half * half
     share = 1.0 / (1.0 + square)

@@ -7,7 +7,7 @@ the other one generates.
 
 The separation is the exact distance to the mating flank (`perpendicular.feet`), counted while the foot
 lies on that flank, and `least_over_roll` finds its least over the roll. Grids, and borders of areas, are
-looked at only near those samples of the roll at which coarser grids have local least values.
+looked at only near those samples of the roll at which a coarser grid has local least values.
 
 The gear's roll at a pinion roll is given, or that of the first contact of all teeth, edges included
 (`mesh_cycle`). The least separation is then positive but for rounding.
@@ -16,7 +16,6 @@ The gear's roll at a pinion roll is given, or that of the first contact of all t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +28,7 @@ from ..status import PatternStatus
 from ..support.few_lines import few_lines
 from ..support.marked_area import marked_area
 from .least_over_roll import (
+    LeastSeparation,
     Mating,
     Operation,
     first_contact_operation,
@@ -42,8 +42,8 @@ from .least_over_roll import (
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a
 flank's root that the mating tip does not reach."""
-COARSE = np.array((12, 16))
-"""Cells on whose corners all samples of the roll are looked at."""
+COARSE = 12, 16
+"""Cells on whose corners samples are taken over all rolls."""
 AREA_ERROR = 0.01
 """Relative error that an area may have unless told otherwise."""
 LEAST_AREA_ERROR = 1e-3
@@ -140,7 +140,7 @@ def contact_pattern(
     operation = operation or first_contact_operation(design, flank)
     patterns = []
     for number, member in enumerate(design.members):
-        side = _Side(member, flank, mating_of(design, flank, number, operation))
+        side = _side_of(member, flank, mating_of(design, flank, number, operation))
         if resolution is not None:
             grid = _found_on(side, _cells_of_size(member, resolution))
             coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
@@ -170,11 +170,13 @@ def _check(
 
 @dataclass(frozen=True, eq=False)
 class _Side:
-    """A member's flank and its `mating` with the other."""
+    """A member's flank and its `mating` with the other; `reach` (2, nl, nz): the first and the last of the
+    samples near which the least separation is on the grid of `COARSE` cells."""
 
     member: Member
     flank: str
     mating: Mating
+    reach: Integers
 
     def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Give l, z (...) and points (..., 3) at shares of the depth from the root, of the face from the
@@ -182,27 +184,26 @@ class _Side:
         l, z, u = place_at(self.member, self.flank, depth, face)
         return l, z, flank_point(self.member, self.flank, l, u)
 
-    @cached_property
-    def reach(self) -> Integers:
-        """Give the first and the last of the samples (2, nl, nz) near which the least separation may be on the
-        grid of `COARSE` cells, where every other one is looked at."""
-        depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE)
-        _, _, points = self.at(depth[:, None], face)
-        rolls = self.mating.rolls
-        mating = replace(self.mating, rolls=np.append(rolls[:-1:2], rolls[-1]))
-        near = sampled(mating, points.reshape(-1, 3)).near
-        first, last = near.argmax(axis=0), near[::-1].argmax(axis=0)
-        ends = 2 * first - 2, 2 * (len(near) - last)
-        return np.clip(ends, 0, rolls.size - 1).reshape(2, *points.shape[:2])
-
-    def near(self, share: FloatArray) -> Mask:
-        """Say near which samples (k, n) the least separation may be at places (n, 2) of the unit square: from
-        the first to the last of those near the corners of the coarse cells that hold them."""
-        place = share * COARSE
+    def least(self, points: FloatArray, share: FloatArray) -> LeastSeparation:
+        """Give the least separations of points (n, 3) at places (n, 2) of the unit square, looked for from
+        the first to the last of the samples that the corners of the coarse cells around them reach."""
+        place, each = share * COARSE, np.arange(self.mating.rolls.size)[:, None]
         (i, j), (m, n) = np.floor(place + ON_LINE).astype(int).T, np.ceil(place - ON_LINE).astype(int).T
-        corners = self.reach[:, (i, i, m, m), (j, n, j, n)]
-        each = np.arange(self.mating.rolls.size)[:, None]
-        return np.asarray((each >= corners[0].min(axis=0)) & (each <= corners[1].max(axis=0)))
+        first, last = self.reach[:, (i, i, m, m), (j, n, j, n)]
+        near = (each >= first.min(axis=0)) & (each <= last.max(axis=0))
+        return least_separation(self.mating, points, near)
+
+
+def _side_of(member: Member, flank: str, mating: Mating) -> _Side:
+    """Give a side, having looked at every other sample on the coarse grid."""
+    side = _Side(member, flank, mating, np.empty((2, 0, 0), dtype=np.int64))
+    depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE)
+    _, _, points = side.at(depth[:, None], face)
+    some = replace(mating, rolls=np.append(mating.rolls[:-1:2], mating.rolls[-1]))
+    near = sampled(some, points.reshape(-1, 3)).near
+    ends = 2 * near.argmax(axis=0) - 2, 2 * (len(near) - near[::-1].argmax(axis=0))
+    reach = np.clip(ends, 0, mating.rolls.size - 1).reshape(2, *points.shape[:2])
+    return replace(side, reach=reach)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +222,12 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
     """Give the least separations on a grid evenly spaced in depth and face."""
     depth, face = (np.linspace(0.0, 1.0, n + 1) for n in cells)
     l, z, points = side.at(depth[:, None], face)
-    near = side.near(np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1).reshape(-1, 2))
-    found = least_separation(side.mating, points.reshape(-1, 3), near)
-    return _Grid(l, z, points, *(x.reshape(l.shape) for x in (found.least, found.roll, found.status)))
+    share = np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1)
+    found = side.least(points.reshape(-1, 3), share.reshape(-1, 2))
+    shape = l.shape
+    return _Grid(
+        l, z, points, found.least.reshape(shape), found.roll.reshape(shape), found.status.reshape(shape)
+    )
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
@@ -262,7 +266,7 @@ def _member_pattern(
 
     def excess_at(share: FloatArray) -> FloatArray:
         *_, points = side.at(*share.T)
-        return excess(least_separation(side.mating, points, side.near(share)).least)
+        return excess(side.least(points, share).least)
 
     area, error, whole = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
