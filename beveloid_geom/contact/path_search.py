@@ -3,61 +3,34 @@
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
 hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are traced
-(`curve_tracing`), their parts near the flanks fitted by polynomials, and the part on the flanks that
-covers most roll is the path.
-
-The parameter of such a part is no true length: a polynomial through the traced points is its guide,
-and the point with parameter x is where the curve crosses the plane square to the guide at x. That is
-as smooth as the curve, and needs no integral.
+(`curve_tracing`), their parts near the flanks fitted by polynomials (`guides`), and the part on the flanks
+that covers most roll is the path.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Status
-from ..support.chebyshev import basis_of
 from .cells import Box, box_of, vanishing, window_of
 from .chains import chains_of, missed, series_of
-from .curve_equations import meet_on_curve, onto_curve, units_of
-from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
+from .curve_tracing import Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends, no_ends, rough_window
 from .equation import Pairing
+from .guides import series_along
 from .parallel.nearly import nearly_parallel, series_over_w1
 from .parallel.paths import parallel_series
-from .path_polynomial import (
-    COARSE,
-    FINE,
-    LARGEST,
-    LOOSENED,
-    NORMAL,
-    STEEP,
-    WIDTH,
-    PathSeries,
-    by_length,
-    fitted,
-    rows_of,
-    series_over_l1,
-)
+from .path_polynomial import COARSE, FINE, NORMAL, STEEP, WIDTH, PathSeries, by_length, series_over_l1
 from .roots import Samples
 
 CASES_PER_BLOCK = 1024
 """Size at which the arrays of a block stay in the cache."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
-GUIDE = 12
-"""Highest degree of a guide."""
-TURN_ROOM = 0.1
-"""rad of turn that take as much room along a guide as the longest step."""
-BASES = tuple(basis_of(degree) for degree in (40, 100, 200, LARGEST))
-PASSES = 8
 FEW, ROUNDS = 5, (9, 9, 17, 33)
 """Grid lines of each member: where a series over l1 is at hand, and else round by round over the cells left
 before."""
@@ -86,6 +59,11 @@ class Group:
         return replace(self, cases=cases[self.cases])
 
 
+def _with_ends(cases: NDArray[np.int_], pairing: Pairing, series: PathSeries) -> Group:
+    """Give the group of some cases, their constants and series."""
+    return Group(cases, pairing, series, find_ends(pairing, series))
+
+
 def paths_on_flanks(pairing: Pairing) -> list[Group]:
     """Give the path of every case on its flanks; of several the one that covers most roll.
 
@@ -100,8 +78,7 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
         index = np.flatnonzero(cases)
         if index.size:
             part = pairing.cases(index)
-            series = series_of_all(part)
-            groups.append(Group(index, part, series, find_ends(part, series)))
+            groups.append(_with_ends(index, part, series_of_all(part)))
     # Nearly parallel axes can have a path that w1 does not describe.
     told = [
         group.part(np.flatnonzero((group.ends.status == Status.SOLVED) | parallel[group.cases]))
@@ -160,7 +137,7 @@ def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int
     but a part of the curve, a few cells mostly say at once that no other is near the faces."""
     spare = BEYOND * (pairing.highest - pairing.lowest)
     series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE)
-    whole = Group(np.arange(len(series.status)), pairing, series, find_ends(pairing, series))
+    whole = _with_ends(np.arange(len(series.status)), pairing, series)
     n_x = series.coefficients[NORMAL.start]
     steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
     lost = (whole.ends.status != Status.SOLVED) | steep
@@ -192,7 +169,7 @@ def _over_some_of_l1(whole: Group, samples: Samples, cases: NDArray[np.int_]) ->
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
     series, _ = series_over_l1(part, low, high, FINE, one_curve=True)
-    found = Group(cases[seen], part, series, find_ends(part, series))
+    found = _with_ends(cases[seen], part, series)
     return found.part(np.flatnonzero(found.ends.status == Status.SOLVED))
 
 
@@ -257,8 +234,7 @@ def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.
         if names.size == 0:
             continue
         for found, series in series_of(pairing.cases(names), chains.cases(names), over_l1):
-            part = pairing.cases(names[found])
-            whole = Group(names[found], part, series, find_ends(part, series))
+            whole = _with_ends(names[found], pairing.cases(names[found]), series)
             groups.append(whole.part(np.flatnonzero(_told(whole))))
             left[groups[-1].cases] = False
     return groups, np.flatnonzero(off)
@@ -304,11 +280,7 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
 def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:
     """Give series and ends of parts of traced curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
-    fits = []
-    for found, series in _fitted(pairing, parts):
-        part = pairing.cases(found)
-        fits.append(Group(found, part, series, find_ends(part, series)))
-    return fits
+    return [_with_ends(found, pairing.cases(found), series) for found, series in series_along(pairing, parts)]
 
 
 def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
@@ -357,69 +329,3 @@ def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> ND
     for value in ends.T:
         same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
     return np.asarray(np.tril(same, -1).any(axis=1))
-
-
-def _fitted(pairing: Pairing, parts: list[Part]) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
-    """Give series of the parts, one case each: which of them, basis by basis."""
-    units = units_of(pairing)
-    guides = np.stack([_guide(part.points) for part in parts])
-    pending = np.arange(len(parts))
-    for loosened, basis in product((1.0, LOOSENED), BASES):
-        some, lines = pairing.cases(pending), [parts[k].points for k in pending]
-        z, good = _on_guides(some, units[pending], guides[pending], lines, basis.nodes)
-        y = np.ascontiguousarray(np.moveaxis(z * units[pending], -1, 0))
-        rows = rows_of(some, y[:2], meet_on_curve(some, y)[1])
-        coefficients, resolved = fitted(some, rows, basis, loosened)
-        resolved &= good
-        if resolved.any():
-            solved = np.zeros(int(resolved.sum()), dtype=np.int8)
-            yield pending[resolved], by_length(coefficients[:, resolved], solved)
-        pending = pending[~resolved]
-        if pending.size == 0:
-            return
-    lost = np.full(pending.size, np.int8(Status.NOT_CONVERGED))
-    yield pending, by_length(np.full((WIDTH, pending.size, 2), np.nan), lost)
-
-
-def _guide(points: FloatArray) -> FloatArray:
-    """Give coefficients (4, GUIDE + 1) of a guide along points (points, 4)."""
-    guide, degree = np.zeros((GUIDE + 1, 4)), min(GUIDE, max(1, len(points) // 2))
-    guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
-    return guide.T
-
-
-def _share(points: FloatArray) -> FloatArray:
-    """Say how far along points (points, 4), from -1 to 1: by length, and by turns, which need as much
-    room."""
-    sides = np.diff(points, axis=0)
-    length = np.linalg.norm(sides, axis=-1)
-    turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
-    room = length / LONGEST
-    room[1:] += 0.5 * turns / TURN_ROOM
-    room[:-1] += 0.5 * turns / TURN_ROOM
-    way = np.concatenate(([0.0], np.cumsum(room)))
-    return np.asarray(2.0 * way / way[-1] - 1.0)
-
-
-def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Give the line through points (points, 4) at `nodes` of its way."""
-    share = _share(points)
-    return np.stack([np.interp(nodes, share, values) for values in points.T], axis=-1)
-
-
-def _on_guides(
-    pairing: Pairing, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Give points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
-    which parts all of them lie on the part itself."""
-    values = chebyshev.chebvander(nodes, GUIDE)
-    rates = chebyshev.chebder(np.eye(GUIDE + 1), axis=0).T
-    point = np.einsum("nd,pcd->pnc", values, guides)
-    normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    traced = np.array([_between(line, nodes) for line in lines])
-    off = np.einsum("...i,...i", point - traced, normal)
-    start = traced + off[..., None] * normal
-    z, solved = onto_curve(pairing, start, normal, units, PASSES)
-    near = np.linalg.norm(z - start, axis=-1) < LONGEST
-    return z, (solved & near).all(axis=-1)
