@@ -32,6 +32,7 @@ from ..contact.placing import Frame, MeshingPair, frames_at, meshing_pair
 from ..design.model import Design
 from ..gear.flank import flank_patch, place_at, trace_parameter
 from ..gear.perpendicular import feet
+from ..operation.separation import without_turns
 from ..pair.frames import layout_of, normals_to_fixed, to_fixed
 from ..status import Status
 from ..support.few_lines import few_lines
@@ -249,7 +250,7 @@ def _own_roll(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
     rest = moment[..., 2] / mate.rate - moment[..., 2] * mate.axis[2] - normal[..., 2] * arm[2]
     turn = np.arccos(np.clip(rest / np.hypot(cos, sin), -1.0, 1.0))
     both = np.arctan2(sin, cos) + np.stack((turn, -turn)) - mate.roll[0]
-    both = np.remainder(both + np.pi, 2.0 * np.pi) - np.pi
+    both = without_turns(both)
     return np.asarray(mate.roll[0] + np.where(np.abs(both[0]) < np.abs(both[1]), both[0], both[1]))
 
 

@@ -26,7 +26,7 @@ from ..contact.ellipse import MARKING_SEPARATION
 from ..gear.flank import place_at, root_parameter
 from ..gear.tooth_side import Cut, cut_at
 from ..operation.mesh_cycle import MeshCycle
-from ..operation.separation import met_by, seen_by_other
+from ..operation.separation import met_by, seen_by_other, without_turns
 from ..status import FirstStatus, Limit
 
 POINTS, CLOSER = 24, 13
@@ -121,7 +121,7 @@ def _conjugate_roll(cycle: MeshCycle, member: int, known: Integers, cut: Cut, z:
     start, phase = mesh.roll[known, None], mesh.phase[known, None]
     rate = -mesh.pitch[1] / mesh.pitch[0]
     middle = start if member == 0 else phase + rate * start
-    away = np.remainder(both - middle + np.pi, 2.0 * np.pi) - np.pi
+    away = without_turns(both - middle)
     own = middle + np.where(np.abs(away[0]) < np.abs(away[1]), away[0], away[1])
     return np.asarray(own if member == 0 else (own - phase) / rate)
 

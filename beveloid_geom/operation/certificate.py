@@ -23,6 +23,7 @@ from ..support.few_lines import few_lines
 from .first_contact import FirstContact, Mesh, contact_normals, first_contact, mesh_of, moved_by_gear
 from .least_clearance import local_at
 from .mesh_cycle import mesh_cycle
+from .separation import without_turns
 
 TOLERANCE = 2e-7
 """Modules of overlap that a contact is allowed: 1.2e-6 mm on Table 1."""
@@ -85,7 +86,7 @@ def certify(path: ContactPath) -> Certificate:
         case = np.arange(cycle.start.size).repeat(roll.shape[-1])
         first, mesh = cycle.at(roll), cycle.mesh.at(case, roll.ravel())
     solved &= first.status == FirstStatus.SOLVED
-    ahead = np.remainder(first.gear_roll - path.gear_roll + np.pi, 2.0 * np.pi) - np.pi
+    ahead = without_turns(first.gear_roll - path.gear_roll)
     moment = (contact_normals(design, path.flank, first) * moved_by_gear(design, first.point)).sum(axis=-1)
     separation = np.where(solved, ahead * moment, np.nan)
     curvature = np.where(solved, _curvature(path, mesh), np.nan)

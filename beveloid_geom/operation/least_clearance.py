@@ -25,7 +25,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..gear.tooth_side import Bends, Cut, Surface, cut_at, cut_with_bends, cut_with_turn, profile_at
 from ..status import Limit
 from ..support.quadratic_step import quadratic_step
-from .separation import Pose
+from .separation import Pose, without_turns
 
 WALLS = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
 PASSES, LAST_STEP = 60, 1e-7
@@ -253,8 +253,7 @@ def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArra
     other, cos, sin = task.other, x * met.x + y * met.y, y * met.x - x * met.y
     # Angle between the point and the cut point as one arctangent, small at contact.
     turn = np.arctan2(sin, cos) - met.phi - task.start
-    angle = other.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-    return task.counted(angle) * task.lever, cos, sin
+    return task.counted(other.sigma * without_turns(turn)) * task.lever, cos, sin
 
 
 def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:

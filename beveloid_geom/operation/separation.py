@@ -165,6 +165,11 @@ def _separated(
     return met_by(other, x, y, z, other_roll)
 
 
+def without_turns(angle: FloatArray) -> FloatArray:
+    """Give angles (rad) less whole turns, at most half a turn either way."""
+    return np.asarray(angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi)))
+
+
 def met_by(surface: Surface, x: FloatArray, y: FloatArray, z: FloatArray, roll: FloatArray) -> Met:
     """Give the clearance (rad) and distance (mm) of points from a `surface` at a `roll`, and its s, z and r
     where they meet; points in the fixed frame of that member, z from mid-face, arrays of one axis."""
@@ -173,5 +178,5 @@ def met_by(surface: Surface, x: FloatArray, y: FloatArray, z: FloatArray, roll: 
     met = cut_at(surface, s, z)
     # Angle between the point and the cut point as one arctangent, small at contact.
     turn = np.arctan2(y * met.x - x * met.y, x * met.x + y * met.y) - met.phi - roll
-    angle = surface.sigma * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    angle = surface.sigma * without_turns(turn)
     return angle, angle * np.abs(surface.pitch_radius * met.ny), s, z, np.sqrt(square)

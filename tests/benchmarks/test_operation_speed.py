@@ -106,7 +106,7 @@ def test_operation_in_paths_of_contact() -> None:
         "mesh cycle": (mesh_cycle, 12.0),
         "operating ratio": (operating_ratio, 16.0),
         "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 14.0),
-        "pattern of both members": (contact_pattern, 35.0),
+        "pattern of both members": (contact_pattern, 27.0),
         "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
     }
     seconds(path, 3)
