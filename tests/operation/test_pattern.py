@@ -22,6 +22,8 @@ from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import cases_of
+from tests.stability.random_designs import random_designs
 from tests.symmetry import exchanged, mirrored
 
 FLANKS = ("right", "left")
@@ -109,6 +111,14 @@ def test_looking_near_coarser_grids_finds_what_all_samples_tell(
         wanted = least_separation(mating_of(design, flank, member, operation), side.points.reshape(-1, 3))
         assert np.array_equal(wanted.status, side.status.ravel())
         assert np.allclose(wanted.least, side.least.ravel(), rtol=0.0, atol=1e-11, equal_nan=True)
+
+
+def test_feet_are_as_exact_as_distances_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a pair on which steps of a thousandth of a module, left out, move distances by 5e-7 mm."""
+    design = cases_of(random_designs("usual", 180, seed=77), 2)
+    found = contact_pattern(design, "right").gear.least
+    monkeypatch.setattr("beveloid_geom.operation.least_over_roll.LAST_STEP", 2e-8)
+    assert np.nanmax(np.abs(contact_pattern(design, "right").gear.least - found)) < 1e-9
 
 
 def test_the_slope_over_the_roll_is_that_of_the_separation(flank: str) -> None:
