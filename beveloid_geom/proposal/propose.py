@@ -23,19 +23,15 @@ from ..findings.path import loss_remarks
 from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
-from .candidates import Candidates, candidates_of, given_of, limits_of, unknown_of, within
+from .candidates import Candidates, candidates_of, given_of, limits_of, others_found, unknown_of, within
 from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, outlook
+from .figures import FLANKS, Figures, design_of, figures_of, sound_teeth
 from .request import Request, faults_of
 
 MOST = 3
 """Proposals on one request, if no other number is asked for."""
-LOOKED_AT, PARTS = 64, 5
-"""Pairs of which the figures are found at once, and how often, until there is a proposal."""
 LITTLE = 0.1
 """Reserve up to which the estimates that it is made of are not relied on."""
-FAIR = 0.3
-"""Outlook from which pairs of least cones come first."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
 POSITIONS = 39
@@ -91,19 +87,19 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     if faults := faults_of(request):
         raise DesignError(faults)
     found = candidates_of(request)
-    for part in range(PARTS):
-        if proposals := _chosen(request, found, most, part):
-            return proposals
-    if request.helix_angle is None and (proposals := _chosen(request, candidates_of(request, True), most)):
+    if proposals := _chosen(request, found, most):
         return proposals
-    raise Refused(_reason(request, found), _nearest(request))
+    others = others_found(request)
+    if proposals := _chosen(request, others, most):
+        return proposals
+    raise Refused(_reason(request, others if others.values.size else found), _nearest(request))
 
 
-def _chosen(request: Request, found: Candidates, most: int, part: int = 0) -> tuple[Proposal, ...]:
-    """Choose among pairs that close, of which the first, second, ... LOOKED_AT are one `part`."""
-    if np.count_nonzero(within(request, found)) <= part * LOOKED_AT:
+def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
+    """Choose among pairs that close."""
+    if not within(request, found).any():
         return ()
-    values, figures = _looked_at(request, found, part)
+    values, figures = _looked_at(request, found)
     seen = _plain(values)
     chosen: list[int] = []
     doubtful = 0
@@ -129,15 +125,12 @@ def _plain(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _looked_at(request: Request, found: Candidates, part: int = 0) -> tuple[FloatArray, Figures]:
-    """Give the pairs within the limits and their figures; if they are many those with the best outlook, or
-    of least cones with a fair one."""
+def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+    """Give the pairs within the limits and their figures; of those of sound teeth alone, if there are any."""
     values = found.values[:, within(request, found)]
-    keys: list[NDArray[Any]] = [-outlook(request, values)]
-    if request.least_cones:
-        keys = [np.abs(values[:2]).max(axis=0), keys[0] > -FAIR]
-    order = np.lexsort(keys)[part * LOOKED_AT : (part + 1) * LOOKED_AT]
-    return values[:, order], figures_of(request, values[:, order])
+    sound = sound_teeth(request, values)
+    values = values[:, sound | ~sound.any()]
+    return values, figures_of(request, values)
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
