@@ -34,7 +34,7 @@ LITTLE = 0.1
 """Reserve up to which the estimates that it is made of are not relied on."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
-POSITIONS = 39
+POSITIONS = 15
 """Positions of a path at which something that touches earlier is looked for, the most that are searched one
 by one."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
@@ -104,6 +104,8 @@ def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, .
     chosen: list[int] = []
     doubtful = 0
     for k in _ranked(request, values, figures):
+        if chosen and figures.reserve[k] <= LITTLE:
+            break
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
         if _doubts(design_of(request, values[:, k]), float(figures.reserve[k])):
@@ -146,14 +148,12 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
 def _doubts(design: Design, reserve: float) -> bool:
     """Tell whether there is something to warn of: of a pair with a reserve there only can be where contact is
     lost and where something touches earlier, of others all that `check` looks at."""
-    if reserve <= LITTLE:
-        return not quiet(findings_on(design, positions=POSITIONS))
     for flank in FLANKS:
         path = path_of_contact(design, flank, POSITIONS)
         earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
         if earlier.any() or any(loss_remarks(path)):
             return True
-    return False
+    return reserve <= LITTLE and not quiet(findings_on(design, positions=POSITIONS))
 
 
 def _reason(request: Request, found: Candidates) -> str:
