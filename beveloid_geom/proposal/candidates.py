@@ -116,6 +116,8 @@ def candidates_of(request: Request) -> Candidates:
 
 def others_found(request: Request) -> Candidates:
     """Find pairs that close as required, within the limits of the request or not, anywhere between."""
+    if unknown_of(request) is None:
+        return Candidates(np.empty((7, 0)))
     return _found(request, (PRESSURE, *free_of(request)))
 
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray, Mask
+from ..arrays import FLANK_SIGN, FloatArray, Mask, Quantity
 from ..design.model import Design, Member, Pair
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
@@ -64,15 +64,13 @@ class Figures:
 
 
 def laid_out(
-    request: Request, values: FloatArray, pair: Pair | None = None
+    request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
 ) -> tuple[Design, ClosedLayout]:
-    """Give the pairs (7, n) of VARIABLES in the layouts in which they close, or in those given, `pair`; the shaft
-    angle, and the offset if there is one, are those that are asked for."""
+    """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset if
+    there is one, are those that are asked for."""
     design, layout = pair_at(request.members, values)
-    if pair is None:
-        offset = layout.offset if request.offset is None else np.full(layout.offset.shape, request.offset)
-        pair = Pair(offset, request.shaft_angle)
-    return Design(design.pinion, design.gear, pair), layout
+    offset = layout.offset if offset is None else np.broadcast_to(offset, layout.offset.shape)
+    return Design(design.pinion, design.gear, Pair(offset, shaft_angle)), layout
 
 
 def design_of(request: Request, values: FloatArray) -> Design:
@@ -102,9 +100,12 @@ def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatAr
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def figures_of(request: Request, values: FloatArray, pair: Pair | None = None) -> Figures:
-    """Find the figures of pairs (7, n), in the layouts `pair` if these are not the request's."""
-    design, layout = laid_out(request, values, pair)
+def figures_of(
+    request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
+) -> Figures:
+    """Find the figures of pairs (7, n) on the members of a request, in its layout or in others: the offset (mm,
+    None as it closes) and the shaft angle (rad)."""
+    design, layout = laid_out(request, values, offset, shaft_angle)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
     normals = [closed_normal(layout, flank, sense) for flank in FLANKS]

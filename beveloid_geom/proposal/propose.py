@@ -23,7 +23,7 @@ from ..findings.path import loss_remarks
 from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
-from .candidates import Candidates, candidates_of, given_of, limits_of, others_found, unknown_of, within
+from .candidates import Candidates, candidates_of, found_for_each, given_of, limits_of, others_found, unknown_of, within
 from .changes import Change, changes_of, others_of, rounded
 from .figures import FLANKS, Figures, design_of, figures_of, sound_teeth
 from .request import Request, faults_of
@@ -39,8 +39,9 @@ POSITIONS = 15
 by one."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles and shifts of which proposals have at least one."""
-SHARES, HALVINGS = (0.03, 0.1, 0.3, 1.0), 3
-"""Of the greatest change of a number in search of a request that works, and how often the way is halved."""
+SHARES, BETWEEN, TRIES = (0.03, 0.1, 0.3, 1.0), 3, 3
+"""Of the greatest change of a number in search of a request that works, shares tried between two of them, and
+how many changes of which it is hoped are looked at whole."""
 TIE = math.radians(0.02)
 """Difference of the larger cone angle below which proposals of least cones are ranked by their reserve."""
 
@@ -132,7 +133,7 @@ def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures
     values = found.values[:, within(request, found)]
     sound = sound_teeth(request, values)
     values = values[:, sound | ~sound.any()]
-    return values, figures_of(request, values)
+    return values, figures_of(request, values, request.offset, request.shaft_angle)
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
@@ -193,22 +194,43 @@ def _beyond(request: Request, values: FloatArray) -> str:
 def _nearest(request: Request) -> Request | None:
     """Find a request for which there is a pair, one number of it changed as little as goes; else the first
     that gives less."""
-    last = 0.0
-    for share in SHARES:
-        for change in changes_of(request):
-            if works(change(share)):
-                return _least(request, change, last, share)
-        last = share
+    tried = [(change, share) for share in SHARES for change in changes_of(request)]
+    for _ in range(TRIES):
+        if (first := _first_hopeful(request, tried)) is None:
+            break
+        change, share = tried[first]
+        tried = tried[first + 1 :]
+        fails = max((each for each in SHARES if each < share), default=0.0)
+        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + BETWEEN)[1:-1]]
+        least = _first_hopeful(request, nearer)
+        for reached in (share,) if least is None else (nearer[least][1], share):
+            for digits in (3, 5):
+                if works(each := rounded(change(reached), request, digits)):
+                    return each
     return next((other for other in others_of(request) if works(other)), None)
 
 
-def _least(request: Request, change: Change, fails: float, reached: float) -> Request:
-    """Halve the way between a share of a change that fails and one that works, and round what is found."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (fails + reached)
-        fails, reached = (fails, middle) if works(change(middle)) else (middle, reached)
-    found = change(reached)
-    return next((each for digits in (3, 4, 6) if works(each := rounded(found, request, digits))), found)
+def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int | None:
+    """Find the first of changes, with their shares, for which figures promise a pair."""
+    requests = [changed if not faults_of(changed := change(share)) else None for change, share in tried]
+    numbers = [number for number, one in enumerate(requests) if one is not None]
+    changed = [one for one in requests if one is not None]
+    if not changed or unknown_of(request) is None:
+        return None
+    found, owner = found_for_each(changed)
+    kept = within(request, found)
+    kept[kept] = sound_teeth(request, found.values[:, kept])
+    rows = np.flatnonzero(kept)
+    rows = rows[np.argsort(owner[rows], kind="stable")]
+    if not rows.size:
+        return None
+    shaft_angle = np.array([one.shaft_angle for one in changed])[owner[rows]]
+    offset = None
+    if request.offset is not None:
+        offset = np.array([one.offset for one in changed])[owner[rows]]
+    figures = figures_of(request, found.values[:, rows], offset, shaft_angle)
+    hopeful = rows[figures.possible & (figures.reserve > LITTLE)]
+    return numbers[int(owner[hopeful].min())] if hopeful.size else None
 
 
 def works(request: Request) -> bool:

@@ -107,7 +107,7 @@ def grid_search_solves(request: Request) -> Design | None:
         return None
     values = values[:, np.sort(np.unique(np.round(values, 4), axis=1, return_index=True)[1])]
     values = values[:, np.linspace(0, values.shape[1] - 1, min(values.shape[1], MOST_FIGURES)).astype(int)]
-    figures = figures_of(request, values)
+    figures = figures_of(request, values, request.offset, request.shaft_angle)
     best = np.argsort(-np.where(figures.possible, 1.0, 0.0) - np.nan_to_num(figures.reserve, neginf=-9.0) / 10.0)
     for k in best[:MOST_CHECKS]:
         if figures.possible[k]:

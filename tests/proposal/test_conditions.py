@@ -195,9 +195,9 @@ def test_figures_are_those_of_the_single_pair() -> None:
     """Many at once as one by one; contact ratio and n_x as the path has them."""
     request = TABLE1
     pairs = candidates_of(request)
-    figures = figures_of(request, pairs.values)
+    figures = figures_of(request, pairs.values, request.offset, request.shaft_angle)
     for k in range(pairs.values.shape[1]):
-        one = figures_of(request, pairs.values[:, [k]])
+        one = figures_of(request, pairs.values[:, [k]], request.offset, request.shaft_angle)
         for name, values in vars(one).items():
             np.testing.assert_allclose(
                 values[..., 0], getattr(figures, name)[..., k], rtol=1e-9, err_msg=name
