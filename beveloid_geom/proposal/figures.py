@@ -125,7 +125,7 @@ def figures_of(
         (ratio - 1.0) / AMPLE_RATIO,
         *teeth,
         left.min(axis=(-2, -1)) / (AMPLE_DEPTH * module),
-        (warned - share) / (warned - noted),
+        np.where(layout.shaft_angle > 0.0, (warned - share) / (warned - noted), 1.0),  # no shift along lines
     )
     thin_end = 1.0 - np.maximum(-lean, 0.0) / (THIN_END * module)
     possible = _least(links) > 0.0

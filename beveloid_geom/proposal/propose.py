@@ -93,7 +93,11 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     others = others_found(request)
     if proposals := _chosen(request, others, most):
         return proposals
-    raise Refused(_reason(request, others if others.values.size else found), _nearest(request))
+    both = Candidates(np.concatenate((found.values, others.values), axis=1))
+    proposal, reason = _last(request, both)
+    if proposal is not None:
+        return (proposal,)
+    raise Refused(reason, _nearest(request))
 
 
 def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
@@ -152,25 +156,27 @@ def _doubts(design: Design, reserve: float) -> bool:
     for flank in FLANKS:
         path = path_of_contact(design, flank, POSITIONS)
         earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
-        if earlier.any() or any(loss_remarks(path)):
+        if earlier.any() or (design.pair.shaft_angle > 0.0 and any(loss_remarks(path))):
             return True
     return reserve <= LITTLE and not quiet(findings_on(design, positions=POSITIONS))
 
 
-def _reason(request: Request, found: Candidates) -> str:
-    """Say why there is no proposal: no pair closes, the limits leave none, or the best has a warning."""
+def _last(request: Request, found: Candidates) -> tuple[Proposal | None, str]:
+    """Look at the pair with the best figures as `check` does, as these are estimates; or say why there is no
+    proposal: no pair closes, the limits leave none, or there is a warning."""
     if unknown_of(request) is None:
-        return "as much is given as there is to be found, and it does not fit together"
+        return None, "as much is given as there is to be found, and it does not fit together"
     if not found.values.size:
-        return "no pair closes like this"
+        return None, "no pair closes like this"
     if not within(request, found).any():
-        return _beyond(request, found.values)
+        return None, _beyond(request, found.values)
     values, figures = _looked_at(request, found)
     best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
-    warnings = (
-        remark.text for remark in findings_on(design_of(request, values[:, best])) if remark.level != NOTE
-    )
-    return f"each pair that closes like this has a warning, the best: {next(warnings)}"
+    design = design_of(request, values[:, best])
+    warnings = [remark.text for remark in findings_on(design) if remark.level != NOTE]
+    if not warnings:
+        return Proposal(design, figures.take([best])), ""
+    return None, f"each pair that closes like this has a warning, the best: {warnings[0]}"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
