@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
+from ..arrays import FloatArray, Mask, flank_sign
 from .conditions import (
     GEAR_CONE,
     GEAR_HELIX,
@@ -165,13 +165,16 @@ def _found(request: Request, unknown: tuple[int, ...] | None, along: bool = Fals
 
 
 def _starts(request: Request, count: int, owner: int = 0, along: bool = False) -> Starts:
-    """Give starts of round values spread over the limits, a search each."""
+    """Give starts of round values spread over the limits, a search each; those of the mirror image of a request
+    are the mirror images."""
     spread = np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0
     low, high = np.array(limits_of(request)).T[..., None]
     values = np.clip(np.round((low + (high - low) * spread[:6]) / ROUND) * ROUND, low, high)
+    given, shaft = given_of(request), request.shaft_angle
+    if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
+        values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
     hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
     turn = np.round((2.0 * spread[8] - 1.0) * math.pi / TURN) * TURN
-    given, shaft = given_of(request), request.shaft_angle
     if along:
         values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
     elif request.offset == 0.0:

@@ -14,6 +14,8 @@ Change: TypeAlias = Callable[[float], Request]
 """Gives the request changed by a share of the greatest change that is tried."""
 OFFSET, SHAFT, CROSSING = 0.25, 0.5, 1.0
 """Greatest changes over the value itself."""
+LINES = math.radians(3.0)
+"""Greatest change of a crossing angle, beyond that, from line contact on."""
 WIDE = math.radians(12.0)
 """Shaft angle at which few pairs are sensitive to errors."""
 HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
@@ -23,7 +25,7 @@ HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
 def changes_of(request: Request) -> Iterator[Change]:
     """Give the changes of what a request gives, up and down."""
     sizes = {
-        "crossing": CROSSING * (request.crossing or 0.0) + math.radians(0.5),
+        "crossing": CROSSING * (request.crossing or 0.0) + LINES,
         "helix_angle": HELIX,
         "offset": OFFSET * (request.offset or 0.0),
         "cone_angles": CONES,

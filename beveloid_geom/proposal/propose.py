@@ -142,9 +142,10 @@ def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
     """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
-    equals that one is first whose drive flanks are nearer to line contact."""
+    equals that one is first whose drive flanks are nearer to line contact, then that of less helix."""
     drive = figures.crossing[FLANKS.index(request.flank)]
-    keys: list[NDArray[Any]] = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    helix = np.abs(values[2:4]).max(axis=0)
+    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
     if request.least_cones:
         keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
     return [int(k) for k in np.lexsort(keys) if figures.possible[k]]
