@@ -41,7 +41,7 @@ def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[
     In the working pitch plane, by components across the tooth trace, along it and along N, the axes are
     k_1 = (-sin b_1 cos g_1, cos b_1 cos g_1, -sin g_1), k_2 = (sin b_2 cos g_2, cos b_2 cos g_2, sin g_2)
     and the normal n = (s cos a_w, 0, sin a_w) with s = 1 on the right flank; n_x = -n.(k_1 x k_2)/sin d. On
-    parallel axes, where nothing crosses, x leads square from axis to pitch point, (N + k_1 sin g_1)/cos g_1."""
+    parallel axes, where nothing crosses, x leads from axis to pitch point, (N + k_1 sin g_1)/cos g_1."""
     side, aw = flank_sign(flank) * np.cos(layout.pressure_angle), np.sin(layout.pressure_angle)
     sine, cosine = np.sin(layout.cone_angle), np.cos(layout.cone_angle)
     across, along = np.sin(layout.helix_angle) * cosine, np.cos(layout.helix_angle) * cosine

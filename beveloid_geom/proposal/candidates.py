@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,10 +39,10 @@ ROUND = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
 TURN = math.radians(15.0)
 """Of what directions of the two cone angles are. The larger is least where they are equal, at 45 deg, or
 opposite."""
-SPREAD, FEW = 256, 24
+SPREAD, FEW = 192, 24
 """Starts on one request, and on each of many."""
 GOLDEN = 1.0757660660868371
-"""Root of x^10 = x + 1: multiples of its powers, without their whole parts, are spread evenly in 9 dimensions."""
+"""Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9 dimensions."""
 SAME = 1e-5
 """Difference (rad, modules) below which two pairs are one."""
 
@@ -83,14 +84,14 @@ def wanted_of(request: Request, along: bool = False) -> Wanted:
 
 
 def free_of(request: Request) -> list[int]:
-    """Give what of VARIABLES is not given and can follow from conditions; of parallel axes the shifts alone."""
+    """Give what of VARIABLES is not given and can follow from conditions; on parallel axes the shifts."""
     given, order = given_of(request), ORDER if request.shaft_angle > 0.0 else ORDER[-2:]
     return [variable for variable in order if variable not in given]
 
 
 def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
-    """Give what of VARIABLES is found from the conditions where as many are found as these fix, None where less
-    is free."""
+    """Give what of VARIABLES is found from the conditions where no more than these fix is, None where less is
+    free."""
     count, free = wanted_of(request, along).count, free_of(request)
     if request.offset == 0.0:
         # The working helix angles cancel and the working cone angles make the shaft angle: given cones
@@ -102,7 +103,7 @@ def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
 
 
 def candidates_of(request: Request) -> Candidates:
-    """Find pairs that close as required, within the limits of the request or not, with round values of what is
+    """Find pairs that close as required, within the limits of the request or not, round values of what is
     free."""
     if not request.least_cones:
         return _found(request, unknown_of(request))
@@ -127,15 +128,13 @@ def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.
     starts = [_starts(request, FEW, number) for number, request in enumerate(requests)]
     joined = Starts(*(np.concatenate([vars(one)[name] for one in starts], -1) for name in vars(starts[0])))
     wanted = [vars(wanted_of(request)) for request in requests]
-    each = {
+    each: dict[str, Any] = {
         name: np.array([one[name] for one in wanted])[joined.owner]
         for name in ("shaft_angle", "backlash", "offset", "crossing")
         if wanted[0][name] is not None
     }
     first = requests[0]
-    found = roots(
-        first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first))
-    )
+    found = roots(first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first)))
     found = found.take(_sound(first, found))
     return Candidates(found.values), found.owner
 
@@ -165,8 +164,8 @@ def _found(request: Request, unknown: tuple[int, ...] | None, along: bool = Fals
 
 
 def _starts(request: Request, count: int, owner: int = 0, along: bool = False) -> Starts:
-    """Give starts of round values spread over the limits, a search each; those of the mirror image of a request
-    are the mirror images."""
+    """Give starts of round values spread over the limits, a search each; of the mirror image of a request the
+    mirror images."""
     spread = np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0
     low, high = np.array(limits_of(request)).T[..., None]
     values = np.clip(np.round((low + (high - low) * spread[:6]) / ROUND) * ROUND, low, high)

@@ -3,11 +3,11 @@
 A pair of given teeth and tools is seven numbers: cone angle, helix angle and profile shift of both members,
 and the working normal pressure angle a_w. `pair.closing.closed_layout` gives the layout in which it closes,
 offset, shaft angle and backlash, in closed form; `pair.crossing` the angle at which generators cross. What is
-required of these are equations for as many of the seven or more; Newton's method finds them from all starts in
-step, where more are free by the steps of least length.
+required of these are equations for as many of the seven, or more; Newton's method finds them from all starts
+in step, where more are free by the steps of least length.
 
-Parallel axes close in another way: cones and helix angles of both members cancel, and what is left of the layout
-is the offset, the sum of the working radii.
+Parallel axes close in another way: cones and helix angles of both members cancel, and what is left of the
+layout is the offset, the sum of the working radii.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ FARTHEST = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
 """Magnitudes beyond which a search has run off."""
 MET = 1e-12
 """Misses (modules and rad) below which conditions are met."""
-MOST_STEPS = 30
+MOST_STEPS = 16
 
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What is required of pairs, of all of them or of each (n,): shaft angle (magnitude, rad), normal backlash in
-    modules of the pinion, and, None where they are free, offset in modules and crossing angle on the drive
+    """What is required of pairs, of all of them or of each (n,): shaft angle (magnitude, rad), normal backlash
+    in modules of the pinion, and, None where they are free, offset in modules and crossing angle on the drive
     `flank`; `along`: whether pinion and gear cone have a given ratio."""
 
     shaft_angle: Quantity
@@ -76,8 +76,8 @@ class Wanted:
 @dataclass(frozen=True, eq=False)
 class Starts:
     """Starts (7, n) of a search, and what is the same all along it, (n,): the sense in which the axes lean,
-    `sense`, that of the crossing, `side`, the direction of the cone angles, `turn` (rad), and the number of the
-    request that it is for, `owner`."""
+    `sense`, that of the crossing, `side`, the direction of the cone angles, `turn` (rad), and the number of
+    the request that it is for, `owner`."""
 
     values: FloatArray
     sense: FloatArray
@@ -165,8 +165,8 @@ def _newton(
 
 
 def _steps(slopes: FloatArray, residual: FloatArray, columns: list[int]) -> FloatArray:
-    """Find Newton's steps (columns, n), the least ones in UNITS where there are several, shortened as a whole to
-    the LONGEST of each; NaN where there are none."""
+    """Find Newton's steps (columns, n), the least ones in UNITS where there are several, shortened as a whole
+    to the LONGEST of each; NaN where there are none."""
     scaled, steps = slopes * UNITS[columns], np.full((len(columns), residual.shape[1]), np.nan)
     square = scaled if len(residual) == len(columns) else scaled @ scaled.swapaxes(-1, -2)
     regular = np.abs(np.linalg.det(square)) > 0.0
@@ -175,5 +175,7 @@ def _steps(slopes: FloatArray, residual: FloatArray, columns: list[int]) -> Floa
         if square is not scaled:
             solved = scaled[regular].swapaxes(-1, -2) @ solved
         solved = solved[..., 0].T * UNITS[columns][:, None]
-        steps[:, regular] = solved / np.maximum(1.0, np.max(np.abs(solved) / LONGEST[columns][:, None], axis=0))
+        steps[:, regular] = solved / np.maximum(
+            1.0, np.max(np.abs(solved) / LONGEST[columns][:, None], axis=0)
+        )
     return steps

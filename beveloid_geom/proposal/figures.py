@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,8 +67,8 @@ class Figures:
 def laid_out(
     request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
 ) -> tuple[Design, ClosedLayout]:
-    """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset if
-    there is one, are those that are asked for."""
+    """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset
+    if there is one, are those that are asked for."""
     design, layout = pair_at(request.members, values)
     offset = layout.offset if offset is None else np.broadcast_to(offset, layout.offset.shape)
     return Design(design.pinion, design.gear, Pair(offset, shaft_angle)), layout
@@ -86,10 +87,33 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-def sound_teeth(request: Request, values: FloatArray) -> Mask:
-    """Tell of which pairs (7, n) teeth and clearances leave nothing to warn of, whatever their paths are."""
+class Teeth(NamedTuple):
+    """Of pinion and gear (2, n): least clearance of the tips where they are deepest, mm, thinnest `tip`, mm,
+    and `margin` of undercut; the `reserve` that they leave (n,), -inf where one is not known."""
+
+    clearance: FloatArray
+    tip: FloatArray
+    margin: FloatArray
+    reserve: FloatArray
+
+    def take(self, rows: Mask) -> Teeth:
+        """Give those of some pairs."""
+        return Teeth(*(values[..., rows] for values in self))
+
+
+def teeth_of(request: Request, values: FloatArray) -> Teeth:
+    """Find what is known of the teeth of pairs (7, n) without their paths."""
     design, layout = pair_at(request.members, values)
-    return _least(_teeth(request, values, design, layout)[0]) > 0.0
+    module, members = float(request.members[0].tool.normal_module), design.members
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        tip = np.stack([_thinnest(member) for member in members])
+        margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
+    radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
+    height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
+    depth = radius - np.stack([root_radius(member, 0.0) for member in members])
+    clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_lean(request, values, layout))
+    links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
+    return Teeth(clearance, tip, margin, _least(links))
 
 
 def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
@@ -101,10 +125,14 @@ def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatAr
 
 
 def figures_of(
-    request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
+    request: Request,
+    values: FloatArray,
+    teeth: Teeth,
+    offset: Quantity | None,
+    shaft_angle: Quantity,
 ) -> Figures:
-    """Find the figures of pairs (7, n) on the members of a request, in its layout or in others: the offset (mm,
-    None as it closes) and the shaft angle (rad)."""
+    """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout or
+    in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
     design, layout = laid_out(request, values, offset, shaft_angle)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
@@ -115,7 +143,6 @@ def figures_of(
             np.nanmax(_filled(shares_of_flank(design, one, usual_sizes())), axis=(-3, -2, -1))
             for one in found
         ]
-    teeth, (tip, clearance, margin) = _teeth(request, values, design, layout)
     lean = _lean(request, values, layout)
     ratio, share = np.stack([one.contact_ratio for one in found]), np.stack(shares)
     roots = np.stack([root_parameter(member) for member in members], axis=-1)
@@ -123,7 +150,7 @@ def figures_of(
     (warned, _), (noted, _) = SENSITIVE
     links = (
         (ratio - 1.0) / AMPLE_RATIO,
-        *teeth,
+        teeth.reserve[None],
         left.min(axis=(-2, -1)) / (AMPLE_DEPTH * module),
         np.where(layout.shaft_angle > 0.0, (warned - share) / (warned - noted), 1.0),  # no shift along lines
     )
@@ -131,28 +158,12 @@ def figures_of(
     possible = _least(links) > 0.0
     reserve = np.minimum(_least(links), thin_end)
     normal_x, crossing = (np.stack([one[k] for one in normals]) for k in (0, 1))
-    return Figures(ratio, crossing, normal_x, share, clearance, tip, margin, reserve, possible)
-
-
-def _teeth(
-    request: Request, values: FloatArray, design: Design, layout: ClosedLayout
-) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    """Find the links of tip, tip clearance and undercut of pinion and gear (2, n), and these themselves."""
-    module, members = float(request.members[0].tool.normal_module), design.members
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        tip = np.stack([_thinnest(member) for member in members])
-        margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
-    radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
-    height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
-    depth = radius - np.stack([root_radius(member, 0.0) for member in members])
-    clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_lean(request, values, layout))
-    links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
-    return links, (tip, clearance, margin)
+    return Figures(ratio, crossing, normal_x, share, *teeth[:3], reserve, possible)
 
 
 def _least(links: Sequence[FloatArray]) -> FloatArray:
     """Find the least (n,) of links (..., n), -inf where one is not known."""
-    return np.min([np.nan_to_num(link, nan=-np.inf).min(axis=0) for link in links], axis=0)
+    return np.asarray(np.min([np.where(np.isnan(link), -np.inf, link).min(axis=0) for link in links], axis=0))
 
 
 def _thinnest(member: Member) -> FloatArray:

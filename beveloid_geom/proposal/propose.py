@@ -23,9 +23,18 @@ from ..findings.path import loss_remarks
 from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
-from .candidates import Candidates, candidates_of, found_for_each, given_of, limits_of, others_found, unknown_of, within
+from .candidates import (
+    Candidates,
+    candidates_of,
+    found_for_each,
+    given_of,
+    limits_of,
+    others_found,
+    unknown_of,
+    within,
+)
 from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, sound_teeth
+from .figures import FLANKS, Figures, design_of, figures_of, teeth_of
 from .request import Request, faults_of
 
 MOST = 3
@@ -135,9 +144,11 @@ def _plain(values: FloatArray) -> FloatArray:
 def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
     """Give the pairs within the limits and their figures; of those of sound teeth alone, if there are any."""
     values = found.values[:, within(request, found)]
-    sound = sound_teeth(request, values)
-    values = values[:, sound | ~sound.any()]
-    return values, figures_of(request, values, request.offset, request.shaft_angle)
+    teeth = teeth_of(request, values)
+    sound = teeth.reserve > 0.0
+    sound |= ~sound.any()
+    values = values[:, sound]
+    return values, figures_of(request, values, teeth.take(sound), request.offset, request.shaft_angle)
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
@@ -212,32 +223,32 @@ def _nearest(request: Request) -> Request | None:
         least = _first_hopeful(request, nearer)
         for reached in (share,) if least is None else (nearer[least][1], share):
             for digits in (3, 5):
-                if works(each := rounded(change(reached), request, digits)):
-                    return each
+                if works(changed := rounded(change(reached), request, digits)):
+                    return changed
     return next((other for other in others_of(request) if works(other)), None)
 
 
 def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int | None:
     """Find the first of changes, with their shares, for which figures promise a pair."""
-    requests = [changed if not faults_of(changed := change(share)) else None for change, share in tried]
-    numbers = [number for number, one in enumerate(requests) if one is not None]
-    changed = [one for one in requests if one is not None]
+    requests = [change(share) for change, share in tried]
+    numbers = [number for number, one in enumerate(requests) if not faults_of(one)]
+    changed = [requests[number] for number in numbers]
     if not changed or unknown_of(request) is None:
         return None
     found, owner = found_for_each(changed)
     kept = within(request, found)
-    kept[kept] = sound_teeth(request, found.values[:, kept])
-    rows = np.flatnonzero(kept)
-    rows = rows[np.argsort(owner[rows], kind="stable")]
-    if not rows.size:
+    values, owner = found.values[:, kept], owner[kept]
+    teeth = teeth_of(request, values)
+    sound = teeth.reserve > LITTLE
+    values, owner, teeth = values[:, sound], owner[sound], teeth.take(sound)
+    if not owner.size:
         return None
-    shaft_angle = np.array([one.shaft_angle for one in changed])[owner[rows]]
+    shaft_angle = np.array([one.shaft_angle for one in changed])[owner]
     offset = None
     if request.offset is not None:
-        offset = np.array([one.offset for one in changed])[owner[rows]]
-    figures = figures_of(request, found.values[:, rows], offset, shaft_angle)
-    hopeful = rows[figures.possible & (figures.reserve > LITTLE)]
-    return numbers[int(owner[hopeful].min())] if hopeful.size else None
+        offset = np.array([one.offset for one in changed])[owner]
+    hopeful = owner[figures_of(request, values, teeth, offset, shaft_angle).reserve > LITTLE]
+    return numbers[int(hopeful.min())] if hopeful.size else None
 
 
 def works(request: Request) -> bool:

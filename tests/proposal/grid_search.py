@@ -17,16 +17,16 @@ from beveloid_geom.findings.remarks import quiet
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.crossing import closed_normal, crossing_as_mounted
 from beveloid_geom.proposal.conditions import pair_at
-from beveloid_geom.proposal.figures import design_of, figures_of
+from beveloid_geom.proposal.figures import design_of, figures_of, teeth_of
 from beveloid_geom.proposal.request import Request
 
-POINTS, SEED = 2**11, 15
+POINTS, SEED = 2**10, 15
 """Points spread, a power of two, and by which seed."""
 SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
 """Of cones, helix angles, shifts and pressure angle, in which a way is short."""
 STEPS, STEP, MET = 40, 1e-7, 1e-11
-MOST_FIGURES, MOST_CHECKS = 256, 12
-"""Pairs of which figures are found, and that are looked at as `check` does."""
+MOST_CHECKS = 12
+"""Pairs that are looked at as `check` does, those of the best figures."""
 
 
 def pairs_on_grid(request: Request, points: int = POINTS) -> FloatArray:
@@ -70,9 +70,7 @@ def _misses(request: Request, values: FloatArray, signs: FloatArray) -> FloatArr
     return np.stack(misses)
 
 
-def _moved(
-    request: Request, values: FloatArray, signs: FloatArray, free: Mask
-) -> tuple[FloatArray, Mask]:
+def _moved(request: Request, values: FloatArray, signs: FloatArray, free: Mask) -> tuple[FloatArray, Mask]:
     """Steps of least length towards all conditions at once, at the most as long as SCALE."""
     columns = np.flatnonzero(free)
     with np.errstate(all="ignore"):
@@ -106,12 +104,8 @@ def grid_search_solves(request: Request) -> Design | None:
     if not values.size:
         return None
     values = values[:, np.sort(np.unique(np.round(values, 4), axis=1, return_index=True)[1])]
-    values = values[:, np.linspace(0, values.shape[1] - 1, min(values.shape[1], MOST_FIGURES)).astype(int)]
-    figures = figures_of(request, values, request.offset, request.shaft_angle)
-    best = np.argsort(-np.where(figures.possible, 1.0, 0.0) - np.nan_to_num(figures.reserve, neginf=-9.0) / 10.0)
-    for k in best[:MOST_CHECKS]:
-        if figures.possible[k]:
-            design = design_of(request, values[:, k])
-            if answers(request, design):
-                return design
-    return None
+    figures = figures_of(request, values, teeth_of(request, values), request.offset, request.shaft_angle)
+    possible = np.flatnonzero(figures.possible)
+    best = possible[np.argsort(-figures.reserve[possible])][:MOST_CHECKS]
+    tried = (design_of(request, values[:, k]) for k in best)
+    return next((design for design in tried if answers(request, design)), None)

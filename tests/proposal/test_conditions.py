@@ -12,11 +12,12 @@ import pytest
 from scipy.optimize import root
 
 from beveloid_geom import Design, Pair, builtin_design
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.crossing import crossing_as_mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.proposal.candidates import candidates_of, unknown_of, within
-from beveloid_geom.proposal.figures import design_of, figures_of
+from beveloid_geom.proposal.figures import Figures, design_of, figures_of, teeth_of
 from beveloid_geom.proposal.request import Request
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.symmetry import mirrored, scaled
@@ -188,13 +189,18 @@ def test_as_many_are_unknown_as_conditions_fix() -> None:
     assert candidates_of(full).values.size == 0
 
 
+def all_figures(request: Request, values: FloatArray) -> Figures:
+    """Figures of pairs in the layout of the request."""
+    return figures_of(request, values, teeth_of(request, values), request.offset, request.shaft_angle)
+
+
 def test_figures_are_those_of_the_single_pair() -> None:
     """Many at once as one by one; contact ratio and n_x as the path has them."""
     request = TABLE1
     pairs = candidates_of(request)
-    figures = figures_of(request, pairs.values, request.offset, request.shaft_angle)
+    figures = all_figures(request, pairs.values)
     for k in range(pairs.values.shape[1]):
-        one = figures_of(request, pairs.values[:, [k]], request.offset, request.shaft_angle)
+        one = all_figures(request, pairs.values[:, [k]])
         for name, values in vars(one).items():
             np.testing.assert_allclose(
                 values[..., 0], getattr(figures, name)[..., k], rtol=1e-9, err_msg=name
