@@ -25,6 +25,7 @@ from .conditions import (
     PINION_HELIX,
     PINION_SHIFT,
     PRESSURE,
+    UNITS,
     Starts,
     Wanted,
     pair_at,
@@ -39,8 +40,12 @@ ROUND = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
 TURN = math.radians(15.0)
 """Of what directions of the two cone angles are. The larger is least where they are equal, at 45 deg, or
 opposite."""
-SPREAD, FEW = 192, 24
-"""Starts on one request, and on each of many."""
+SPREAD, FEW, ROUNDS = 192, 24, 3
+"""Starts on one request, and on each of many; how often it is searched about the nearest where few are found."""
+NEAR = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
+"""How wide, in cones, helix angles and shifts."""
+ON_LIMIT = 1e-9
+"""Rounding (rad, modules) beyond a limit that still keeps it."""
 GOLDEN = 1.0757660660868371
 """Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9 dimensions."""
 SAME = 1e-5
@@ -116,17 +121,18 @@ def candidates_of(request: Request) -> Candidates:
 
 
 def others_found(request: Request) -> Candidates:
-    """Find pairs that close as required, within the limits of the request or not, anywhere between."""
+    """Find pairs that close as required anywhere between, within the limits of the request or not; where few are
+    within, again about those that are nearest to it."""
     if unknown_of(request) is None:
         return Candidates(np.empty((7, 0)))
-    return _found(request, (PRESSURE, *free_of(request)))
+    return _found(request, (PRESSURE, *free_of(request)), rounds=ROUNDS)
 
 
 def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
     """Find pairs that close as any of several requests require, which give the same, with other numbers; and
     which of them each is for."""
     starts = [_starts(request, FEW, number) for number, request in enumerate(requests)]
-    joined = Starts(*(np.concatenate([vars(one)[name] for one in starts], -1) for name in vars(starts[0])))
+    joined = _joined(starts)
     wanted = [vars(wanted_of(request)) for request in requests]
     each: dict[str, Any] = {
         name: np.array([one[name] for one in wanted])[joined.owner]
@@ -146,27 +152,53 @@ def limits_of(request: Request) -> tuple[Bounds, ...]:
 
 def within(request: Request, found: Candidates) -> Mask:
     """Tell which pairs keep the limits of the request."""
-    given, limits = given_of(request), limits_of(request)
-    kept = np.ones(found.values.shape[1], bool)
-    for variable, (low, high) in enumerate(limits):
+    return np.asarray((np.abs(_put_back(request, found.values) - found.values) <= ON_LIMIT).all(axis=0))
+
+
+def _put_back(request: Request, values: FloatArray) -> FloatArray:
+    """Give pairs (7, n) with what is beyond the limits on them."""
+    found, given = values.copy(), given_of(request)
+    for variable, (low, high) in enumerate(limits_of(request)):
         if variable not in given:
-            kept &= (found.values[variable] >= low - 1e-9) & (found.values[variable] <= high + 1e-9)
-    return kept
+            found[variable] = np.clip(values[variable], low, high)
+    return found
 
 
-def _found(request: Request, unknown: tuple[int, ...] | None, along: bool = False) -> Candidates:
+def _found(
+    request: Request, unknown: tuple[int, ...] | None, along: bool = False, rounds: int = 0
+) -> Candidates:
     if unknown is None:
         return Candidates(np.empty((7, 0)))
-    starts = _starts(request, SPREAD, along=along)
-    found = roots(request.members, wanted_of(request, along), starts, unknown)
+    wanted, starts = wanted_of(request, along), _starts(request, SPREAD, along=along)
+    found = roots(request.members, wanted, starts, unknown)
     found = found.take(_sound(request, found))
+    about = np.zeros(starts.values.shape)
+    about[:6] = NEAR * (_spread(SPREAD)[:6] - 0.5)
+    for _ in range(rounds):
+        past = (np.abs(_put_back(request, found.values) - found.values) / UNITS[:, None]).sum(axis=0)
+        if not past.size or np.count_nonzero(past < ON_LIMIT) > FEW:
+            break
+        again = found.take(np.resize(np.argsort(past, kind="stable")[:FEW], SPREAD))
+        moved = again.values.copy()
+        moved[list(unknown)] += about[list(unknown)]
+        again = roots(request.members, wanted, replace(again, values=_put_back(request, moved)), unknown)
+        found = _joined((found, again.take(_sound(request, again))))
     return Candidates(found.values[:, _first_of_each(found.values)])
+
+
+def _joined(starts: Sequence[Starts]) -> Starts:
+    return Starts(*(np.concatenate([vars(one)[name] for one in starts], -1) for name in vars(starts[0])))
+
+
+def _spread(count: int) -> FloatArray:
+    """Spread points evenly over a cube (9, count)."""
+    return np.asarray(np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0)
 
 
 def _starts(request: Request, count: int, owner: int = 0, along: bool = False) -> Starts:
     """Give starts of round values spread over the limits, a search each; of the mirror image of a request the
     mirror images."""
-    spread = np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0
+    spread = _spread(count)
     low, high = np.array(limits_of(request)).T[..., None]
     values = np.clip(np.round((low + (high - low) * spread[:6]) / ROUND) * ROUND, low, high)
     given, shaft = given_of(request), request.shaft_angle
