@@ -41,13 +41,15 @@ TURN = math.radians(15.0)
 """Of what directions of the two cone angles are. The larger is least where they are equal, at 45 deg, or
 opposite."""
 SPREAD, FEW, ROUNDS = 192, 24, 3
-"""Starts on one request, and on each of many; how often it is searched about the nearest where few are found."""
+"""Starts on one request, and on each of many; how often it is searched about the nearest where few are
+found."""
 NEAR = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
 """How wide, in cones, helix angles and shifts."""
 ON_LIMIT = 1e-9
 """Rounding (rad, modules) beyond a limit that still keeps it."""
 GOLDEN = 1.0757660660868371
-"""Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9 dimensions."""
+"""Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9
+dimensions."""
 SAME = 1e-5
 """Difference (rad, modules) below which two pairs are one."""
 
@@ -121,8 +123,8 @@ def candidates_of(request: Request) -> Candidates:
 
 
 def others_found(request: Request) -> Candidates:
-    """Find pairs that close as required anywhere between, within the limits of the request or not; where few are
-    within, again about those that are nearest to it."""
+    """Find pairs that close as required anywhere between, within the limits of the request or not; where few
+    are within, again about those that are nearest to it."""
     if unknown_of(request) is None:
         return Candidates(np.empty((7, 0)))
     return _found(request, (PRESSURE, *free_of(request)), rounds=ROUNDS)

@@ -45,9 +45,9 @@ MOST_STEPS = 16
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What is required of pairs, of all of them or of each (n,): shaft angle (magnitude, rad), normal backlash
-    in modules of the pinion, and, None where they are free, offset in modules and crossing angle on the drive
-    `flank`; `along`: whether pinion and gear cone have a given ratio."""
+    """What is required of pairs, of all of them or of each (n,): shaft angle (magnitude, rad), normal
+    backlash in modules of the pinion, and, None where they are free, offset in modules and crossing angle on
+    the drive `flank`; `along`: whether pinion and gear cone have a given ratio."""
 
     shaft_angle: Quantity
     backlash: Quantity

@@ -131,8 +131,8 @@ def figures_of(
     offset: Quantity | None,
     shaft_angle: Quantity,
 ) -> Figures:
-    """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout or
-    in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
+    """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout
+    or in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
     design, layout = laid_out(request, values, offset, shaft_angle)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
