@@ -133,7 +133,7 @@ def others_found(request: Request) -> Candidates:
 def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
     """Find pairs that close as any of several requests require, which give the same, with other numbers; and
     which of them each is for."""
-    starts = [_starts(request, FEW, number) for number, request in enumerate(requests)]
+    starts = [_starts(request, FEW, False, number) for number, request in enumerate(requests)]
     joined = _joined(starts)
     wanted = [vars(wanted_of(request)) for request in requests]
     each: dict[str, Any] = {
@@ -171,12 +171,13 @@ def _found(
 ) -> Candidates:
     if unknown is None:
         return Candidates(np.empty((7, 0)))
-    wanted, starts = wanted_of(request, along), _starts(request, SPREAD, along=along)
+    wanted, starts = wanted_of(request, along), _starts(request, SPREAD, not rounds, along=along)
     found = roots(request.members, wanted, starts, unknown)
     found = found.take(_sound(request, found))
     about = np.zeros(starts.values.shape)
     about[:6] = NEAR * (_spread(SPREAD)[:6] - 0.5)
     for _ in range(rounds):
+        found = found.take(_first_of_each(found.values))
         past = (np.abs(_put_back(request, found.values) - found.values) / UNITS[:, None]).sum(axis=0)
         if not past.size or np.count_nonzero(past < ON_LIMIT) > FEW:
             break
@@ -197,12 +198,14 @@ def _spread(count: int) -> FloatArray:
     return np.asarray(np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0)
 
 
-def _starts(request: Request, count: int, owner: int = 0, along: bool = False) -> Starts:
-    """Give starts of round values spread over the limits, a search each; of the mirror image of a request the
-    mirror images."""
+def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False) -> Starts:
+    """Give starts spread over the limits, of round values or not, a search each; of the mirror image of a
+    request the mirror images."""
     spread = _spread(count)
     low, high = np.array(limits_of(request)).T[..., None]
-    values = np.clip(np.round((low + (high - low) * spread[:6]) / ROUND) * ROUND, low, high)
+    values = low + (high - low) * spread[:6]
+    if rounded:
+        values = np.clip(np.round(values / ROUND) * ROUND, low, high)
     given, shaft = given_of(request), request.shaft_angle
     if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
         values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]

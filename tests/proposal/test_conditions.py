@@ -157,7 +157,9 @@ def test_table_1_is_recovered_to_rounding_where_it_closes() -> None:
     design = builtin_design()
     closed = replace(design, pair=Pair(closing_of(design).offset, design.pair.shaft_angle))
     crossing, closing = float(crossing_as_mounted(closed, "right")), closing_of(closed)
-    request = replace(TABLE1, offset=closed.pair.offset, backlash=closing.normal_backlash, crossing=crossing)
+    request = replace(
+        TABLE1, offset=float(closed.pair.offset), backlash=closing.normal_backlash, crossing=crossing
+    )
     np.testing.assert_allclose(like_table_1(request), TABLE_1, rtol=0, atol=1e-9)
 
 

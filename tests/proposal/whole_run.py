@@ -12,7 +12,7 @@ from collections import Counter
 import numpy as np
 
 from beveloid_geom import DesignError
-from beveloid_geom.proposal.propose import Refused, propose
+from beveloid_geom.proposal.propose import Proposal, Refused, propose
 from beveloid_geom.proposal.request import Request
 from beveloid_geom.proposal.words import refusal
 from tests.proposal.grid_search import answers, grid_search_solves
@@ -29,11 +29,11 @@ def layout_of(request: Request) -> str:
     return "intersecting" if request.offset == 0.0 else "crossed"
 
 
-def faults_in(request: Request, outcome: object) -> list[str]:
+def faults_in(request: Request, outcome: tuple[Proposal, ...] | Refused) -> list[str]:
     """Say what is amiss in proposals or in a refusal."""
     if not isinstance(outcome, Refused):
-        return ["answer warns" for one in outcome if not answers(request, one.design)]  # type:
-        ignore[attr-defined] found = ["missed"] if grid_search_solves(request) is not None else []
+        return ["answer warns" for one in outcome if not answers(request, one.design)]
+    found = ["missed"] if grid_search_solves(request) is not None else []
     if outcome.nearest is None or "\n" in refusal(request, outcome.reason, outcome.nearest):
         return [*found, "no nearest request"]
     if not answers(outcome.nearest, propose(outcome.nearest, 1)[0].design):
@@ -50,7 +50,7 @@ def main(count: int, first: int = 0, seed: int = 1) -> None:
             continue
         start, layout = time.process_time(), layout_of(request)
         try:
-            outcome: object = propose(request)
+            outcome: tuple[Proposal, ...] | Refused = propose(request)
         except Refused as error:
             outcome = error
         except DesignError:
