@@ -175,6 +175,23 @@ def test_pairs_on_parallel_axes(request_: Request) -> None:
             assert [float(member.cone_angle) for member in one.design.members] == [0.0, 0.0]
 
 
+def test_of_equals_that_of_least_helix_is_first() -> None:
+    """On parallel axes nothing crosses, and of many pairs nothing is left to be said."""
+    proposals = propose(replace(PARALLEL, cone_angles=None, least_cones=True))
+    assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * MOST
+    helices = [abs(float(one.design.pinion.helix_angle)) for one in proposals]
+    assert helices == sorted(helices)
+    assert degrees(helices[0]) < 6.0
+
+
+@pytest.mark.parametrize("number", [3, 32])
+def test_pairs_near_the_limits_are_found(number: int) -> None:
+    """Of these requests all pairs without warning lie in a corner of the limits, or on a short piece of a curve,
+    where none of round values is."""
+    request = list(random_requests(number + 1, seed=1))[number]
+    assert_sound(request, propose(request, 1))
+
+
 def test_nearly_parallel_axes_are_led_to_parallel_ones() -> None:
     """At 0.1 deg an error of 0.01 deg moves a path by metres."""
     request = replace(PARALLEL, shaft_angle=radians(0.1), cone_angles=None, least_cones=True)
