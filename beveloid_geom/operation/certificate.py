@@ -20,7 +20,7 @@ from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath
 from ..status import FirstStatus, Status, Verdict
 from ..support.few_lines import few_lines
-from .first_contact import FirstContact, Mesh, contact_normals, first_contact, mesh_of, moved_by_gear
+from .first_contact import FirstContact, Mesh, contact_normals, first_contact_in, mesh_of, moved_by_gear
 from .least_clearance import local_at
 from .mesh_cycle import mesh_cycle
 from .separation import without_turns
@@ -80,7 +80,8 @@ def certify(path: ContactPath) -> Certificate:
     roll = np.where(solved, path.pinion_roll, 0.0)
     few = roll.shape[-1] < FEW
     if few:
-        first, mesh = first_contact(design, path.flank, roll), mesh_of(design, path.flank, roll)[0]
+        mesh, phase = mesh_of(design, path.flank, roll)
+        first = first_contact_in(design, path.flank, mesh, phase, roll.shape)
     else:
         cycle = mesh_cycle(design, path.flank, 1)
         case = np.arange(cycle.start.size).repeat(roll.shape[-1])

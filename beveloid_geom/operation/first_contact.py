@@ -145,11 +145,22 @@ def first_contact(
             f"pinion_roll must have the shape (positions) or {(*shape, 'positions')}, got {roll.shape}"
         )
     roll = np.broadcast_to(roll, (*shape, roll.shape[-1]))
-    mesh, phase = mesh_of(design, flank, roll)
+    return first_contact_in(design, flank, *mesh_of(design, flank, roll), roll.shape, pairs)
+
+
+def first_contact_in(
+    design: Design,
+    flank: str,
+    mesh: Mesh,
+    phase: FloatArray,
+    shape: tuple[int, ...],
+    pairs: ArrayLike | None = None,
+) -> FirstContact:
+    """Give what `first_contact` does at rolls of this `shape` for which the mesh and its phase are known."""
     grids = grids_of(mesh, design, flank)
     if np.isnan(phase).any():
-        mesh = in_step(mesh, np.isnan(phase).reshape(-1, roll.shape[-1]), grids)
-    return result_of(mesh, phase, found_at(mesh, grids, pairs), roll.shape)
+        mesh = in_step(mesh, np.isnan(phase).reshape(-1, shape[-1]), grids)
+    return result_of(mesh, phase, found_at(mesh, grids, pairs), shape)
 
 
 def grids_of(mesh: Mesh, design: Design, flank: str) -> Grids:

@@ -40,7 +40,8 @@ def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[
 
     In the working pitch plane, by components across the tooth trace, along it and along N, the axes are
     k_1 = (-sin b_1 cos g_1, cos b_1 cos g_1, -sin g_1), k_2 = (sin b_2 cos g_2, cos b_2 cos g_2, sin g_2)
-    and the normal n = (s cos a_w, 0, sin a_w) with s = 1 on the right flank; n_x = -n.(k_1 x k_2)/sin d."""
+    and the normal n = (s cos a_w, 0, sin a_w) with s = 1 on the right flank; n_x = -n.(k_1 x k_2)/sin d. On
+    parallel axes, where nothing crosses, x leads from axis to pitch point, (N + k_1 sin g_1)/cos g_1."""
     side, aw = flank_sign(flank) * np.cos(layout.pressure_angle), np.sin(layout.pressure_angle)
     sine, cosine = np.sin(layout.cone_angle), np.cos(layout.cone_angle)
     across, along = np.sin(layout.helix_angle) * cosine, np.cos(layout.helix_angle) * cosine
@@ -48,7 +49,10 @@ def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[
     turned = cosine[0] * cosine[1] * np.sin(layout.helix_angle[0] + layout.helix_angle[1])
     product = aw * turned - side * (sine[0] * along[1] + sine[1] * along[0])
     axial = [-side * across[j] - aw * sine[j] for j in (0, 1)]
-    return sense * product / np.sin(layout.shaft_angle), _crossing(sense * product, axial[0], axial[1])
+    square = (aw + axial[0] * sine[0]) / cosine[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal_x = np.where(layout.shaft_angle > 0.0, sense * product / np.sin(layout.shaft_angle), square)
+    return normal_x, _crossing(sense * product, axial[0], axial[1])
 
 
 def _crossing(product: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:

@@ -2,18 +2,21 @@
 
 Every condition fixes one number of the pair. The working pressure angle always is one of those that are
 found; after it come, as far as they are free, the gear's helix angle, the cone angles, the pinion's helix
-angle and the shifts. What is free beyond that is tried at a few values of use.
+angle and the shifts. What is free beyond that keeps the round values at which the search starts: points
+spread evenly over the limits. Where round values give nothing all that is free moves, the shortest way.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
+from ..arrays import FloatArray, Mask, flank_sign
 from .conditions import (
     GEAR_CONE,
     GEAR_HELIX,
@@ -22,6 +25,7 @@ from .conditions import (
     PINION_HELIX,
     PINION_SHIFT,
     PRESSURE,
+    UNITS,
     Starts,
     Wanted,
     pair_at,
@@ -31,20 +35,21 @@ from .request import Bounds, Request
 
 ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SHIFT)
 """What follows from conditions first, after the working pressure angle."""
-CONE_STARTS = np.radians([-5.0, 0.0, 5.0, 11.0])
-HELIX_STARTS = np.radians([-30.0, -10.0, 10.0, 30.0])
-HELICES = np.radians([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0])
-STEEP = np.radians([35.0, 40.0, 45.0])
-SHIFTS = -0.2, 0.0, 0.2, 0.4, 0.6, 0.8
-FINE_SHIFTS = tuple(0.1 * k for k in range(-5, 9))
-"""Starts of what is searched for, and values tried of what is free; the fine shifts if that is
-one shift, steep helix angles only where the others give nothing."""
-TURNS = np.radians(np.arange(-165.0, 181.0, 15.0))
-"""Directions of the two cone angles. The larger is least where they are equal, at 45 deg, or opposite."""
-MANY = 4
-"""Unknowns from which the shifts tried start from what is found without shifts, as far as these have cones
-of at most GENTLE, the least FEW of them."""
-GENTLE, FEW = math.radians(20.0), 12
+ROUND = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
+"""Of what the values tried are multiples, cones, helix angles and shifts; and the TURNS."""
+TURN = math.radians(15.0)
+"""Of what directions of the two cone angles are. The larger is least where they are equal, at 45 deg, or
+opposite."""
+SPREAD, FEW, ROUNDS = 192, 24, 3
+"""Starts on one request, and on each of many; how often it is searched about the nearest where few are
+found."""
+NEAR = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
+"""How wide, in cones, helix angles and shifts."""
+ON_LIMIT = 1e-9
+"""Rounding (rad, modules) beyond a limit that still keeps it."""
+GOLDEN = 1.0757660660868371
+"""Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9
+dimensions."""
 SAME = 1e-5
 """Difference (rad, modules) below which two pairs are one."""
 
@@ -85,10 +90,16 @@ def wanted_of(request: Request, along: bool = False) -> Wanted:
     )
 
 
+def free_of(request: Request) -> list[int]:
+    """Give what of VARIABLES is not given and can follow from conditions; on parallel axes the shifts."""
+    given, order = given_of(request), ORDER if request.shaft_angle > 0.0 else ORDER[-2:]
+    return [variable for variable in order if variable not in given]
+
+
 def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
-    """Give what of VARIABLES is found from the conditions, None where less is free than they fix."""
-    given, count = given_of(request), wanted_of(request, along).count
-    free = [variable for variable in ORDER if variable not in given]
+    """Give what of VARIABLES is found from the conditions where no more than these fix is, None where less is
+    free."""
+    count, free = wanted_of(request, along).count, free_of(request)
     if request.offset == 0.0:
         # The working helix angles cancel and the working cone angles make the shaft angle: given cones
         # leave it to the shifts, and the helix angle alone changes the crossing.
@@ -98,17 +109,42 @@ def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
     return None if len(free) < count - 1 else (PRESSURE, *free[: count - 1])
 
 
-def candidates_of(request: Request, steep: bool = False) -> Candidates:
-    """Find the pairs that close as required, within the limits of the request or not; with `steep` helix
-    angles of the pinion where these are tried."""
+def candidates_of(request: Request) -> Candidates:
+    """Find pairs that close as required, within the limits of the request or not, round values of what is
+    free."""
     if not request.least_cones:
-        return _found(request, unknown_of(request), (0.0,), steep)
+        return _found(request, unknown_of(request))
     level = replace(request, least_cones=False, cone_angles=(0.0, 0.0))
     if request.offset != 0.0:
-        found = _found(level, unknown_of(level), (0.0,), steep)
-        if request.offset is None or within(request, found).any():
+        found = _found(level, unknown_of(level))
+        if request.offset is None or request.shaft_angle == 0.0 or within(request, found).any():
             return found
-    return _found(request, unknown_of(request, along=True), TURNS, steep)
+    return _found(request, unknown_of(request, along=True), along=True)
+
+
+def others_found(request: Request) -> Candidates:
+    """Find pairs that close as required anywhere between, within the limits of the request or not; where few
+    are within, again about those that are nearest to it."""
+    if unknown_of(request) is None:
+        return Candidates(np.empty((7, 0)))
+    return _found(request, (PRESSURE, *free_of(request)), rounds=ROUNDS)
+
+
+def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
+    """Find pairs that close as any of several requests require, which give the same, with other numbers; and
+    which of them each is for."""
+    starts = [_starts(request, FEW, False, number) for number, request in enumerate(requests)]
+    joined = _joined(starts)
+    wanted = [vars(wanted_of(request)) for request in requests]
+    each: dict[str, Any] = {
+        name: np.array([one[name] for one in wanted])[joined.owner]
+        for name in ("shaft_angle", "backlash", "offset", "crossing")
+        if wanted[0][name] is not None
+    }
+    first = requests[0]
+    found = roots(first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first)))
+    found = found.take(_sound(first, found))
+    return Candidates(found.values), found.owner
 
 
 def limits_of(request: Request) -> tuple[Bounds, ...]:
@@ -118,93 +154,87 @@ def limits_of(request: Request) -> tuple[Bounds, ...]:
 
 def within(request: Request, found: Candidates) -> Mask:
     """Tell which pairs keep the limits of the request."""
-    given, limits = given_of(request), limits_of(request)
-    kept = np.ones(found.values.shape[1], bool)
-    for variable, (low, high) in enumerate(limits):
+    return np.asarray((np.abs(_put_back(request, found.values) - found.values) <= ON_LIMIT).all(axis=0))
+
+
+def _put_back(request: Request, values: FloatArray) -> FloatArray:
+    """Give pairs (7, n) with what is beyond the limits on them."""
+    found, given = values.copy(), given_of(request)
+    for variable, (low, high) in enumerate(limits_of(request)):
         if variable not in given:
-            kept &= (found.values[variable] >= low - 1e-9) & (found.values[variable] <= high + 1e-9)
-    return kept
+            found[variable] = np.clip(values[variable], low, high)
+    return found
 
 
-def _found(request: Request, unknown: tuple[int, ...] | None, turns: ArrayLike, steep: bool) -> Candidates:
+def _found(
+    request: Request, unknown: tuple[int, ...] | None, along: bool = False, rounds: int = 0
+) -> Candidates:
     if unknown is None:
         return Candidates(np.empty((7, 0)))
-    starts = _starts(request, unknown, np.asarray(turns), steep)
-    wanted = wanted_of(request, np.size(turns) > 1)
-    shifts = [v for v in (PINION_SHIFT, GEAR_SHIFT) if v not in (*unknown, *given_of(request))]
-    if shifts and len(unknown) >= MANY:
-        combinations = np.unique(starts.values[shifts], axis=1)
-        middle = combinations[:, np.argmin(np.abs(combinations).sum(axis=0))]
-        found = roots(
-            request.members, wanted, starts.take((middle == starts.values[shifts].T).all(axis=1)), unknown
-        )
-        size = np.abs(found.values[:2]).max(axis=0, initial=0.0)
-        found = found.take([k for k in np.argsort(size)[: 4 * FEW] if size[k] < GENTLE])
-        found = found.take(_first_of_each(found.values))
-        found = found.take(np.arange(min(FEW, found.sense.size)))
-        starts = found.take(np.repeat(np.arange(found.sense.size), combinations.shape[1]))
-        starts.values[shifts] = np.tile(combinations, found.sense.size)
+    wanted, starts = wanted_of(request, along), _starts(request, SPREAD, not rounds, along=along)
     found = roots(request.members, wanted, starts, unknown)
     found = found.take(_sound(request, found))
+    about = np.zeros(starts.values.shape)
+    about[:6] = NEAR * (_spread(SPREAD)[:6] - 0.5)
+    for _ in range(rounds):
+        found = found.take(_first_of_each(found.values))
+        past = (np.abs(_put_back(request, found.values) - found.values) / UNITS[:, None]).sum(axis=0)
+        if not past.size or np.count_nonzero(past < ON_LIMIT) > FEW:
+            break
+        again = found.take(np.resize(np.argsort(past, kind="stable")[:FEW], SPREAD))
+        moved = again.values.copy()
+        moved[list(unknown)] += about[list(unknown)]
+        again = roots(request.members, wanted, replace(again, values=_put_back(request, moved)), unknown)
+        found = _joined((found, again.take(_sound(request, again))))
     return Candidates(found.values[:, _first_of_each(found.values)])
 
 
-def _starts(request: Request, unknown: tuple[int, ...], turns: FloatArray, steep: bool) -> Starts:
-    """Give all combinations of starts and of values tried, a search each."""
-    given, crossed = given_of(request), request.offset != 0.0
-    limits = limits_of(request)
-    share = request.teeth[0] / sum(request.teeth)
-    tried: dict[int, ArrayLike] = {
-        PINION_CONE: request.shaft_angle * np.array([share, 0.5, 0.0, 1.0]),
-        PINION_HELIX: STEEP if steep else np.append(HELICES, 0.5 * request.shaft_angle),
-        PINION_SHIFT: SHIFTS,
-        GEAR_SHIFT: SHIFTS,
-    }
-    free = [v for v in (PINION_SHIFT, GEAR_SHIFT) if v not in given and v not in unknown]
-    if len(free) == 1:
-        tried[free[0]] = FINE_SHIFTS
-    along = turns.size > 1
-    searched: dict[int, ArrayLike] = {
-        PINION_CONE: [0.0] if along else CONE_STARTS,
-        GEAR_CONE: [0.0] if along else CONE_STARTS,
-        PINION_HELIX: HELIX_STARTS,
-        PINION_SHIFT: [0.0],
-        GEAR_SHIFT: [0.0],
-    }
-    axes: list[ArrayLike] = []
-    for variable in (PINION_CONE, GEAR_CONE, PINION_HELIX, PINION_SHIFT, GEAR_SHIFT):
-        if variable in given:
-            axes.append([given[variable]])
-        elif variable in unknown:
-            axes.append(searched[variable])
-        else:
-            low, high = limits[variable]
-            axes.append([v for v in np.asarray(tried[variable]) if low <= v <= high] or [0.5 * (low + high)])
-    hands = (1.0, -1.0) if crossed else (1.0,)
-    sides = (1.0, -1.0) if request.crossing is not None else (1.0,)
-    grid = np.stack([a.ravel() for a in np.meshgrid(*axes, hands, sides, turns, indexing="ij")])
-    cone, mate, helix, shift, mate_shift, hand, side, turn = grid
+def _joined(starts: Sequence[Starts]) -> Starts:
+    return Starts(*(np.concatenate([vars(one)[name] for one in starts], -1) for name in vars(starts[0])))
+
+
+def _spread(count: int) -> FloatArray:
+    """Spread points evenly over a cube (9, count)."""
+    return np.asarray(np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0)
+
+
+def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False) -> Starts:
+    """Give starts spread over the limits, of round values or not, a search each; of the mirror image of a
+    request the mirror images."""
+    spread = _spread(count)
+    low, high = np.array(limits_of(request)).T[..., None]
+    values = low + (high - low) * spread[:6]
+    if rounded:
+        values = np.clip(np.round(values / ROUND) * ROUND, low, high)
+    given, shaft = given_of(request), request.shaft_angle
+    if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
+        values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
+    hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
+    turn = np.round((2.0 * spread[8] - 1.0) * math.pi / TURN) * TURN
     if along:
-        cone, mate = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
-    crossing = _crossing(request, helix) if crossed else 0.0 * helix
-    held = given.get(GEAR_HELIX)
-    if held is None:
-        gear_helix = hand * crossing - helix
-    else:
-        gear_helix = np.full(helix.shape, held)
-        helix = helix if PINION_HELIX in given else hand * crossing - held
-    pressure = np.full(helix.shape, float(request.members[0].tool.normal_pressure_angle) + 0.01)
-    values = np.stack((cone, mate, helix, gear_helix, shift, mate_shift, pressure))
-    return Starts(values, hand, side, turn)
+        values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
+    elif request.offset == 0.0:
+        values[GEAR_CONE] = shaft - values[PINION_CONE]
+    for variable, value in given.items():
+        values[variable] = value
+    crossing = _crossing(request, values) if request.offset != 0.0 else 0.0 * hand
+    pairs = ((PINION_HELIX, GEAR_HELIX, hand * crossing), (PINION_CONE, GEAR_CONE, 0.0))
+    for own, other, total in pairs if shaft == 0.0 else pairs[:1]:
+        if other not in given:
+            values[other] = total - values[own]
+        elif own not in given:
+            values[own] = total - values[other]
+    pressure = np.full((1, count), float(request.members[0].tool.normal_pressure_angle) + 0.01)
+    return Starts(np.vstack((values, pressure)), hand, side, turn, np.full(count, owner))
 
 
-def _crossing(request: Request, helix: FloatArray) -> FloatArray:
+def _crossing(request: Request, values: FloatArray) -> FloatArray:
     """Guess the sum of the working helix angles: from the offset, if it is given, and rough radii."""
-    if request.offset is None:
-        return np.full(helix.shape, request.shaft_angle)
+    if request.offset is None or request.shaft_angle == 0.0:
+        return np.full(values.shape[1], request.shaft_angle)
     module, (first, second) = float(request.members[0].tool.normal_module), request.teeth
     mate = 0.0 if request.gear is None else abs(float(request.gear.helix_angle))
-    reach = 0.5 * module * (first / np.cos(helix) + second / np.cos(mate))
+    reach = 0.5 * module * (first / np.cos(values[PINION_HELIX]) + second / np.cos(mate))
     return np.asarray(np.arcsin(np.clip(request.offset * math.sin(request.shaft_angle) / reach, 0.0, 0.99)))
 
 
@@ -216,6 +246,8 @@ def _sound(request: Request, found: Starts) -> Mask:
     wider = found.values.copy()
     wider[PRESSURE] += 1e-5
     rising = pair_at(request.members, wider)[1].normal_backlash > layout.normal_backlash
+    if request.shaft_angle == 0.0:
+        return np.asarray(rising)
     if request.offset == 0.0:
         return np.asarray(rising & (layout.cone_angle.sum(axis=0) > 0.0))
     return np.asarray(rising & (design.sense == found.sense) & (layout.offset > 0.0))

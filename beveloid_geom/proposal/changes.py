@@ -14,8 +14,12 @@ Change: TypeAlias = Callable[[float], Request]
 """Gives the request changed by a share of the greatest change that is tried."""
 OFFSET, SHAFT, CROSSING = 0.25, 0.5, 1.0
 """Greatest changes over the value itself."""
+LINES = math.radians(3.0)
+"""Greatest change of a crossing angle, beyond that, from line contact on."""
 WIDE = math.radians(12.0)
 """Shaft angle at which few pairs are sensitive to errors."""
+NEARLY = math.radians(2.0)
+"""Shaft angle up to which axes are nearly parallel, and few pairs are not sensitive to errors."""
 HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
 """Greatest changes, rad and modules."""
 
@@ -23,7 +27,7 @@ HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
 def changes_of(request: Request) -> Iterator[Change]:
     """Give the changes of what a request gives, up and down."""
     sizes = {
-        "crossing": CROSSING * (request.crossing or 0.0) + math.radians(0.5),
+        "crossing": CROSSING * (request.crossing or 0.0) + LINES,
         "helix_angle": HELIX,
         "offset": OFFSET * (request.offset or 0.0),
         "cone_angles": CONES,
@@ -37,8 +41,11 @@ def changes_of(request: Request) -> Iterator[Change]:
 
 
 def others_of(request: Request) -> Iterator[Request]:
-    """Give requests that give less, for where no number alone can be changed: without what is given of the
-    shifts, of the helix angle, of the offset; at last with nothing given but teeth and angle of the axes."""
+    """Give requests that give less, for where no number alone can be changed: parallel axes for those that
+    nearly are; without what is given of the shifts, of the helix angle, of the offset; at last with nothing
+    given but teeth and angle of the axes."""
+    if 0.0 < request.shaft_angle < NEARLY:
+        yield replace(request, shaft_angle=0.0)
     if request.shifts is not None:
         yield replace(request, shifts=None)
     if request.helix_angle is not None and request.crossing is None and request.offset != 0.0:

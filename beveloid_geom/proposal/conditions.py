@@ -3,18 +3,23 @@
 A pair of given teeth and tools is seven numbers: cone angle, helix angle and profile shift of both members,
 and the working normal pressure angle a_w. `pair.closing.closed_layout` gives the layout in which it closes,
 offset, shaft angle and backlash, in closed form; `pair.crossing` the angle at which generators cross. What is
-required of these are equations for as many of the seven; Newton's method finds them from all starts in step.
+required of these are equations for as many of the seven, or more; Newton's method finds them from all starts
+in step, where more are free by the steps of least length.
+
+Parallel axes close in another way: cones and helix angles of both members cancel, and what is left of the
+layout is the offset, the sum of the working radii.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
+from ..arrays import FloatArray, Mask, Quantity
 from ..design.model import Design, Member, Pair, unchecked
 from ..pair.closing import ClosedLayout, closed_layout
 from ..pair.crossing import closed_normal
@@ -29,46 +34,61 @@ STEP = 1e-7
 """Of differences for the derivatives: Newton's steps then gain six digits each, near a root."""
 LONGEST = np.array([0.12, 0.12, 0.2, 0.2, 0.6, 0.6, 0.06])
 """Longest step of each of VARIABLES in one go."""
+UNITS = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
+"""In which the length of a step is measured, where more is free than is required."""
 FARTHEST = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
 """Magnitudes beyond which a search has run off."""
 MET = 1e-12
 """Misses (modules and rad) below which conditions are met."""
-MOST_STEPS = 30
+MOST_STEPS = 16
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wanted:
-    """What is required of a pair: shaft angle (magnitude), normal backlash in modules of the pinion, and,
-    None where they are free, offset in modules and crossing angle on the drive `flank`; `along`: whether
-    pinion and gear cone have a given ratio."""
+    """What is required of pairs, of all of them or of each (n,): shaft angle (magnitude, rad), normal
+    backlash in modules of the pinion, and, None where they are free, offset in modules and crossing angle on
+    the drive `flank`; `along`: whether pinion and gear cone have a given ratio."""
 
-    shaft_angle: float
-    backlash: float
-    offset: float | None
-    crossing: float | None
+    shaft_angle: Quantity
+    backlash: Quantity
+    offset: Quantity | None
+    crossing: Quantity | None
     flank: str
     along: bool = False
 
     @property
+    def parallel(self) -> bool:
+        """Whether the axes are parallel."""
+        return not np.any(self.shaft_angle)
+
+    @property
     def count(self) -> int:
-        """Number of conditions."""
-        return 2 + (self.offset is not None) + (self.crossing is not None) + self.along
+        """Number of conditions; of parallel axes without those that cones and helix angles cancel."""
+        some = self.offset is not None, self.crossing is not None and not self.parallel, self.along
+        return 2 - self.parallel + sum(some)
+
+    def take(self, rows: NDArray[np.intp]) -> Wanted:
+        """Give what is required of some of the pairs."""
+        changed: dict[str, Any] = {k: v[rows] for k, v in vars(self).items() if isinstance(v, np.ndarray)}
+        return replace(self, **changed)
 
 
 @dataclass(frozen=True, eq=False)
 class Starts:
     """Starts (7, n) of a search, and what is the same all along it, (n,): the sense in which the axes lean,
-    `sense`, that of the crossing, `side`, and the direction of the cone angles, `turn` (rad)."""
+    `sense`, that of the crossing, `side`, the direction of the cone angles, `turn` (rad), and the number of
+    the request that it is for, `owner`."""
 
     values: FloatArray
     sense: FloatArray
     side: FloatArray
     turn: FloatArray
+    owner: NDArray[np.intp]
 
     def take(self, rows: Mask | NDArray[np.intp] | list[int]) -> Starts:
         """Give some of them."""
         kept = np.asarray(rows) if len(rows) else np.empty(0, int)
-        return Starts(self.values[:, kept], self.sense[kept], self.side[kept], self.turn[kept])
+        return Starts(*(value[..., kept] for value in vars(self).values()))
 
 
 def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design, ClosedLayout]:
@@ -86,11 +106,15 @@ def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design,
 def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, values: FloatArray) -> FloatArray:
     """Find by how much (conditions, ..., n) pairs (7, ..., n) miss what is wanted, in modules and rad."""
     design, layout = pair_at(members, values)
-    module, own = float(members[0].tool.normal_module), design.sense
-    found = [layout.shaft_angle - wanted.shaft_angle, layout.normal_backlash / module - wanted.backlash]
-    if wanted.offset is not None:  # in the sense of the search: the design's own jumps where axes intersect
-        found.append(starts.sense * own * layout.offset / module - wanted.offset)
-    if wanted.crossing is not None:
+    module = float(members[0].tool.normal_module)
+    # In the sense of the search: the design's own jumps where axes intersect.
+    sense = 1.0 if wanted.parallel else starts.sense * design.sense
+    found = [layout.normal_backlash / module - wanted.backlash]
+    if not wanted.parallel:
+        found.append(layout.shaft_angle - wanted.shaft_angle)
+    if wanted.offset is not None:
+        found.append(sense * layout.offset / module - wanted.offset)
+    if wanted.crossing is not None and not wanted.parallel:
         with np.errstate(invalid="ignore"):
             angle = closed_normal(layout, wanted.flank, starts.sense)[1]
         found.append(angle - starts.side * wanted.crossing)
@@ -101,22 +125,22 @@ def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, value
 
 
 def roots(members: tuple[Member, Member], wanted: Wanted, starts: Starts, unknown: tuple[int, ...]) -> Starts:
-    """Find the pairs that meet all that is `wanted`, by changing the `unknown` of VARIABLES, as many as there
-    are conditions, from all starts; those that are found, in the order of their starts."""
+    """Find the pairs that meet all that is `wanted`, by changing the `unknown` of VARIABLES, at least as many
+    as there are conditions, from all starts; those that are found, in the order of their starts."""
     columns = list(unknown)
 
     def function(values: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
-        return misses(members, wanted, starts.take(rows), values)
+        return misses(members, wanted.take(rows), starts.take(rows), values)
 
     values, found = _newton(function, starts.values.copy(), columns)
-    return Starts(values, starts.sense, starts.side, starts.turn).take(found)
+    return replace(starts, values=values).take(found)
 
 
 def _newton(
     function: Callable[[FloatArray, NDArray[np.intp]], FloatArray], values: FloatArray, columns: list[int]
 ) -> tuple[FloatArray, Mask]:
-    """Change the `columns` of values (7, n) to zeros of a function of all of them, (len(columns), n); tell
-    where one was found. A step out of where the function is known is halved."""
+    """Change the `columns` of values (7, n) to zeros of a function of all of them, (at most len(columns), n);
+    tell where one was found. A step out of where the function is known is halved."""
     count = len(columns)
     good, met = values.copy(), np.zeros(values.shape[1], bool)
     active = np.arange(values.shape[1])
@@ -131,7 +155,7 @@ def _newton(
         rows, residual = active[known], found[:, 0, known]
         good[:, rows] = values[:, rows]
         slopes = np.moveaxis((found[:, 1:, known] - residual[:, None]) / STEP, -1, 0)
-        steps = _steps(slopes, residual, LONGEST[columns])
+        steps = _steps(slopes, residual, columns)
         values[np.array(columns)[:, None], rows] += steps
         done = np.abs(residual).max(axis=0) < MET  # the step just made was the last
         met[rows[done]] = True
@@ -140,12 +164,18 @@ def _newton(
     return values, met & np.isfinite(values).all(axis=0)
 
 
-def _steps(slopes: FloatArray, residual: FloatArray, longest: FloatArray) -> FloatArray:
-    """Find Newton's steps (columns, n), shortened as a whole to the `longest` of each; NaN where there are
-    none."""
-    regular = np.abs(np.linalg.det(slopes)) > 0.0
-    steps = np.full(residual.shape, np.nan)
+def _steps(slopes: FloatArray, residual: FloatArray, columns: list[int]) -> FloatArray:
+    """Find Newton's steps (columns, n), the least ones in UNITS where there are several, shortened as a whole
+    to the LONGEST of each; NaN where there are none."""
+    scaled, steps = slopes * UNITS[columns], np.full((len(columns), residual.shape[1]), np.nan)
+    square = scaled if len(residual) == len(columns) else scaled @ scaled.swapaxes(-1, -2)
+    regular = np.abs(np.linalg.det(square)) > 0.0
     if regular.any():
-        solved = np.linalg.solve(slopes[regular], -residual.T[regular][..., None])[..., 0].T
-        steps[:, regular] = solved / np.maximum(1.0, np.max(np.abs(solved) / longest[:, None], axis=0))
+        solved = np.linalg.solve(square[regular], -residual.T[regular][..., None])
+        if square is not scaled:
+            solved = scaled[regular].swapaxes(-1, -2) @ solved
+        solved = solved[..., 0].T * UNITS[columns][:, None]
+        steps[:, regular] = solved / np.maximum(
+            1.0, np.max(np.abs(solved) / LONGEST[columns][:, None], axis=0)
+        )
     return steps

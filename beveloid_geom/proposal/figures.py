@@ -16,13 +16,14 @@ and the least of them, over both flanks and both members, is the reserve of the 
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray, Mask
+from ..arrays import FLANK_SIGN, FloatArray, Mask, Quantity
 from ..design.model import Design, Member, Pair
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
@@ -36,8 +37,6 @@ THIN_END = 0.03
 """Modules by which tips may be deeper at the thin end of the face."""
 AMPLE_CLEARANCE = 0.1
 """Modules above half as many, which this estimate may be too great by."""
-NEAR_LINES = math.radians(3.0)
-"""Crossing angle from which flanks are no longer sensitive to errors for that."""
 FLANKS = tuple(FLANK_SIGN)
 AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.05
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
@@ -65,12 +64,14 @@ class Figures:
         return Figures(**{name: values[..., rows] for name, values in vars(self).items()})
 
 
-def laid_out(request: Request, values: FloatArray) -> tuple[Design, ClosedLayout]:
+def laid_out(
+    request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
+) -> tuple[Design, ClosedLayout]:
     """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset
     if there is one, are those that are asked for."""
     design, layout = pair_at(request.members, values)
-    offset = layout.offset if request.offset is None else np.full(layout.offset.shape, request.offset)
-    return Design(design.pinion, design.gear, Pair(offset, request.shaft_angle)), layout
+    offset = layout.offset if offset is None else np.broadcast_to(offset, layout.offset.shape)
+    return Design(design.pinion, design.gear, Pair(offset, shaft_angle)), layout
 
 
 def design_of(request: Request, values: FloatArray) -> Design:
@@ -86,14 +87,33 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-def outlook(request: Request, values: FloatArray) -> FloatArray:
-    """Find how likely pairs (7, n) are to have a reserve, (n,), from closed forms alone: flanks that cross at
-    an angle above NEAR_LINES, and tips that are not too deep at the thin end."""
+class Teeth(NamedTuple):
+    """Of pinion and gear (2, n): least clearance of the tips where they are deepest, mm, thinnest `tip`, mm,
+    and `margin` of undercut; the `reserve` that they leave (n,), -inf where one is not known."""
+
+    clearance: FloatArray
+    tip: FloatArray
+    margin: FloatArray
+    reserve: FloatArray
+
+    def take(self, rows: Mask) -> Teeth:
+        """Give those of some pairs."""
+        return Teeth(*(values[..., rows] for values in self))
+
+
+def teeth_of(request: Request, values: FloatArray) -> Teeth:
+    """Find what is known of the teeth of pairs (7, n) without their paths."""
     design, layout = pair_at(request.members, values)
-    angles = np.abs(np.stack([closed_normal(layout, flank, design.sense)[1] for flank in FLANKS]))
-    deep = THIN_END * float(request.members[0].tool.normal_module)
-    depth = np.maximum(-_lean(request, values, layout), 0.0) / deep
-    return np.asarray(np.minimum(angles.min(axis=0) / NEAR_LINES, 1.0) - depth)
+    module, members = float(request.members[0].tool.normal_module), design.members
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        tip = np.stack([_thinnest(member) for member in members])
+        margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
+    radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
+    height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
+    depth = radius - np.stack([root_radius(member, 0.0) for member in members])
+    clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_lean(request, values, layout))
+    links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
+    return Teeth(clearance, tip, margin, _least(links))
 
 
 def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
@@ -104,9 +124,16 @@ def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatAr
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def figures_of(request: Request, values: FloatArray) -> Figures:
-    """Find the figures of pairs (7, n)."""
-    design, layout = laid_out(request, values)
+def figures_of(
+    request: Request,
+    values: FloatArray,
+    teeth: Teeth,
+    offset: Quantity | None,
+    shaft_angle: Quantity,
+) -> Figures:
+    """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout
+    or in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
+    design, layout = laid_out(request, values, offset, shaft_angle)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
     normals = [closed_normal(layout, flank, sense) for flank in FLANKS]
@@ -116,30 +143,27 @@ def figures_of(request: Request, values: FloatArray) -> Figures:
             np.nanmax(_filled(shares_of_flank(design, one, usual_sizes())), axis=(-3, -2, -1))
             for one in found
         ]
-        tip = np.stack([_thinnest(member) for member in members])
-        margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
-    radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
-    height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
-    depth = radius - np.stack([root_radius(member, 0.0) for member in members])
     lean = _lean(request, values, layout)
-    clearance = (depth * cosine)[::-1] - height * cosine - np.abs(lean)
     ratio, share = np.stack([one.contact_ratio for one in found]), np.stack(shares)
     roots = np.stack([root_parameter(member) for member in members], axis=-1)
     left = np.stack([one.l[:, ::2] - roots[..., None, :] for one in found])
     (warned, _), (noted, _) = SENSITIVE
     links = (
         (ratio - 1.0) / AMPLE_RATIO,
-        tip / (AMPLE_TIP * module),
-        clearance / (AMPLE_CLEARANCE * module) - 0.5,
-        margin / AMPLE_MARGIN,
+        teeth.reserve[None],
         left.min(axis=(-2, -1)) / (AMPLE_DEPTH * module),
-        (warned - share) / (warned - noted),
-        1.0 - np.maximum(-lean, 0.0)[None] / (THIN_END * module),
+        np.where(layout.shaft_angle > 0.0, (warned - share) / (warned - noted), 1.0),  # no shift along lines
     )
-    least = [np.nan_to_num(link, nan=-np.inf).min(axis=0) for link in links]
-    reserve, possible = np.min(least, axis=0), np.min(least[:-1], axis=0) > 0.0
+    thin_end = 1.0 - np.maximum(-lean, 0.0) / (THIN_END * module)
+    possible = _least(links) > 0.0
+    reserve = np.minimum(_least(links), thin_end)
     normal_x, crossing = (np.stack([one[k] for one in normals]) for k in (0, 1))
-    return Figures(ratio, crossing, normal_x, share, clearance, tip, margin, reserve, possible)
+    return Figures(ratio, crossing, normal_x, share, *teeth[:3], reserve, possible)
+
+
+def _least(links: Sequence[FloatArray]) -> FloatArray:
+    """Find the least (n,) of links (..., n), -inf where one is not known."""
+    return np.asarray(np.min([np.where(np.isnan(link), -np.inf, link).min(axis=0) for link in links], axis=0))
 
 
 def _thinnest(member: Member) -> FloatArray:

@@ -23,28 +23,34 @@ from ..findings.path import loss_remarks
 from ..findings.remarks import NOTE, quiet
 from ..operation.certificate import certify
 from ..status import Verdict
-from .candidates import Candidates, candidates_of, given_of, limits_of, unknown_of, within
+from .candidates import (
+    Candidates,
+    candidates_of,
+    found_for_each,
+    given_of,
+    limits_of,
+    others_found,
+    unknown_of,
+    within,
+)
 from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, outlook
+from .figures import FLANKS, Figures, design_of, figures_of, teeth_of
 from .request import Request, faults_of
 
 MOST = 3
 """Proposals on one request, if no other number is asked for."""
-LOOKED_AT, PARTS = 64, 5
-"""Pairs of which the figures are found at once, and how often, until there is a proposal."""
 LITTLE = 0.1
 """Reserve up to which the estimates that it is made of are not relied on."""
-FAIR = 0.3
-"""Outlook from which pairs of least cones come first."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
-POSITIONS = 39
+POSITIONS = 15
 """Positions of a path at which something that touches earlier is looked for, the most that are searched one
 by one."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles and shifts of which proposals have at least one."""
-SHARES, HALVINGS = (0.03, 0.1, 0.3, 1.0), 3
-"""Of the greatest change of a number in search of a request that works, and how often the way is halved."""
+SHARES, BETWEEN, TRIES = (0.03, 0.1, 0.3, 1.0), 3, 3
+"""Of the greatest change of a number in search of a request that works, shares tried between two of them, and
+how many changes of which it is hoped are looked at whole."""
 TIE = math.radians(0.02)
 """Difference of the larger cone angle below which proposals of least cones are ranked by their reserve."""
 
@@ -91,23 +97,29 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     if faults := faults_of(request):
         raise DesignError(faults)
     found = candidates_of(request)
-    for part in range(PARTS):
-        if proposals := _chosen(request, found, most, part):
-            return proposals
-    if request.helix_angle is None and (proposals := _chosen(request, candidates_of(request, True), most)):
+    if proposals := _chosen(request, found, most):
         return proposals
-    raise Refused(_reason(request, found), _nearest(request))
+    others = others_found(request)
+    if proposals := _chosen(request, others, most):
+        return proposals
+    both = Candidates(np.concatenate((found.values, others.values), axis=1))
+    proposal, reason = _last(request, both)
+    if proposal is not None:
+        return (proposal,)
+    raise Refused(reason, _nearest(request))
 
 
-def _chosen(request: Request, found: Candidates, most: int, part: int = 0) -> tuple[Proposal, ...]:
-    """Choose among pairs that close, of which the first, second, ... LOOKED_AT are one `part`."""
-    if np.count_nonzero(within(request, found)) <= part * LOOKED_AT:
+def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
+    """Choose among pairs that close."""
+    if not within(request, found).any():
         return ()
-    values, figures = _looked_at(request, found, part)
+    values, figures = _looked_at(request, found)
     seen = _plain(values)
     chosen: list[int] = []
     doubtful = 0
     for k in _ranked(request, values, figures):
+        if chosen and figures.reserve[k] <= LITTLE:
+            break
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
         if _doubts(design_of(request, values[:, k]), float(figures.reserve[k])):
@@ -129,22 +141,22 @@ def _plain(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _looked_at(request: Request, found: Candidates, part: int = 0) -> tuple[FloatArray, Figures]:
-    """Give the pairs within the limits and their figures; if they are many those with the best outlook, or
-    of least cones with a fair one."""
+def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+    """Give the pairs within the limits and their figures; of those of sound teeth alone, if there are any."""
     values = found.values[:, within(request, found)]
-    keys: list[NDArray[Any]] = [-outlook(request, values)]
-    if request.least_cones:
-        keys = [np.abs(values[:2]).max(axis=0), keys[0] > -FAIR]
-    order = np.lexsort(keys)[part * LOOKED_AT : (part + 1) * LOOKED_AT]
-    return values[:, order], figures_of(request, values[:, order])
+    teeth = teeth_of(request, values)
+    sound = teeth.reserve > 0.0
+    sound |= ~sound.any()
+    values = values[:, sound]
+    return values, figures_of(request, values, teeth.take(sound), request.offset, request.shaft_angle)
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
     """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
-    equals that one is first whose drive flanks are nearer to line contact."""
+    equals that one is first whose drive flanks are nearer to line contact, then that of less helix."""
     drive = figures.crossing[FLANKS.index(request.flank)]
-    keys: list[NDArray[Any]] = [np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    helix = np.abs(values[2:4]).max(axis=0)
+    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
     if request.least_cones:
         keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
     return [int(k) for k in np.lexsort(keys) if figures.possible[k]]
@@ -153,30 +165,30 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
 def _doubts(design: Design, reserve: float) -> bool:
     """Tell whether there is something to warn of: of a pair with a reserve there only can be where contact is
     lost and where something touches earlier, of others all that `check` looks at."""
-    if reserve <= LITTLE:
-        return not quiet(findings_on(design, positions=POSITIONS))
     for flank in FLANKS:
         path = path_of_contact(design, flank, POSITIONS)
         earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
-        if earlier.any() or any(loss_remarks(path)):
+        if earlier.any() or (design.pair.shaft_angle > 0.0 and any(loss_remarks(path))):
             return True
-    return False
+    return reserve <= LITTLE and not quiet(findings_on(design, positions=POSITIONS))
 
 
-def _reason(request: Request, found: Candidates) -> str:
-    """Say why there is no proposal: no pair closes, the limits leave none, or the best has a warning."""
+def _last(request: Request, found: Candidates) -> tuple[Proposal | None, str]:
+    """Look at the pair with the best figures as `check` does, as these are estimates; or say why there is no
+    proposal: no pair closes, the limits leave none, or there is a warning."""
     if unknown_of(request) is None:
-        return "as much is given as there is to be found, and it does not fit together"
+        return None, "as much is given as there is to be found, and it does not fit together"
     if not found.values.size:
-        return "no pair closes like this"
+        return None, "no pair closes like this"
     if not within(request, found).any():
-        return _beyond(request, found.values)
+        return None, _beyond(request, found.values)
     values, figures = _looked_at(request, found)
     best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
-    warnings = (
-        remark.text for remark in findings_on(design_of(request, values[:, best])) if remark.level != NOTE
-    )
-    return f"each pair that closes like this has a warning, the best: {next(warnings)}"
+    design = design_of(request, values[:, best])
+    warnings = [remark.text for remark in findings_on(design, positions=POSITIONS) if remark.level != NOTE]
+    if not warnings:
+        return Proposal(design, figures.take([best])), ""
+    return None, f"each pair that closes like this has a warning, the best: {warnings[0]}"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
@@ -200,22 +212,43 @@ def _beyond(request: Request, values: FloatArray) -> str:
 def _nearest(request: Request) -> Request | None:
     """Find a request for which there is a pair, one number of it changed as little as goes; else the first
     that gives less."""
-    last = 0.0
-    for share in SHARES:
-        for change in changes_of(request):
-            if works(change(share)):
-                return _least(request, change, last, share)
-        last = share
+    tried = [(change, share) for share in SHARES for change in changes_of(request)]
+    for _ in range(TRIES):
+        if (first := _first_hopeful(request, tried)) is None:
+            break
+        change, share = tried[first]
+        tried = tried[first + 1 :]
+        fails = max((each for each in SHARES if each < share), default=0.0)
+        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + BETWEEN)[1:-1]]
+        least = _first_hopeful(request, nearer)
+        for reached in (share,) if least is None else (nearer[least][1], share):
+            for digits in (3, 5):
+                if works(changed := rounded(change(reached), request, digits)):
+                    return changed
     return next((other for other in others_of(request) if works(other)), None)
 
 
-def _least(request: Request, change: Change, fails: float, reached: float) -> Request:
-    """Halve the way between a share of a change that fails and one that works, and round what is found."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (fails + reached)
-        fails, reached = (fails, middle) if works(change(middle)) else (middle, reached)
-    found = change(reached)
-    return next((each for digits in (3, 4, 6) if works(each := rounded(found, request, digits))), found)
+def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int | None:
+    """Find the first of changes, with their shares, for which figures promise a pair."""
+    requests = [change(share) for change, share in tried]
+    numbers = [number for number, one in enumerate(requests) if not faults_of(one)]
+    changed = [requests[number] for number in numbers]
+    if not changed or unknown_of(request) is None:
+        return None
+    found, owner = found_for_each(changed)
+    kept = within(request, found)
+    values, owner = found.values[:, kept], owner[kept]
+    teeth = teeth_of(request, values)
+    sound = teeth.reserve > LITTLE
+    values, owner, teeth = values[:, sound], owner[sound], teeth.take(sound)
+    if not owner.size:
+        return None
+    shaft_angle = np.array([one.shaft_angle for one in changed])[owner]
+    offset = None
+    if request.offset is not None:
+        offset = np.array([one.offset for one in changed])[owner]
+    hopeful = owner[figures_of(request, values, teeth, offset, shaft_angle).reserve > LITTLE]
+    return numbers[int(hopeful.min())] if hopeful.size else None
 
 
 def works(request: Request) -> bool:

@@ -11,8 +11,6 @@ from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
 from ..design.limits import in_degrees, outside
 from ..design.model import Member, Tool
 
-LEAST_SHAFT_ANGLE = 0.5
-"""Deg: parallel axes are another task."""
 BACKLASH, MOST_BACKLASH = 0.04, 1.0
 """Modules of backlash if none is given, and at the most."""
 FACE = 10.0
@@ -81,11 +79,11 @@ _BACKLASH = Limit(
     0.0, MOST_BACKLASH, "modules", ((math.inf, "it is along the normal, usual are 0.02 to 0.1"),)
 )
 _SHAFT = Limit(
-    LEAST_SHAFT_ANGLE,
+    0.0,
     90.0,
     "deg",
     (
-        (LEAST_SHAFT_ANGLE, "axes that are parallel, or nearly, are not proposed"),
+        (0.0, "give its magnitude, 0 is parallel axes"),
         (math.inf, "it is the smaller angle of the two axes, take 180 deg less it"),
     ),
 )
@@ -117,11 +115,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
         ("helix_limits_deg", request.helix_limits, member["helix_angle"]),
         ("shift_limits", request.shift_limits, member["profile_shift"]),
     ]
-    for teeth in request.teeth:
-        if teeth < 0:
-            yield Fault("", "teeth", refused("be at least 1", teeth, INTERNAL))
-        elif text := number_fault(teeth, member["teeth"]):
-            yield Fault("", "teeth", text)
+    yield from teeth_faults(request.teeth)
     for key, values, limit in checks:
         for value in values:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
@@ -138,6 +132,15 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             yield Fault("", key, "must be the least value first, then the greatest")
 
 
+def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:
+    """Find numbers of teeth that no member has."""
+    for teeth in numbers:
+        if teeth < 0:
+            yield Fault("", "teeth", refused("be at least 1", teeth, INTERNAL))
+        elif text := number_fault(teeth, LIMITS["Member"]["teeth"]):
+            yield Fault("", "teeth", text)
+
+
 def _joint_faults(request: Request) -> Iterator[Fault]:
     """Find what does not go together."""
     given = [name for name in ("cone_angles", "crossing", "gear") if getattr(request, name) is not None]
@@ -148,6 +151,9 @@ def _joint_faults(request: Request) -> Iterator[Fault]:
     if len(given) != 1 and not crossed_gear and not alone:
         count = "nothing is given of" if not given else "too much is given of"
         yield Fault("", "", f"{count} the members: give one of {ways}")
+        return
+    if request.shaft_angle == 0.0:
+        yield from _parallel_faults(request)
         return
     if request.offset is None and (request.crossing is not None or request.gear is not None):
         yield Fault(
@@ -164,6 +170,25 @@ def _joint_faults(request: Request) -> Iterator[Fault]:
         yield from _cone_faults(request, request.cone_angles)
 
 
+def _parallel_faults(request: Request) -> Iterator[Fault]:
+    """Find what does not go with parallel axes, on which cones and helix angles of both members cancel."""
+    if request.offset == 0.0:
+        yield outside("", "offset", "be above 0 where the axes are parallel", 0.0, "or leave it out")
+    if request.crossing is not None:
+        text = "does not go with --shaft-angle-deg 0: flanks on parallel axes touch along lines, leave it out"
+        yield Fault("", "crossing_deg", text)
+    cure = "those of members on parallel axes cancel"
+    if request.cone_angles is not None and sum(request.cone_angles) != 0.0:
+        shown = " ".join(f"{in_degrees(cone):g}" for cone in request.cone_angles)
+        yield Fault("", "cones_deg", refused("be opposite where the axes are parallel", shown, cure))
+    gear, helix = request.gear, request.helix_angle
+    if gear is not None and helix is not None and helix != -gear.helix_angle:
+        limit = f"be {-in_degrees(gear.helix_angle):g} deg with this gear"
+        yield outside("", "helix_deg", limit, in_degrees(helix), cure)
+    if gear is not None:
+        yield from _gear_faults(request, gear)
+
+
 def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
     """Find what does not go with a gear that is given whole."""
     if request.teeth[1] != gear.teeth:
@@ -172,7 +197,7 @@ def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
         )
     if request.shifts is not None:
         yield Fault("", "shifts", "does not go with --gear, which has its own: use --shift-limits")
-    if request.helix_angle is None or request.offset is None:
+    if request.helix_angle is None or request.offset is None or request.shaft_angle == 0.0:
         return
     total, own = request.helix_angle + float(gear.helix_angle), -in_degrees(gear.helix_angle)
     if request.offset == 0.0 and abs(total) > CANCELLING:

@@ -67,6 +67,7 @@ COLUMNS: dict[str, Column] = {
     "tip_clearance": MM,
     "undercut_margin": Column(digits=3),
     "reserve": Column(digits=2),
+    "n_x": Column(),  # of a unit normal
     "force": Column("N", digits=2),
     "curvature": Column("1/mm", digits=7),
     "semi_axis": MM,

@@ -108,3 +108,20 @@ def test_check_prints_how_generators_cross() -> None:
         {"right": 2.2957, "left": 9.3266}, abs=5e-5
     )
     assert data["proposal"] is None
+
+
+def test_a_pair_on_parallel_axes_passes_check(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    asked = ("propose", "--module", "3", "--teeth", "25", "31", "--shaft-angle-deg", "0")
+    result = run(*asked, "--cones-deg", "3", "-3", "--count", "1", "--out", path)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "drive n x  " in result.stdout
+    assert "No warnings.\n" in run("check", path).stdout
+
+
+def test_teeth_are_refused_first() -> None:
+    line = refused("propose", "--teeth", "-25", "31")
+    assert line.startswith("Error: --teeth must be at least 1, got -25: internal gears are not covered")
+    assert refused("propose", "--module", "3", "--teeth", "25", "31").startswith(
+        "Error: --shaft-angle-deg is"
+    )

@@ -1,40 +1,111 @@
-"""Requests answered the long way: from many more starts and values tried, and every pair looked at."""
+"""Requests answered the long way, by a search that shares neither starts, nor unknowns, nor values tried with
+that of `proposal`: points spread evenly over all cones, helix angles and shifts within the limits, each moved
+the shortest way to where the pair closes as required, and the pairs looked at as `check` does."""
 
 from __future__ import annotations
 
-import numpy as np
-import pytest
+from math import radians
 
+import numpy as np
+from scipy.stats import qmc
+
+from beveloid_geom import Design
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.backlash import backlash_report
 from beveloid_geom.findings.remarks import quiet
-from beveloid_geom.proposal import candidates
-from beveloid_geom.proposal.candidates import candidates_of, within
-from beveloid_geom.proposal.figures import design_of, figures_of
+from beveloid_geom.pair.closing import closing_of
+from beveloid_geom.pair.crossing import closed_normal, crossing_as_mounted
+from beveloid_geom.proposal.conditions import pair_at
+from beveloid_geom.proposal.figures import design_of, figures_of, teeth_of
 from beveloid_geom.proposal.request import Request
 
-DENSE = {
-    "HELICES": np.radians(np.arange(-42.0, 43.0, 3.0)),
-    "SHIFTS": tuple(np.round(np.arange(-0.4, 0.81, 0.15), 3)),
-    "CONE_STARTS": np.radians([-12.0, -7.0, -3.0, 0.0, 3.0, 7.0, 12.0]),
-    "MANY": 99,
-}
-"""In place of the constants of `candidates`; all shifts are tried from all starts."""
-MOST_PAIRS, MOST_CHECKS = 1500, 30
-"""Pairs of which figures are found, and that are looked at as `check` does."""
+POINTS, SEED = 2**10, 15
+"""Points spread, a power of two, and by which seed."""
+SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
+"""Of cones, helix angles, shifts and pressure angle, in which a way is short."""
+STEPS, STEP, MET = 40, 1e-7, 1e-11
+MOST_CHECKS = 12
+"""Pairs that are looked at as `check` does, those of the best figures."""
 
 
-def grid_search_solves(request: Request, seed: int = 0) -> bool:
-    """Whether any pair on the grid passes `check` without warning."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in DENSE.items():
-            patch.setattr(candidates, name, value)
-        found = candidates_of(request)
-    values = found.values[:, within(request, found)]
-    order = np.random.default_rng(seed).permutation(values.shape[1])[:MOST_PAIRS]
-    if not order.size:
-        return False
-    values = values[:, order]
-    figures = figures_of(request, values)
+def pairs_on_grid(request: Request, points: int = POINTS) -> FloatArray:
+    """Pairs (7, n) within the limits that close as required."""
+    limits = (request.cone_limits,) * 2 + (request.helix_limits,) * 2 + (request.shift_limits,) * 2
+    low, high = np.array(limits).T[..., None]
+    spread = qmc.Sobol(8, seed=SEED).random(points).T
+    values = np.vstack((low + (high - low) * spread[:6], np.full((1, points), request.pressure_angle + 0.01)))
+    free = np.ones(7, bool)
+    for rows, given in (
+        ((0, 1), request.cone_angles),
+        ((2,), None if request.helix_angle is None else (request.helix_angle,)),
+        ((4, 5), request.shifts),
+        ((1, 3, 5), request.gear and [float(getattr(request.gear, n)) for n in OWN]),
+    ):
+        if given is not None:
+            values[list(rows)], free[list(rows)] = np.array(given)[:, None], False
+    signs = np.where(spread[6:] < 0.5, -1.0, 1.0)
+    values, met = _moved(request, values, signs, free)
+    inside = ((values[:6] > low - 1e-9) & (values[:6] < high + 1e-9)) | ~free[:6, None]
+    return values[:, met & inside.all(axis=0)]
+
+
+OWN = ("cone_angle", "helix_angle", "profile_shift")
+
+
+def _misses(request: Request, values: FloatArray, signs: FloatArray) -> FloatArray:
+    design, layout = pair_at(request.members, values)
+    if request.shaft_angle == 0.0:  # two conditions: axes of which both components vanish
+        misses = [layout.cone_angle.sum(axis=0), layout.helix_angle.sum(axis=0)]
+        distance = layout.working_radius.sum(axis=0)
+    else:
+        misses = [layout.shaft_angle - request.shaft_angle]
+        distance = signs[0] * design.sense * layout.offset
+    misses.append((layout.normal_backlash - request.backlash) / request.module)
+    if request.offset is not None:
+        misses.append((distance - request.offset) / request.module)
+    if request.crossing is not None and request.shaft_angle > 0.0:
+        angle = closed_normal(layout, request.flank, signs[0])[1]
+        misses.append(angle - signs[1] * request.crossing)
+    return np.stack(misses)
+
+
+def _moved(request: Request, values: FloatArray, signs: FloatArray, free: Mask) -> tuple[FloatArray, Mask]:
+    """Steps of least length towards all conditions at once, at the most as long as SCALE."""
+    columns = np.flatnonzero(free)
+    with np.errstate(all="ignore"):
+        for _ in range(STEPS):
+            shape = (7, 1 + columns.size, values.shape[1])
+            near = np.broadcast_to(values[:, None], shape).copy()
+            near[columns, np.arange(columns.size) + 1] += STEP
+            found = np.asarray(_misses(request, near, signs[:, None]))
+            slopes = (found[:, 1:] - found[:, :1]) / STEP * SCALE[columns, None]
+            slopes, miss = np.moveaxis(np.nan_to_num(slopes), -1, 0), np.nan_to_num(found[:, 0].T)
+            steps = -np.einsum("nfc,nc->fn", np.linalg.pinv(slopes, rcond=1e-10), miss)
+            values = values.copy()
+            values[columns] += SCALE[columns, None] * steps / np.maximum(1.0, np.abs(steps).max(axis=0))
+        found = _misses(request, values, signs)
+    return values, np.isfinite(found).all(axis=0) & (np.abs(found).max(axis=0) < MET)
+
+
+def answers(request: Request, design: Design) -> bool:
+    """Whether a pair is what is asked for: as required, and without warning."""
+    closing = closing_of(design)
+    met = abs(closing.normal_backlash - request.backlash) < 1e-6 and abs(closing.offset_difference) < 1e-6
+    if request.crossing is not None:
+        angle = abs(float(crossing_as_mounted(design, request.flank)))
+        met &= abs(angle - request.crossing) < radians(1e-4)
+    return bool(met) and quiet(findings_on(design, closing, backlash_report(design).jam))
+
+
+def grid_search_solves(request: Request) -> Design | None:
+    """A pair on the grid that passes `check` without warning, None without one."""
+    values = pairs_on_grid(request)
+    if not values.size:
+        return None
+    values = values[:, np.sort(np.unique(np.round(values, 4), axis=1, return_index=True)[1])]
+    figures = figures_of(request, values, teeth_of(request, values), request.offset, request.shaft_angle)
     possible = np.flatnonzero(figures.possible)
     best = possible[np.argsort(-figures.reserve[possible])][:MOST_CHECKS]
-    return any(quiet(findings_on(design_of(request, values[:, k]))) for k in best)
+    tried = (design_of(request, values[:, k]) for k in best)
+    return next((design for design in tried if answers(request, design)), None)

@@ -11,7 +11,7 @@ import numpy as np
 from beveloid_geom import Member, Tool
 from beveloid_geom.proposal.request import Request
 
-KINDS = ("cones", "cones at an offset", "crossing", "least cones", "intersecting", "gear held")
+KINDS = ("cones", "cones at an offset", "crossing", "least cones", "intersecting", "gear held", "parallel")
 
 
 def random_requests(count: int, seed: int) -> Iterator[Request]:
@@ -33,6 +33,8 @@ def random_request(rng: np.random.Generator, kind: str) -> Request:
     helix = float(rng.uniform(-30.0, 30.0))
     reach = 0.5 * module * (teeth[0] / cos(radians(helix)) + teeth[1] / cos(radians(shaft - helix)))
     offset: float | None = float(reach * rng.uniform(0.85, 1.1))
+    if kind == "parallel":
+        return parallel_request(rng, tool, teeth, radians(helix))
     face = module * float(rng.uniform(6.0, 12.0))
     more: dict[str, Any] = {}
     cones = rng.uniform(-2.0, 7.0, 2)
@@ -67,3 +69,20 @@ def random_request(rng: np.random.Generator, kind: str) -> Request:
     backlash = module * float(rng.uniform(0.01, 0.08))
     flank = str(rng.choice(["right", "left"]))
     return Request(module, teeth, (face, face), radians(shaft), backlash, offset, flank, **more)
+
+
+def parallel_request(rng: np.random.Generator, tool: Tool, teeth: tuple[int, int], helix: float) -> Request:
+    """One on parallel axes: opposite cones, least cones or a gear that is given, with an offset or none."""
+    module, face, drawn = float(tool.normal_module), float(tool.normal_module) * 8.0, rng.random()
+    cone, shift = radians(float(rng.uniform(0.0, 6.0))), float(rng.uniform(-0.3, 0.3))
+    offset = 0.5 * module * sum(teeth) / cos(helix) * float(rng.uniform(0.97, 1.04))
+    free = rng.random() < 0.5
+    more: dict[str, Any] = {"least_cones": True}
+    if drawn < 0.4:
+        more = {"cone_angles": (cone, -cone)}
+    elif drawn < 0.6:
+        more = {"gear": Member(tool, teeth[1], -helix, -cone, shift, face)}
+    if drawn < 0.2 or drawn > 0.8:
+        more["helix_angle"] = helix
+    backlash, flank = module * float(rng.uniform(0.01, 0.08)), str(rng.choice(["right", "left"]))
+    return Request(module, teeth, (face, face), 0.0, backlash, None if free else offset, flank, **more)

@@ -66,9 +66,9 @@ def test_table_1_is_proposed_first() -> None:
     proposals = propose(TABLE1)
     assert_sound(TABLE1, proposals)
     pinion, gear = proposals[0].design.members
-    assert degrees(pinion.cone_angle) == pytest.approx(3.0, abs=0.13)
-    assert degrees(gear.cone_angle) == pytest.approx(0.8, abs=0.1)
-    assert degrees(gear.helix_angle) == pytest.approx(-10.57, abs=0.03)
+    assert degrees(pinion.cone_angle) == pytest.approx(2.8793, abs=1e-4)
+    assert degrees(gear.cone_angle) == pytest.approx(0.8974, abs=1e-4)
+    assert degrees(gear.helix_angle) == pytest.approx(-10.5610, abs=1e-4)
     assert degrees(crossing_as_mounted(proposals[0].design, "right")) == pytest.approx(2.2957, abs=1e-9)
 
 
@@ -139,6 +139,70 @@ def test_what_runs_off_is_refused_with_the_nearest_that_works() -> None:
     assert "the nearest that works: --crossing-deg 3.9" in line
 
 
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_line_contact_beyond_the_limits_is_refused_with_the_nearest_crossing(flank: str) -> None:
+    """On Table 1's layout generators of flanks that touch along lines take cones of 22 and 14 deg."""
+    request = replace(TABLE1, flank=flank, crossing=0.0)
+    with pytest.raises(Refused, match=r"it would take cone angles of -?22.1 and -?1\d") as refused:
+        propose(request)
+    nearest = refused.value.nearest
+    assert nearest is not None
+    assert nearest == replace(request, crossing=nearest.crossing)
+    assert radians(1.0) < (nearest.crossing or 0.0) < radians(2.2957)
+    assert_sound(nearest, propose(nearest, 1))
+
+
+PARALLEL = replace(FIRST, shaft_angle=0.0, cone_angles=(radians(3.0), radians(-3.0)))
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        PARALLEL,
+        replace(PARALLEL, offset=118.0, flank="left"),
+        replace(PARALLEL, cone_angles=None, least_cones=True, helix_angle=radians(-12.0)),
+        replace(MARINE, shaft_angle=0.0, offset=265.0),
+    ],
+    ids=["cones", "offset", "least cones", "gear held"],
+)
+def test_pairs_on_parallel_axes(request_: Request) -> None:
+    proposals = propose(request_, 2)
+    assert len(proposals) == (2 if request_.gear is None else 1)
+    assert_sound(request_, proposals)
+    for one in proposals:
+        assert float(one.design.pair.shaft_angle) == request_.shaft_angle
+        assert request_.offset in (None, float(one.design.pair.offset))
+        if request_.least_cones:
+            assert [float(member.cone_angle) for member in one.design.members] == [0.0, 0.0]
+
+
+def test_of_equals_that_of_least_helix_is_first() -> None:
+    """On parallel axes nothing crosses, and of many pairs nothing is left to be said."""
+    proposals = propose(replace(PARALLEL, cone_angles=None, least_cones=True))
+    assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * MOST
+    helices = [abs(float(one.design.pinion.helix_angle)) for one in proposals]
+    assert helices == sorted(helices)
+    assert degrees(helices[0]) < 6.0
+
+
+@pytest.mark.parametrize("number", [3, 9, 32])
+def test_pairs_near_the_limits_are_found(number: int) -> None:
+    """Of these requests all pairs without warning lie in a corner of the limits, or on a short piece of a
+    curve, where none of round values is; of the second one is close that cuts, which figures do not tell."""
+    request = list(random_requests(number + 1, seed=1))[number]
+    assert_sound(request, propose(request, 1))
+
+
+def test_nearly_parallel_axes_are_led_to_parallel_ones() -> None:
+    """At 0.1 deg an error of 0.01 deg moves a path by metres."""
+    request = replace(PARALLEL, shaft_angle=radians(0.1), cone_angles=None, least_cones=True)
+    with pytest.raises(Refused, match="sensitive to errors") as refused:
+        propose(request)
+    nearest = refused.value.nearest
+    assert nearest == replace(request, shaft_angle=0.0)
+    assert_sound(nearest, propose(nearest, 1))
+
+
 def test_limits_that_leave_none_are_named() -> None:
     request = replace(TABLE1, cone_limits=Bounds(0.0, radians(2.0)))
     with pytest.raises(
@@ -151,7 +215,23 @@ BAD = {
     "internal gear": (replace(FIRST, teeth=(25, -61)), "teeth must be at least 1, got -61: internal gears"),
     "parallel axes": (
         replace(FIRST, shaft_angle=0.0),
-        "shaft_angle_deg must be between 0.5 and 90 deg, got 0",
+        "cones_deg must be opposite where the axes are parallel, got '3 5'",
+    ),
+    "parallel axes that meet": (
+        replace(FIRST, shaft_angle=0.0, offset=0.0, cone_angles=(0.0, 0.0)),
+        "offset must be above 0 where the axes are parallel, got 0.0",
+    ),
+    "crossing of parallel axes": (
+        replace(TABLE1, shaft_angle=0.0),
+        "crossing_deg does not go with --shaft-angle-deg 0: flanks on parallel axes touch along lines",
+    ),
+    "hands on parallel axes": (
+        replace(MARINE, shaft_angle=0.0, helix_angle=radians(15.5)),
+        "helix_deg must be 15 deg with this gear, got 15.5",
+    ),
+    "past parallel": (
+        replace(FIRST, shaft_angle=-0.1),
+        "shaft_angle_deg must be between 0 and 90 deg, got -5.72958: give its magnitude",
     ),
     "90 deg": (
         replace(FIRST, shaft_angle=radians(90.0), offset=0.0),
@@ -222,26 +302,35 @@ def test_every_kind_of_request_is_answered(name: str) -> None:
 
 
 def refused(request: Request) -> Refused | None:
-    """Why a request is refused, None where its proposals are sound or it cannot be meant."""
+    """Why a request is refused, in a line with the nearest request that works, which does; None where its
+    proposals are sound or it cannot be meant."""
     try:
-        assert_sound(request, propose(request))
+        proposals = propose(request)
+    except DesignError:
+        return None
     except Refused as error:
-        return error
-    except DesignError as error:
-        return None if len(error.parts) == 1 else Refused("several faults", None)
-    return None
+        found = error
+    else:
+        assert_sound(request, proposals)
+        return None
+    assert found.nearest is not None
+    assert "\n" not in refusal(request, found.reason, found.nearest)
+    assert_sound(found.nearest, propose(found.nearest, 1))
+    return found
+
+
+def test_answers_have_no_warning_and_refusals_a_request_that_works() -> None:
+    outcomes = [refused(request) for request in random_requests(8, seed=4)]
+    assert None in outcomes
+    assert any(outcomes)
 
 
 @pytest.mark.slow
 def test_random_requests() -> None:
-    """What a grid search solves is solved, at least 95 of 100; answers have no warning; refusals are a line
-    with a request that works."""
-    requests = list(random_requests(18, seed=7))
-    refusals = {k: error for k, request in enumerate(requests) if (error := refused(request))}
-    for k, error in refusals.items():
-        assert error.nearest is not None
-        assert "\n" not in refusal(requests[k], error.reason, error.nearest)
-    looked_at = [k for k in refusals if k % 5 == 0]
-    missed = sum(grid_search_solves(requests[k]) for k in looked_at)
-    assert looked_at
-    assert missed * len(refusals) / len(looked_at) <= 0.05 * (len(requests) - len(refusals))
+    """What a grid search solves is solved, at least 95 of 100; `whole_run` does the same with as many as one
+    likes."""
+    requests = list(random_requests(42, seed=7))
+    refusals = [request for request in requests if refused(request)]
+    assert len(refusals) > 5
+    missed = sum(grid_search_solves(request) is not None for request in refusals)
+    assert missed <= 0.05 * (len(requests) - len(refusals))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from ...options import SIDES, Refusal, block, load_design, option, option_name
 from ...results import named, show
 
 if TYPE_CHECKING:
+    from ....design.field_limits import Fault
     from ....proposal.request import Request
 
 TWO = (float, float)
@@ -31,7 +32,7 @@ PATH = click.Path(path_type=Path)
 OPTIONS = block(
     option("--module", float, None, MODULE, "MM"),
     click.option("--teeth", type=(int, int), required=True, metavar="N1 N2", help="Of pinion and gear."),
-    option("--shaft-angle-deg", float, None, "Angle of the axes, from 0.5 deg; needed.", "DEG"),
+    option("--shaft-angle-deg", float, None, "Angle of the axes, 0: they are parallel; needed.", "DEG"),
     option("--offset", float, None, OFFSET, "MM"),
     option("--backlash", float, None, BACKLASH, "MM"),
     option("--flank", SIDES, "right", "Drive flanks; the others coast."),
@@ -85,10 +86,7 @@ def propose(
     try:
         report = ProposalReport(request, propose_on(request, count), source)
     except DesignError as error:
-        raise Refusal(
-            " ".join(part for part in (fault.key and option_name(fault.key), fault.text) if part)
-            for fault in error.parts
-        ) from None
+        raise refused(error.parts) from None
     except Refused as error:
         raise Refusal([refusal(request, error.reason, error.nearest)]) from None
     if out is not None:
@@ -98,8 +96,10 @@ def propose(
 
 def request_of(source: str, **given: Any) -> Request:
     """Make the request of the options, angles in rad. Raises Refusal for what is missing."""
-    from ....proposal.request import BACKLASH, FACE, Bounds, Request
+    from ....proposal.request import BACKLASH, FACE, Bounds, Request, teeth_faults
 
+    if faults := tuple(teeth_faults(given["teeth"])):
+        raise refused(faults)
     gear = load_design(source).gear if source else None
     module = given["module"] if gear is None else float(gear.tool.normal_module)
     needed = {"--module": module, "--shaft-angle-deg": given["shaft_angle_deg"]}
@@ -135,6 +135,12 @@ def request_of(source: str, **given: Any) -> Request:
         helix_limits=Bounds(*angles("helix_limits_deg")),
         shift_limits=Bounds(*given["shift_limits"]),
     )
+
+
+def refused(faults: Iterable[Fault]) -> Refusal:
+    """Make the refusal of faults, by the options' names."""
+    named_faults = ((fault.key and option_name(fault.key), fault.text) for fault in faults)
+    return Refusal(" ".join(part for part in parts if part) for parts in named_faults)
 
 
 def write(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
