@@ -147,7 +147,7 @@ def write_surface_part(request: Request, path: Path, bar: Any) -> str:
 def write_volume_part(request: Request, path: Path, bar: Any) -> str:
     """Build and write hexahedra; what is to be told about them."""
     from ..export import parts
-    from ..export.volumes import write_volume
+    from ..export.fea.volumes import write_volume
     from ..shapes.elements import element_shapes
     from ..shapes.hexahedra import tooth_hexahedra
     from ..shapes.outline import counted

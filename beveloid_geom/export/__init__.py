@@ -3,7 +3,7 @@
 Libraries write all formats but three. Without VTK none writes triangles as .vtp (pyevtk has points
 and lines), so `vtp` does. meshio's .inp has neither surfaces nor loads and calls its hexahedra
 C3D8RH, and its .bdf cannot hold negative coordinates of twelve digits nor name an element of 20
-nodes as Nastran does: hence `abaqus` and `nastran`.
+nodes as Nastran does: hence `fea.abaqus` and `fea.nastran`.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ SURFACE_FORMATS = {
 }
 """Of triangles: a writer takes a `SurfaceMesh`, the path, and a title."""
 VOLUME_FORMATS = {
-    ".inp": Format("abaqus:write_deck", "CalculiX, Abaqus"),
-    ".msh": Format("volumes:write_msh", "Gmsh"),
-    ".bdf": Format("nastran:write_bulk", "Nastran"),
-    ".vtu": Format("volumes:write_vtu", "ParaView"),
+    ".inp": Format("fea.abaqus:write_deck", "CalculiX, Abaqus"),
+    ".msh": Format("fea.volumes:write_msh", "Gmsh"),
+    ".bdf": Format("fea.nastran:write_bulk", "Nastran"),
+    ".vtu": Format("fea.volumes:write_vtu", "ParaView"),
 }
 """Of hexahedra: a writer takes the path, a `VolumeMesh`, the element, a `LoadCase` or None, and lines of
 comment."""

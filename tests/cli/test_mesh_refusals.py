@@ -210,7 +210,7 @@ def test_a_failed_write_of_hexahedra(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("beveloid_geom.export.volumes.write_volume", full)
+    monkeypatch.setattr("beveloid_geom.export.fea.volumes.write_volume", full)
     line = refused("--part", "pinion-tooth", *COARSE, "--out", tmp_path / "a.msh")
     assert (
         line == f"Error: cannot write {tmp_path / 'a.msh'} (No space left on device): choose another --out\n"

@@ -16,9 +16,9 @@ import pytest
 from beveloid_geom import Design, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.export.abaqus import FIXED_SETS, LoadCase
+from beveloid_geom.export.fea.abaqus import FIXED_SETS, LoadCase
+from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
-from beveloid_geom.export.volumes import write_volume
 from beveloid_geom.shapes.elements import VolumeMesh
 from beveloid_geom.shapes.hexahedra import Cells
 from tests.oracle.table1 import table1

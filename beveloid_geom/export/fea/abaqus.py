@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, Indices
-from ..export import identifier
-from ..shapes.elements import VolumeMesh
-from ..shapes.hexahedra import ELEMENTS
+from ...arrays import FloatArray, Indices
+from ...export import identifier
+from ...shapes.elements import VolumeMesh
+from ...shapes.hexahedra import ELEMENTS
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG
 
