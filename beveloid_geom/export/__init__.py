@@ -40,6 +40,8 @@ VOLUME_FORMATS = {
 }
 """Of hexahedra: a writer takes the path, a `VolumeMesh`, the element, a `LoadCase` or None, and lines of
 comment."""
+CONTACT_FORMATS = {".inp": Format("fea.pair_deck:write_pair_deck", "CalculiX, Abaqus")}
+"""Of the pair in contact: a writer takes the path, a design, a `PairMesh`, the torque, and comment."""
 CAD_FORMATS = {
     ".step": Format("step:write_step", "CAD"),
     ".stp": Format("step:write_step", "CAD"),

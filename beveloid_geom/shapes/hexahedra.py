@@ -161,8 +161,8 @@ def tooth_hexahedra(
     Raises
     ------
     ValueError
-        For a number of teeth the gear has not, more than MAX_NODES, elements out of shape (LEAST_SHAPE), cells
-        that do not fit to those of the next tooth, and as `cut_sheets`, `bore_of` and `section_of`.
+        For a number of teeth the gear has not, more than MAX_NODES, elements out of shape (LEAST_SHAPE),
+        cells that do not fit to those of the next tooth, and as `cut_sheets`, `bore_of` and `section_of`.
     """
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
