@@ -15,13 +15,17 @@ import pytest
 
 from beveloid_geom import Design
 from beveloid_geom.contact.ellipse import relative_curvature
+from beveloid_geom.contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse
 from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.export.fea.load import ContactPlace, contact_load
 from beveloid_geom.export.fea.pair_deck import write_pair_deck
 from beveloid_geom.export.fea.pair_mesh import PairMesh, lever_of, pair_mesh
 from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
+from beveloid_geom.operation.certificate import certify
 from beveloid_geom.shapes.elements import face_nodes
 from beveloid_geom.shapes.hexahedra import Cells
+from beveloid_geom.status import Verdict
+from tests.export.fea.test_calculix import field, mises
 from tests.oracle.table1 import table1
 
 CCX = shutil.which("ccx") or ""
@@ -160,3 +164,48 @@ def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, beside:
     assert (found.share > 0.01).sum() == (1 if beside == 0.0 else 2)
     assert found.share.sum() == pytest.approx(1.0, abs=1e-12)
     assert found.turn > 0.0
+
+
+@with_ccx
+def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
+    """At 1 % the pinion has turned on by less than 1 um at its pitch circle; in proportion to the load, less
+    what the width of the contact takes away."""
+    pair = meshed()
+    light = solved(tmp_path, pair, 0.01 * FORCE)
+    assert 0.0 < light.turn * 96.9 < 1e-3
+
+
+@with_ccx
+@pytest.mark.slow
+def test_pressure_is_hertz_s_and_where_the_path_has_it(tmp_path: Path) -> None:
+    """On left flanks 20 mm wide, whose ellipse is as long as these: 0.995 of Hertz's greatest pressure, its
+    centre 0.3 mm beside the certified contact."""
+    design = table1()
+    pinion, gear = (replace(one, face_width=20.0) for one in design.members)
+    design, force = replace(design, pinion=pinion, gear=gear), 8000.0
+    pose = meshing_pair(design, "left")
+    assert certify(pose.path).verdict[1] == Verdict.FIRST_CONTACT
+    pair = pair_mesh(design, pose, teeth=1, force=force, cells=Cells(1, 2, 4, 4, 6), bore_radius=80.0)
+    found = solved(tmp_path, pair, force, design)
+    assert np.linalg.norm(found.centre[0] - pose.contact) < 1.0
+    curvature = relative_curvature(pose.path).curvature[1]
+    expected = float(hertz_ellipse(curvature, force, contact_modulus(YOUNG, POISSON)).pressure)
+    pressure = field(tmp_path / "pair.frd", "CONTACT")[:, 3]
+    assert pressure.max() == pytest.approx(expected, rel=0.1)
+
+
+@with_ccx
+@pytest.mark.slow
+def test_fillet_stress_converges(tmp_path: Path) -> None:
+    """Greatest von Mises stress of the nodes of the loaded side's fillet, over three meshes."""
+    found = []
+    for cells in (Cells(1, 2, 3, 2, 2), Cells(1, 4, 4, 4, 4), Cells(1, 6, 6, 6, 6)):
+        design = narrow()
+        pose = meshing_pair(design)
+        pair = pair_mesh(design, pose, force=FORCE, cells=cells, across=1.0, bore_radius=82.0)
+        solved(tmp_path, pair)
+        stress = mises(tmp_path / "pair.frd")
+        found.append(float(stress[pair.mesh.node_sets["pinion right fillet 2"]].max()))
+    coarse, middle, fine = found
+    assert abs(fine - middle) < 0.5 * abs(middle - coarse)
+    assert fine == pytest.approx(middle, rel=0.05)
