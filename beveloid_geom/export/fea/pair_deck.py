@@ -22,8 +22,8 @@ from .abaqus import STEEL, write_model
 from .pair_mesh import ELEMENT, PairMesh, lever_of
 
 PENALTY = 1e6
-"""N/mm^3: contact that gives way by 1 um at 1000 MPa. With ten times as much pressures are patchy: elements so much
-longer than the ellipse is wide follow neither flank nor indentation within 0.1 um."""
+"""N/mm^3: contact that gives way by 1 um at 1000 MPa. With ten times as much pressures are patchy: elements
+that are much longer than wide follow neither flank nor indentation within 0.1 um."""
 STIFFNESS = 14e3
 """N/mm^2: of teeth in mesh for each mm of face (ISO 6336-1), to guess how far the pinion turns."""
 LEAD = "pair in contact: "

@@ -125,27 +125,21 @@ def pair_mesh(
         raise UnknownOperationError(f"the first contact of the {pose.flank} flanks is not known ({status})")
     rolls = np.array([roll, float(first.gear_roll[0])])
     frames = frames_at(design, *rolls)
-    fine = _touching(design, pose, roll, range(-(teeth // 2), teeth // 2 + 1), BESIDE)
     size = _contact_size(design, pose, force)
-    step = size[1] / across
+    fine = _touching(design, pose, roll, range(-(teeth // 2), teeth // 2 + 1), BESIDE).tolist()
     meshes, steps = [], []
-    for number, (member, frame) in enumerate(zip(design.members, frames, strict=True)):
-        depth = _depth(member, pose.flank)
+    for member, frame, own in zip(design.members, frames, (fine, fine[::-1]), strict=True):
+        coarse = _coarse(member, size[0]) if cells is None else cells
         if tolerance is not None:
             coarse = cells_of(member, tolerance)
-        else:
-            coarse = _coarse(member, size[0]) if cells is None else cells
-        rows = max(coarse.flank, min(int(np.ceil(depth / step)), MOST_ROWS))
-        own = [
-            replace(coarse, flank=rows) if one else coarse for one in (fine if number == 0 else fine[::-1])
-        ]
-        meshes.append(_placed(member, own, bore_radius, frame))
+        depth = _depth(member, pose.flank)
+        rows = max(coarse.flank, min(int(np.ceil(across * depth / size[1])), MOST_ROWS))
+        each = [replace(coarse, flank=rows) if touches else coarse for touches in own]
+        meshes.append(_placed(member, each, bore_radius, frame))
         steps.append(depth / rows)
     names = [f"{pose.flank} flank" + (f" {k}" if teeth > 1 else "") for k in range(1, teeth + 1)]
-    contacts = tuple(
-        (f"{MEMBERS[0]} {one}", f"{MEMBERS[1]} {other}")
-        for one, other in zip(names, names[::-1], strict=True)
-    )
+    pinion, gear = ([f"{member} {name}" for name in names] for member in MEMBERS)
+    contacts = tuple(zip(pinion, gear[::-1], strict=True))
     return PairMesh(pose.flank, rolls, frames, _both(meshes, frames), contacts, size[1] / max(steps))
 
 

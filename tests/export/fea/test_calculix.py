@@ -127,7 +127,7 @@ def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: st
 
 
 def field(results: Path, name: str) -> FloatArray:
-    """The last field of this name (n, 6) at the nodes, in the order of their numbers, in CalculiX's results."""
+    """The last field of this name (n, 6) at the nodes, by their numbers, in CalculiX's file of results."""
     found: dict[int, list[float]] = {}
     wanted = False
     for line in results.read_text().splitlines():

@@ -244,6 +244,9 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
     Surfaces for ParaView have exact normals and fields. Hexahedra have named sets, and as .inp a load and
     supports, ready to run. Lengths are mm, in the gear's own frame; the pair, and what is --placed, stands in
     S_f (z along the pinion's axis, x along the common perpendicular) in the middle of its path of contact.
+
+    Of the pair in contact the gear is held and a torque turns the pinion; what ccx finds over a pitch
+    `render-figures --loaded` draws.
     """
     if not (given["frames"] and given["part"] is None and given["out"] is None):
         require_part_and_out(context)
