@@ -18,7 +18,7 @@ from beveloid_geom.cli.commands.workshop.grid import grid_options, measured_repo
 from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, block, load_design, write_out
 from beveloid_geom.support.whole_file import whole_file
 
-from .figures import FIGURES, MEASURED, SETS, UNASKED, Figure
+from .figures import FIGURES, LOADED, MEASURED, SETS, UNASKED, Figure
 from .options import (
     MOST_UNASKED,
     command,
@@ -35,12 +35,17 @@ if TYPE_CHECKING:
     from beveloid_geom import Design
     from beveloid_geom.report.workshop.grid import DeviationReport
 
+    from .figures.results.load_sharing import Loaded
     from .stage.theme import Page
 
 DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
 """Widths of a page in print, mm."""
 MEASURED_HELP = "Draw the deviations of measured points instead: a file of the grid asked for, as of `grid`."
+LOADED_HELP = (
+    "Draw load sharing and transmission error instead, of the decks that `mesh --part pair --rolls` wrote for"
+    " this --out and CalculiX has solved."
+)
 
 
 def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
@@ -65,11 +70,11 @@ class Made:
 
 @dataclass(frozen=True)
 class Job:
-    """A figure of a design, or of measured points, to be made: which `flank`, if it shows one, how it is laid
-    out, and the `form` of its file, one of `files.FORMATS`."""
+    """A figure of a design, measured points or loaded teeth to be made: which `flank`, if it shows one,
+    how it is laid out, and the `form` of its file, one of `files.FORMATS`."""
 
     figure: Figure
-    design: Design | DeviationReport
+    design: Design | DeviationReport | Loaded
     flank: str
     layout: Layout
     form: str
@@ -137,6 +142,19 @@ def write_figure(name: str, found: Made, folder: Path) -> None:
             beside.write_bytes(content)
 
 
+def solved_decks(design: Design, path: Path) -> Loaded:
+    """Read what CalculiX found for the decks of a pair in contact. Raises Refusal."""
+    from .figures.results.load_sharing import loaded_pair
+
+    try:
+        return loaded_pair(design, path)
+    except ValueError as error:
+        raise Refusal([f"--loaded: {error}"]) from None
+    except OSError as error:
+        file = click.format_filename(error.filename or path)
+        raise Refusal([f"--loaded: cannot read {file} ({error.strerror or error}): run ccx first"]) from None
+
+
 def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not context.resilient_parsing:
         write_out("".join(f"{figure.name}  {figure.set:7}  {figure.title}\n" for figure in FIGURES))
@@ -188,6 +206,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     help="Flanks of figures that show one; those of the left end in -left.",
 )
 @option("--measured", click.Path(path_type=Path), None, MEASURED_HELP, "FILE")
+@option("--loaded", click.Path(path_type=Path), None, LOADED_HELP, "FILE")
 @block(*grid_options)
 @click.option(
     "--jobs",
@@ -207,6 +226,7 @@ def main(
     design: str,
     flank: str,
     measured: Path | None,
+    loaded: Path | None,
     jobs: int,
     **grid: Any,
 ) -> None:
@@ -216,11 +236,18 @@ def main(
     if width_mm is not None and asked == ParameterSource.COMMANDLINE:
         raise Refusal(["--size and --width-mm cannot both be given: either lays out the page"])
     layout = of_size(size, plain) if width_mm is None else of_width(width_mm, plain)
-    if measured is not None and (names or sets):
-        raise Refusal(["--measured draws a figure of its own: leave out --only and --set"])
-    figures = [MEASURED] if measured is not None else chosen_figures(names, sets)
-    loaded = load_design(design)
-    shown = loaded if measured is None else measured_report(design, loaded, measured, **grid)
+    if sum((measured is not None, loaded is not None, bool(names or sets))) > 1:
+        raise Refusal(
+            ["--measured and --loaded draw a figure of their own: leave out --only, --set and the other"]
+        )
+    given = load_design(design)
+    shown: Design | DeviationReport | Loaded = given
+    if measured is not None:
+        figures, shown = [MEASURED], measured_report(design, given, measured, **grid)
+    elif loaded is not None:
+        figures, shown = [LOADED], solved_decks(given, loaded)
+    else:
+        figures = chosen_figures(names, sets)
 
     from tqdm import tqdm
 

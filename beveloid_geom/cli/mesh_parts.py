@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,13 @@ import click
 from ..export import (
     ASSEMBLY_FORMATS,
     CAD_FORMATS,
+    CONTACT_FORMATS,
     FIELD_FORMATS,
     FIXED_FRAME,
     MEMBERS,
     OWN_FRAME,
     SCENE_FORMATS,
+    UNITS,
     writer_of,
 )
 
@@ -27,6 +30,8 @@ if TYPE_CHECKING:
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
 UNRESOLVED = "stresses at the contact are not resolved, those of the fillet are"
 """By the mesh, under the pressure of a load."""
+PRESSED = 20e3
+"""N between the teeth of a pair of 6 mm module: its default load goes with the square of the module."""
 HELD = "held at its cut sides: take --teeth 3 for stresses"
 """Of a loaded tooth without a neighbour on both sides, which is too stiff."""
 
@@ -34,8 +39,9 @@ HELD = "held at its cut sides: take --teeth 3 for stresses"
 @dataclass(frozen=True)
 class Request:
     """What is to be written: a `part` of a `design` from the file `source`, as a 'surface', 'volume',
-    'solid' or 'scene' in the format `suffix`; lengths in mm, the `load` in N; `placed`: in S_f as in mesh,
-    not in the gear's own frame."""
+    'contact', 'solid' or 'scene' in the format `suffix`; lengths in mm, the `load` in N, the `torque` in N m;
+    elements `across` the contact; `rolls`: how many over a pitch, in place of one; `placed`: in S_f as in
+    mesh, not in the gear's own frame."""
 
     source: str
     design: Design
@@ -43,12 +49,16 @@ class Request:
     kind: str
     part: str
     out: Path
-    tolerance: float
+    tolerance: float | None
     flank: str
     teeth: int
     bore_radius: float | None
     element: str
     load: float
+    torque: float | None
+    across: float
+    roll_deg: float | None
+    rolls: int | None
     placed: bool
     fields: tuple[str, ...]
 
@@ -68,6 +78,12 @@ class Request:
         return self.teeth if self.part in TEETH else None
 
     @property
+    def within(self) -> float:
+        """The tolerance, mm, which only the pair in contact can do without."""
+        assert self.tolerance is not None
+        return self.tolerance
+
+    @property
     def posed(self) -> bool:
         """Whether the contact of the flanks is asked for."""
         return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
@@ -81,6 +97,23 @@ class Request:
     def frame(self) -> Frame | None:
         """The frame in which a single part is written, None for its own."""
         return self.pose.frames[self.number] if self.pose is not None and self.placed else None
+
+    @property
+    def each(self) -> list[Request]:
+        """The same by roll of the pinion, if several are asked for: files with numbers."""
+        if self.rolls is None:
+            return [self]
+        assert self.pose is not None  # of a pair
+        pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(self.pose.roll[0]))
+        digits = len(str(self.rolls))
+        return [
+            replace(
+                self,
+                out=self.out.with_stem(f"{self.out.stem}-{k + 1:0{digits}}"),
+                roll_deg=middle + pitch * ((k + 0.5) / self.rolls - 0.5),
+            )
+            for k in range(self.rolls)
+        ]
 
 
 def pose(design: Design, flank: str) -> MeshingPair:
@@ -123,7 +156,7 @@ def write_surface_part(request: Request, path: Path, bar: Any) -> str:
     from ..export.surfaces import in_fixed, write_surface
     from ..shapes.solid import NAMES
 
-    posed, suffix, tolerance = request.pose, request.suffix, request.tolerance
+    posed, suffix, tolerance = request.pose, request.suffix, request.within
     if request.part in FLANKS:
         surface = parts.flank_part(
             request.design, request.number, request.flank, tolerance, posed, request.fields
@@ -147,18 +180,18 @@ def write_surface_part(request: Request, path: Path, bar: Any) -> str:
 def write_volume_part(request: Request, path: Path, bar: Any) -> str:
     """Build and write hexahedra; what is to be told about them."""
     from ..export import parts
-    from ..export.volumes import write_volume
+    from ..export.fea.volumes import write_volume
     from ..shapes.elements import element_shapes
     from ..shapes.hexahedra import tooth_hexahedra
     from ..shapes.outline import counted
 
     posed, member = request.pose, request.member
     teeth, element, loaded = request.teeth, request.element, (request.teeth - 1) // 2
-    mesh = tooth_hexahedra(member, teeth, element, request.tolerance, request.bore_radius)
+    mesh = tooth_hexahedra(member, teeth, element, request.within, request.bore_radius)
     begin_writing(request, bar)
     told = f"{len(mesh.hexahedra):,} hexahedra {element}, {len(mesh.points):,} nodes"
     told += f", scaled Jacobian {element_shapes(mesh)[0].min():.2f} or more"
-    comment = [f"{request.part} of {request.source}, {counted(teeth)}, edges within {request.tolerance:g} mm"]
+    comment = [f"{request.part} of {request.source}, {counted(teeth)}, edges within {request.within:g} mm"]
     case = None
     if posed is not None and request.suffix == ".inp":
         case = parts.contact_case(mesh, request.design, posed, request.number, request.load, loaded)
@@ -177,6 +210,39 @@ def write_volume_part(request: Request, path: Path, bar: Any) -> str:
     frame = FIXED_FRAME if request.placed else OWN_FRAME
     write_volume(mesh, path, element, case=case, comment=comment, suffix=request.suffix, frame=frame)
     return told
+
+
+def write_contact_part(request: Request, path: Path, bar: Any) -> str:
+    """Build and write the pair in contact; what is to be told about it."""
+    from ..export.fea.pair_mesh import ELEMENT, lever_of, pair_mesh
+    from ..report.words import failure_of
+    from ..shapes.outline import counted
+
+    design, posed = request.design, request.pose
+    assert posed is not None  # the pair always has one
+    if jammed := failure_of(None, design):
+        raise click.ClickException(jammed)
+    lever, size = lever_of(design), float(design.pinion.tool.normal_module) / 6.0
+    torque = 1e-3 * PRESSED * size**2 * lever if request.torque is None else request.torque
+    force = 1e3 * torque / lever
+    pair = pair_mesh(
+        design,
+        posed,
+        None if request.roll_deg is None else math.radians(request.roll_deg),
+        teeth=request.teeth,
+        force=force,
+        across=request.across,
+        tolerance=request.tolerance,
+        bore_radius=request.bore_radius,
+    )
+    begin_writing(request, bar)
+    where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):.4f} deg"
+    fine = f"{pair.across:.2g} elements across the ellipse of contact of {force:.4g} N"
+    comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
+    write = writer_of(CONTACT_FORMATS, request.suffix)
+    write(path, design, pair, 1e3 * torque, comment)
+    told = f"{len(pair.mesh.hexahedra):,} hexahedra {ELEMENT}, {len(pair.mesh.points):,} nodes"
+    return f"{told}; {where}, {request.flank} flanks; {fine}; run: {ccx_command(request.out)}"
 
 
 def ccx_command(deck: Path) -> str:
@@ -207,7 +273,7 @@ def write_scene_part(request: Request, path: Path, bar: Any) -> str:
     from ..export.scene import pair_pieces
 
     assert request.pose is not None  # the pair always has one
-    pieces = pair_pieces(request.design, request.pose, request.tolerance)
+    pieces = pair_pieces(request.design, request.pose, request.within)
     begin_writing(request, bar)
     writer_of(SCENE_FORMATS, request.suffix)(pieces, path)
     faces = sum(len(piece.surface.faces) for piece in pieces)
@@ -217,6 +283,7 @@ def write_scene_part(request: Request, path: Path, bar: Any) -> str:
 WRITE = {
     "surface": write_surface_part,
     "volume": write_volume_part,
+    "contact": write_contact_part,
     "solid": write_solid_part,
     "scene": write_scene_part,
 }

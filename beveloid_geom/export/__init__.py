@@ -3,7 +3,7 @@
 Libraries write all formats but three. Without VTK none writes triangles as .vtp (pyevtk has points
 and lines), so `vtp` does. meshio's .inp has neither surfaces nor loads and calls its hexahedra
 C3D8RH, and its .bdf cannot hold negative coordinates of twelve digits nor name an element of 20
-nodes as Nastran does: hence `abaqus` and `nastran`.
+nodes as Nastran does: hence `fea.abaqus` and `fea.nastran`.
 """
 
 from __future__ import annotations
@@ -33,13 +33,15 @@ SURFACE_FORMATS = {
 }
 """Of triangles: a writer takes a `SurfaceMesh`, the path, and a title."""
 VOLUME_FORMATS = {
-    ".inp": Format("abaqus:write_deck", "CalculiX, Abaqus"),
-    ".msh": Format("volumes:write_msh", "Gmsh"),
-    ".bdf": Format("nastran:write_bulk", "Nastran"),
-    ".vtu": Format("volumes:write_vtu", "ParaView"),
+    ".inp": Format("fea.abaqus:write_deck", "CalculiX, Abaqus"),
+    ".msh": Format("fea.volumes:write_msh", "Gmsh"),
+    ".bdf": Format("fea.nastran:write_bulk", "Nastran"),
+    ".vtu": Format("fea.volumes:write_vtu", "ParaView"),
 }
 """Of hexahedra: a writer takes the path, a `VolumeMesh`, the element, a `LoadCase` or None, and lines of
 comment."""
+CONTACT_FORMATS = {".inp": Format("fea.pair_deck:write_pair_deck", "CalculiX, Abaqus")}
+"""Of the pair in contact: a writer takes the path, a design, a `PairMesh`, the torque, and comment."""
 CAD_FORMATS = {
     ".step": Format("step:write_step", "CAD"),
     ".stp": Format("step:write_step", "CAD"),

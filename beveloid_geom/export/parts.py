@@ -26,8 +26,8 @@ from ..shapes.outline import require_tolerance
 from ..shapes.sampling import FlankGrid, grid_faces, sample_flank
 from ..shapes.solid import gear_solid, turned
 from ..shapes.surface_mesh import gear_mesh
-from .abaqus import FIXED_SETS, LoadCase, nearest_node
-from .load import ContactPlace, contact_load
+from .fea.abaqus import FIXED_SETS, LoadCase, nearest_node
+from .fea.load import ContactPlace, contact_load
 from .surfaces import SurfaceMesh, in_fixed, joined
 
 TRIAL = 1e-3

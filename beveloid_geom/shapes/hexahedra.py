@@ -12,7 +12,8 @@ with 20 nodes are as large, but have curved edges and come much closer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -133,7 +134,7 @@ def tooth_hexahedra(
     element: str = "C3D20",
     tolerance: float = 0.05,
     bore_radius: float | None = None,
-    cells: Cells | None = None,
+    cells: Cells | Sequence[Cells] | None = None,
 ) -> VolumeMesh:
     """Mesh some teeth of a gear with hexahedra, in the own frame.
 
@@ -150,8 +151,8 @@ def tooth_hexahedra(
         mm; sets the number of elements as `cells_of` has it.
     bore_radius : float, optional
         mm; 0.45 of the root radius unless given.
-    cells : Cells, optional
-        Numbers of elements, in place of `tolerance`.
+    cells : Cells or a sequence of them, optional
+        Numbers of elements, in place of `tolerance`; those of each of the teeth may differ in the flank's.
 
     Returns
     -------
@@ -160,8 +161,8 @@ def tooth_hexahedra(
     Raises
     ------
     ValueError
-        For a number of teeth the gear has not, more than MAX_NODES, elements out of shape (LEAST_SHAPE), and
-        as `cut_sheets`, `bore_of` and `section_of`.
+        For a number of teeth the gear has not, more than MAX_NODES, elements out of shape (LEAST_SHAPE),
+        cells that do not fit to those of the next tooth, and as `cut_sheets`, `bore_of` and `section_of`.
     """
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
@@ -169,10 +170,16 @@ def tooth_hexahedra(
     if teeth is not None and not 0 < teeth <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {teeth}")
     wanted = count if teeth is None else teeth
-    numbers = cells_of(member, tolerance) if cells is None else cells
-    tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore_of(member, bore_radius), wanted)
-    _require_shape(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
-    return _repeated(tooth, count, wanted)
+    cells = cells_of(member, tolerance) if cells is None else cells
+    each = [cells] * wanted if isinstance(cells, Cells) else list(cells)
+    if len(each) != wanted or len({replace(one, flank=1) for one in each}) > 1:
+        raise ValueError(f"cells must be given for {counted(wanted)}, equal but for the flank, got {each}")
+    bore, teeth_of = bore_of(member, bore_radius), {}
+    for numbers in set(each):
+        tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore, wanted)
+        _require_shape(VolumeMesh(tooth.points, tooth.hexahedra, {}, {}, {}))
+        teeth_of[numbers] = tooth
+    return _joined([teeth_of[numbers] for numbers in each], count)
 
 
 def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
@@ -367,16 +374,21 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
     return _Tooth(points, hexahedra, first, last, _surfaces(section, layers))
 
 
-def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
-    """Join so many teeth of a gear of `count`, joined; all of them round the gear."""
-    numbers = joined_numbers(len(tooth.points), tooth.first, tooth.last, wanted, wanted == count)
-    used, hexahedra = np.unique(numbers[:, tooth.hexahedra], return_inverse=True)
-    angles = np.asarray(2.0 * np.pi / count * np.arange(wanted), dtype=float)
-    points = turned(tooth.points, angles).reshape(-1, 3)[used]
-    bare = VolumeMesh(points, hexahedra.reshape(-1, tooth.hexahedra.shape[1]), {}, {}, {})
-    surfaces = _named(tooth, wanted, wanted == count)
+def _joined(teeth: Sequence[_Tooth], count: int) -> VolumeMesh:
+    """Join neighbouring teeth of a gear of `count`; all of them round the gear."""
+    closed = len(teeth) == count
+    numbers = joined_numbers([(len(one.points), one.first, one.last) for one in teeth], closed)
+    size = teeth[0].hexahedra.shape[1]
+    every = np.concatenate([own[one.hexahedra].ravel() for one, own in zip(teeth, numbers, strict=True)])
+    used, hexahedra = np.unique(every, return_inverse=True)
+    angles = 2.0 * np.pi / count * np.arange(len(teeth))
+    points = np.concatenate(
+        [turned(one.points, angle[None])[0] for one, angle in zip(teeth, angles, strict=True)]
+    )
+    bare = VolumeMesh(points[used], hexahedra.reshape(-1, size), {}, {}, {})
+    surfaces = _named(teeth, closed)
     return VolumeMesh(
-        points,
+        bare.points,
         bare.hexahedra,
         surfaces,
         {name: np.unique(face_nodes(bare, faces)) for name, faces in surfaces.items()},
@@ -384,14 +396,15 @@ def _repeated(tooth: _Tooth, count: int, wanted: int) -> VolumeMesh:
     )
 
 
-def _named(tooth: _Tooth, teeth: int, closed: bool) -> dict[str, Indices]:
+def _named(teeth: Sequence[_Tooth], closed: bool) -> dict[str, Indices]:
     """Give the surfaces of all teeth, and with several of them those of each."""
+    starts = np.cumsum([0, *(len(one.hexahedra) for one in teeth)])
     surfaces = {}
     for name in NAMES:
-        numbers = range(teeth)[teeth_with(name, teeth, closed)]
-        each = [tooth.surfaces[name] + (number * len(tooth.hexahedra), 0) for number in numbers]
+        numbers = range(len(teeth))[teeth_with(name, len(teeth), closed)]
+        each = [teeth[number].surfaces[name] + (starts[number], 0) for number in numbers]
         if each:
             surfaces[name] = np.concatenate(each)
-        if teeth > 1 and name not in SIDES:
+        if len(teeth) > 1 and name not in SIDES:
             surfaces |= {f"{name} {number}": faces for number, faces in enumerate(each, 1)}
     return surfaces

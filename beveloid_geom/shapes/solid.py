@@ -11,6 +11,7 @@ Pictures are drawn from the same pieces (`surface_mesh.gear_mesh`).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -275,7 +276,8 @@ def gear_solid(
     if not 0 < wanted <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {wanted}")
     tooth = tooth_surface(member, tolerance, bore_radius, wanted)
-    numbers = joined_numbers(len(tooth.points), tooth.first_side, tooth.last_side, wanted, wanted == count)
+    one = len(tooth.points), tooth.first_side, tooth.last_side
+    numbers = np.stack(joined_numbers([one] * wanted, wanted == count))
     faces, part = [], []
     for piece in tooth.pieces:
         shown = numbers[teeth_with(piece.name, wanted, wanted == count)]
@@ -290,12 +292,15 @@ def gear_solid(
     return Solid(points[used], (np.cumsum(used) - 1)[every], np.concatenate(part), NAMES)
 
 
-def joined_numbers(size: int, first: Indices, last: Indices, teeth: int, closed: bool) -> Indices:
-    """Number the `size` points of each of some neighbouring teeth, (teeth, size), those of the side `last` of
-    a tooth as those of the side `first` of the next one; `closed` where the next of the last is the first."""
-    numbers = np.arange(teeth * size).reshape(teeth, size)
-    ahead = numbers[:, first]
-    numbers[: teeth if closed else -1, last] = np.roll(ahead, -1, axis=0) if closed else ahead[1:]
+def joined_numbers(teeth: Sequence[tuple[int, Indices, Indices]], closed: bool) -> list[Indices]:
+    """Number the points of some neighbouring teeth, given how many each has and which are on its first and on
+    its last side: those of a last side as those of the first one of the next tooth; `closed` where the next
+    of the last tooth is the first."""
+    starts = np.cumsum([0, *(size for size, _, _ in teeth)])
+    numbers = [np.arange(start, start + size) for start, (size, _, _) in zip(starts, teeth, strict=False)]
+    ahead = [own[first] for own, (_, first, _) in zip(numbers, teeth, strict=True)]
+    for k in range(len(teeth) if closed else len(teeth) - 1):
+        numbers[k][teeth[k][2]] = ahead[(k + 1) % len(teeth)]
     return numbers
 
 

@@ -31,10 +31,10 @@ import pyvista as pv
 from beveloid_geom import tooth_hexahedra
 from beveloid_geom.contact.placing import meshing_pair
 from beveloid_geom.export import parts
+from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.step import write_step
 from beveloid_geom.export.strips import gear_loops
 from beveloid_geom.export.surfaces import write_surface
-from beveloid_geom.export.volumes import write_volume
 from tests.benchmarks.timing import best, told
 from tests.oracle.table1 import table1
 

@@ -82,6 +82,28 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
     assert f"{count:,} hexahedra C3D8I" in result.stdout
 
 
+def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
+    """A deck for each roll, about the middle of the path, with the torque for 20 kN."""
+    (tmp_path / "narrow.toml").write_text(builtin_text().replace("face_width = 50.0", "face_width = 12.0"))
+    result = run(tmp_path / "narrow.toml", "--part", "pair", "--rolls", "2", "--out", tmp_path / "p.inp")
+    assert (result.exit_code, result.stderr) == (0, "")
+    first, second = result.stdout.splitlines()
+    rolls = []
+    for line, name in ((first, "p-1.inp"), (second, "p-2.inp")):
+        match = re.match(r"(\S+): [\d,]+ hexahedra C3D20, [\d,]+ nodes; (\S+) N m on the pinion at", line)
+        assert match is not None
+        assert match[1] == str(tmp_path / name)
+        assert float(match[2]) == pytest.approx(20.0 * 3.0 * 29 * np.cos(np.radians(20.0)), rel=1e-5)
+        rolls.append(float(line.split("at a roll of ")[1].split()[0]))
+        assert ", right flanks; 4 elements across the ellipse of contact of 2e+04 N; run: cd" in line
+        assert line.endswith(f" && ccx -i {name[:-4]}")
+        text = (tmp_path / name).read_text(encoding="ascii")
+        assert f"at a roll of {rolls[-1]:.4f} deg" in text
+        assert text.count("*CONTACT PAIR") == 3
+    assert rolls[1] - rolls[0] == pytest.approx(0.5 * 360.0 / 29.0, abs=2e-4)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["narrow.toml", "p-1.inp", "p-2.inp"]
+
+
 @pytest.mark.parametrize("module", [6.0, 1.5])
 def test_defaults_go_with_the_module(tmp_path: Path, module: float) -> None:
     """At 6 mm 0.01 and 0.05 mm and 1000 N, lengths with the module, the load with its square: the same mesh

@@ -41,7 +41,8 @@ REFUSED = {
         "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
         "--bore-radius 500": f"{BORE}500",
         "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pinion as .stl",
-        "--teeth 2": "--teeth is for pinion-tooth and gear-tooth, not pinion as .stl",
+        "--teeth 2": "--teeth is for pinion-tooth and gear-tooth, and the pair as .inp, not pinion as .stl",
+        "--torque 5": "--torque is for the pair as .inp, not pinion as .stl",
         "--flank left": "--flank is for flanks, the pair, a part --placed, a flank with --field, and",
         "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
         "--field pattern": "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu",
@@ -70,6 +71,24 @@ REFUSED = {
         },
         "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm",
         "--tolerance 1e-9": "nodes for 1 tooth, the limit is 5e+06",
+    },
+    "pair .inp": {
+        **{
+            f"--torque {value}": f"--torque must be a finite number above 0 N m, got {value}: it presses"
+            for value in ("0", "-5", "nan", "inf")
+        },
+        "--roll-deg nan": "--roll-deg must be a finite number of deg, got nan",
+        "--roll-deg 40": "--roll-deg must be between 0.1924 and 20.6876 deg, where tooth pair 0 is",
+        "--roll-deg 5 --rolls 3": "--roll-deg and --rolls exclude each other",
+        "--roll-deg 5 --teeth 1": "--teeth must be at least 3 for all that touch at this roll, got 1",
+        "--teeth 4": "--teeth must be an odd number from 1 to 29 for the pair, got 4",
+        "--across 0": "--across must be a finite number above 0, got 0",
+        "--teeth 31": "--teeth must be between 1 and 29, got 31",
+        "--bore-radius 88": f"{BORE}88",
+        "--tolerance 0": "--tolerance must be a finite number above 0 mm, got 0",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pair as .inp",
+        "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
+        "--placed": "--placed is for pinion, gear,",
     },
     **{
         f"{part} {suffix}": {"": f"--out: a {part} cannot be written as {suffix}: give one of "}
@@ -164,6 +183,24 @@ def test_no_contact_is_no_crash(tmp_path: Path, part: str) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("errors", "told"),
+    [
+        (
+            "--offset-error 6",
+            "Error: no contact: the path of contact does not meet the right flanks: at mid-depth",
+        ),
+        ("--offset-error -0.5", "Error: Jammed: the pair cannot be assembled: the other flanks interfere"),
+    ],
+)
+def test_a_pair_that_cannot_be_in_contact(tmp_path: Path, errors: str, told: str) -> None:
+    result = run("--part", "pair", *errors.split(), "--rolls", "2", "--out", tmp_path / "a.inp")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.startswith(told)
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_pattern_without_first_contacts_is_no_crash(tmp_path: Path) -> None:
     given = "--part", "pinion-flank", "--field", "pattern", "--parabola-pinion", "-0.01", "--tolerance", "0.2"
     result = run(*given, "--out", tmp_path / "a.vtu")
@@ -210,7 +247,7 @@ def test_a_failed_write_of_hexahedra(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("beveloid_geom.export.volumes.write_volume", full)
+    monkeypatch.setattr("beveloid_geom.export.fea.volumes.write_volume", full)
     line = refused("--part", "pinion-tooth", *COARSE, "--out", tmp_path / "a.msh")
     assert (
         line == f"Error: cannot write {tmp_path / 'a.msh'} (No space left on device): choose another --out\n"

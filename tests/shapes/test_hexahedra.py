@@ -258,6 +258,20 @@ def test_teeth_join(element: str) -> None:
 
 
 @both_orders
+def test_teeth_join_that_differ_in_their_flanks(element: str) -> None:
+    """As on the finer one alone and the coarse ones, no node twice."""
+    cells = FEW, replace(FEW, flank=11), FEW
+    mesh = tooth_hexahedra(PINION, 3, element, cells=cells, bore_radius=bore_of(PINION))
+    coarse = few(PINION, element)
+    fine = tooth_hexahedra(PINION, 1, element, cells=cells[1], bore_radius=bore_of(PINION))
+    shared = len(coarse.node_sets["first side"])
+    assert len(mesh.points) == 2 * len(coarse.points) + len(fine.points) - 2 * shared
+    assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
+    assert volume(mesh) == pytest.approx(2.0 * volume(coarse) + volume(fine), rel=1e-12)
+    assert [len(mesh.surfaces[f"left flank {k}"]) for k in (1, 2, 3)] == [16, 44, 16]
+
+
+@both_orders
 @pytest.mark.parametrize("teeth", [None, 12])
 def test_a_whole_gear_is_closed(element: str, teeth: int | None) -> None:
     member = MEMBERS["12 teeth"]
@@ -326,6 +340,8 @@ def test_smaller_tolerances_take_more_elements() -> None:
         ({"bore_radius": 89.0}, "bore_radius must be between 1.76387 and 87.5934 mm, got 89"),
         ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet needs two cells"),
         ({"cells": Cells(1, 4, 0, 4, 4)}, "cells must be 1 or more, got flank=0"),
+        ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth, equal but for the flank, got"),
+        ({"teeth": 2, "cells": [FEW, replace(FEW, tip=5)]}, "cells must be given for 2 teeth"),
     ],
 )
 def test_what_cannot_be_is_refused(values: dict[str, object], message: str) -> None:

@@ -13,8 +13,8 @@ from pyvista import Plotter
 
 from beveloid_geom import builtin_design, tooth_hexahedra
 from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
-from beveloid_geom.export.volumes import write_volume
 from beveloid_viz import require_opengl, to_pyvista
 
 design = builtin_design()

@@ -108,7 +108,8 @@ FIGURES = (
     ),
 )
 MEASURED = Figure("deviations", "Deviations of measured points from the flanks", "results.deviations")
-"""Drawn of a file of measured points, and in no set."""
+LOADED = Figure("load-sharing", "Load sharing and transmission error under load", "results.load_sharing")
+"""Drawn of a file of measured points, and of solved decks of the pair in contact; in no set."""
 SETS = ("paper", "results", "methods")
 UNASKED = ("paper", "results")
 """Sets of figures, and those that are drawn where none is asked for: not what tells of the methods alone."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from click.core import ParameterSource
 
 from ....export import (
     CAD_FORMATS,
+    CONTACT_FORMATS,
     FIELD_FORMATS,
     MEMBERS,
     SCENE_FORMATS,
@@ -60,6 +61,7 @@ class Kind:
 
 KINDS = {
     "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
+    "contact": Kind(CONTACT_FORMATS, ("pair",), "the pair in contact"),
     "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
     "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
     "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns", 200.0),
@@ -70,16 +72,19 @@ KINDS = {
 FORMATS = (
     f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
     f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears, teeth and the pair as solids: "
-    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair to look at: {suffixes_by_purpose(SCENE_FORMATS)}."
+    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair to look at: {suffixes_by_purpose(SCENE_FORMATS)}. "
+    f"The pair in contact as hexahedra: {suffixes_by_purpose(CONTACT_FORMATS)}."
 )
 PATH: Any = click.Path(path_type=Path)
 TOLERANCE = (
     "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
-    "  [default: module / 600, to look at module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm]"
+    "  [default: module / 600, to look at module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm; "
+    "of the pair as .inp the flanks that touch are finer, and all else is coarse unless this is given]"
 )
 NEIGHBOURS = (
     "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
-    "are cut from the others: take 3 for stresses."
+    "are cut from the others: take 3 for stresses. Of each member of the pair in contact an odd number.  "
+    "[default: 1, of the pair 3]"
 )
 ELEMENT = (
     "C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch test "
@@ -88,6 +93,16 @@ ELEMENT = (
 FORCE = (
     "Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of steel in the "
     "middle of the path.  [default: 1000 * (module / 6 mm)^2]"
+)
+TORQUE = (
+    "Torque on the pinion of the pair as .inp; the gear is held.  "
+    "[default: that of 20 kN * (module / 6 mm)^2 between the teeth]"
+)
+ROLL = "Roll of the pinion of the pair as .inp, at which it touches first.  [default: the middle of its path]"
+ROLLS = "So many rolls over a pitch about the middle in place of one, a file each: pair-1.inp, pair-2.inp ..."
+ACROSS = (
+    "Elements across the ellipse of contact of the pair as .inp; 4 for pressures, 1 for load sharing and "
+    "transmission error."
 )
 FLANK = "Which flank; of the pair and of a loaded tooth, the one in contact."
 FIELD = (
@@ -108,10 +123,14 @@ OPTIONS = block(
     option("--tolerance", float, None, TOLERANCE, "MM"),
     option("--flank", SIDES, SIDES.choices[0], FLANK),
     click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
-    option("--teeth", click.IntRange(1), 1, NEIGHBOURS, "K"),
+    option("--teeth", click.IntRange(1), None, NEIGHBOURS, "K"),
     option("--bore-radius", float, None, "Default: 0.45 of the least root radius.", "MM"),
     option("--element", click.Choice(ELEMENTS), ELEMENTS[0], ELEMENT),
     option("--load", float, None, FORCE, "N"),
+    option("--torque", float, None, TORQUE, "NM"),
+    option("--across", float, 4.0, ACROSS, "N"),
+    option("--roll-deg", float, None, ROLL, "DEG"),
+    option("--rolls", click.IntRange(1, 1000), None, ROLLS, "N"),
     override_options,
     click.pass_context,
 )
@@ -133,6 +152,7 @@ def refuse_unused(context: click.Context, request: Request) -> None:
     """Raise Refusal for an option given that changes nothing about what is asked for."""
     teeth, flanks, solids = " and ".join(TEETH), " and ".join(FLANKS), (*GEARS, *TEETH)
     posed, part, suffix = request.posed, request.part, request.suffix
+    contact = request.kind == "contact"
     mounted = "the pair, a part --placed, a flank with --field, and a tooth as .inp"
     uses = {
         **{name: (posed, mounted) for name, *_ in OVERRIDES},
@@ -140,11 +160,12 @@ def refuse_unused(context: click.Context, request: Request) -> None:
         "parabola_gear": (posed or request.number == 1, f"the gear, {mounted}"),
         "flank": (posed or part in FLANKS, f"flanks, {mounted}"),
         "placed": (part != "pair", ", ".join((*GEARS, *TEETH, *FLANKS))),
-        "teeth": (part in TEETH, teeth),
-        "bore_radius": (part in solids, ", ".join(solids)),
+        "teeth": (part in TEETH or contact, f"{teeth}, and the pair as .inp"),
+        "bore_radius": (part in solids or contact, f"{', '.join(solids)}, and the pair as .inp"),
+        **dict.fromkeys(("torque", "across", "roll_deg", "rolls"), (contact, "the pair as .inp")),
         "tolerance": (request.kind != "solid", "surfaces and hexahedra"),
         "element": (request.kind == "volume", f"{teeth} as {', '.join(VOLUME_FORMATS)}"),
-        "load": (suffix == ".inp", f"{teeth} as .inp"),
+        "load": (suffix == ".inp" and not contact, f"{teeth} as .inp"),
         "field": (part in FLANKS and suffix in FIELD_FORMATS, f"{flanks} as {', '.join(FIELD_FORMATS)}"),
     }
     faults = [
@@ -162,12 +183,18 @@ def check_numbers(request: Request) -> None:
         ("--tolerance", request.tolerance, "mm", "usual are 0.001 to 0.1"),
         ("--bore-radius", request.bore_radius, "mm", "leave it out for 0.45 of the root radius"),
         ("--load", request.load, "N", "it pushes on the flank, its sign is that of the inward normal"),
+        ("--across", request.across, "", "4 show pressures"),
+        ("--torque", request.torque, "N m", "it presses the flanks of --flank together, right or left"),
     )
     faults = [
-        f"{option} must be a finite number above 0 {unit}, got {value:g}: {cure}"
+        f"{option} must be a finite number above 0{unit and ' '}{unit}, got {value:g}: {cure}"
         for option, value, unit, cure in given
         if value is not None and not (math.isfinite(value) and value > 0.0)
     ]
+    if request.roll_deg is not None and not math.isfinite(request.roll_deg):
+        faults.append(f"--roll-deg must be a finite number of deg, got {request.roll_deg:g}")
+    if request.rolls is not None and request.roll_deg is not None:
+        faults.append("--roll-deg and --rolls exclude each other: give one of them")
     if request.teeth > request.member.teeth:
         faults.append(f"--teeth must be between 1 and {int(request.member.teeth)}, got {request.teeth}")
     if faults:
@@ -197,12 +224,14 @@ def written(request: Request) -> Iterator[Path]:
         reason = error.strerror or f"{error}, is the disk full?"
         raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
-        cure = f"--tolerance {request.tolerance:g}: take a larger one"
+        fine = f"--tolerance {request.tolerance:g}: take a larger one"
+        cure = "this mesh: take fewer --teeth" if request.tolerance is None else fine
         raise Refusal([f"not enough memory for {cure}"]) from None
     except ArgumentError as error:
         raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
     except UnknownOperationError as error:
-        raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1
+        what = "contact" if request.kind == "contact" else "pattern"
+        raise click.ClickException(f"no {what}: {error.reason}") from None  # status 1
     except ImportError as error:
         raise Refusal([str(error)]) from None
 
@@ -215,6 +244,9 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
     Surfaces for ParaView have exact normals and fields. Hexahedra have named sets, and as .inp a load and
     supports, ready to run. Lengths are mm, in the gear's own frame; the pair, and what is --placed, stands in
     S_f (z along the pinion's axis, x along the common perpendicular) in the middle of its path of contact.
+
+    Of the pair in contact the gear is held and a torque turns the pinion; what ccx finds over a pitch
+    `render-figures --loaded` draws.
     """
     if not (given["frames"] and given["part"] is None and given["out"] is None):
         require_part_and_out(context)
@@ -239,7 +271,10 @@ def write_part(
     part, suffix = given["part"], given["out"].suffix.lower()
     kind = kind_of(part, suffix)
     module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
-    defaults = {"tolerance": module / KINDS[kind].steps, "load": LOAD * (module / LOADED) ** 2}
+    load, teeth = LOAD * (module / LOADED) ** 2, 3 if kind == "contact" else 1
+    defaults = {"tolerance": module / KINDS[kind].steps, "load": load, "teeth": teeth}
+    if kind == "contact":
+        del defaults["tolerance"]
     given |= {name: value for name, value in defaults.items() if given[name] is None}
     fields = tuple(dict.fromkeys(field))
     request = Request(source, changed, suffix, kind, fields=fields, **given)
@@ -249,10 +284,14 @@ def write_part(
         warn_of_undercut(request.member, request.flank)
     from tqdm import tqdm
 
-    with written(request) as beside, tqdm(total=2, disable=None, leave=False, file=sys.stderr) as bar:
-        bar.set_description(part)
-        told = WRITE[kind](request, beside, bar)
-    write_out(f"{click.format_filename(request.out)}: {told}\n")
+    each = request.each
+    with ExitStack() as files, tqdm(total=2 * len(each), disable=None, leave=False, file=sys.stderr) as bar:
+        told = []
+        for one, beside in [(one, files.enter_context(written(one))) for one in each]:
+            bar.set_description(part)
+            text = WRITE[kind](one, beside, bar)
+            told.append(f"{click.format_filename(one.out)}: {text}\n")
+    write_out("".join(told))
 
 
 def warn_of_undercut(member: Member, flank: str) -> None:

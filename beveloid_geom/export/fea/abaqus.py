@@ -14,16 +14,21 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import FloatArray, Indices
-from ..export import identifier
-from ..shapes.elements import VolumeMesh
-from ..shapes.hexahedra import ELEMENTS
+from ...arrays import FloatArray, Indices
+from ...export import identifier
+from ...shapes.elements import VolumeMesh
+from ...shapes.hexahedra import ELEMENTS
 from .load import ContactLoad
 from .material import DENSITY, POISSON, YOUNG
 
 FIXED_SETS = ("bore", "first side", "last side")
 """Where the body is cut from its shaft and from the rest of the gear: all held."""
 PER_LINE = 12
+STEEL = (
+    f"*MATERIAL, NAME=steel\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}\n"
+    "*SOLID SECTION, ELSET=body, MATERIAL=steel\n"
+)
+"""Of all elements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +59,21 @@ def fixed_nodes(mesh: VolumeMesh, case: LoadCase) -> Indices:
 def write_deck(
     path: Path, mesh: VolumeMesh, element: str, case: LoadCase | None = None, comment: Sequence[str] = ()
 ) -> None:
-    """Write a mesh with its sets, and with a `case` a deck that CalculiX runs as it is.
+    """Write a mesh with its sets, and with a `case` a deck that CalculiX runs as it is; see `write_model`."""
+    write_model(path, mesh, element, () if case is None else _static(mesh, case), comment)
+
+
+def write_model(
+    path: Path, mesh: VolumeMesh, element: str, history: Iterable[str], comment: Sequence[str]
+) -> None:
+    """Write a mesh with its sets, and the lines that follow: material, supports, steps.
 
     `element` is one of `hexahedra.ELEMENTS`; each line of `comment` goes into the header. Raises
     ValueError if the element has another number of nodes than the mesh."""
     if ELEMENTS.get(element) != mesh.hexahedra.shape[1]:
         raise ValueError(f"a mesh with {mesh.hexahedra.shape[1]} nodes an element is not one of {element}")
-    parts: list[Iterable[str]] = [_header(comment), _mesh(mesh, element), _sets(mesh)]
-    if case is not None:
-        parts.append(_static(mesh, case))
     with open(path, "w", encoding="ascii", errors="replace", newline="\n") as file:
-        for part in parts:
+        for part in (_header(comment), _mesh(mesh, element), _sets(mesh), history):
             file.writelines(part)
 
 
@@ -111,8 +120,7 @@ def _static(mesh: VolumeMesh, case: LoadCase) -> Iterator[str]:
     yield _listed("NSET", "loaded", load.nodes)
     yield f"** The displacement of the node at ({seen}) mm is printed.\n"
     yield _listed("NSET", "observer", np.array([case.observer]))
-    yield f"*MATERIAL, NAME=steel\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}\n"
-    yield "*SOLID SECTION, ELSET=body, MATERIAL=steel\n*STEP\n*STATIC\n*BOUNDARY\nfixed, 1, 3\n"
+    yield f"{STEEL}*STEP\n*STATIC\n*BOUNDARY\nfixed, 1, 3\n"
     yield f"** The force ({force}) N at ({point}) mm,\n** {load.told},\n"
     yield "** as equivalent nodal forces. Stresses there are not those of the contact.\n*CLOAD\n"
     for node, components in zip(load.nodes.tolist(), load.forces.tolist(), strict=True):

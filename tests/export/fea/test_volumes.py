@@ -14,9 +14,9 @@ import pyvista as pv
 
 from beveloid_geom.arrays import FloatArray, Indices
 from beveloid_geom.export import VOLUME_FORMATS, identifier
-from beveloid_geom.export.abaqus import LoadCase, nearest_node, write_deck
-from beveloid_geom.export.load import ContactPlace, contact_load
-from beveloid_geom.export.volumes import plain_surfaces, write_volume
+from beveloid_geom.export.fea.abaqus import LoadCase, nearest_node, write_deck
+from beveloid_geom.export.fea.load import ContactPlace, contact_load
+from beveloid_geom.export.fea.volumes import plain_surfaces, write_volume
 from beveloid_geom.shapes.elements import (
     EDGES,
     VolumeMesh,

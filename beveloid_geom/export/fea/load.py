@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, Indices, Mask
-from ..contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
-from ..shapes.elements import VolumeMesh, face_nodes, shape_functions
+from ...arrays import FloatArray, Indices, Mask
+from ...contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse
+from ...shapes.elements import VolumeMesh, face_nodes, shape_functions
 from .material import POISSON, YOUNG
 
 CANDIDATES = 16

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Indices
-from ..export import OWN_FRAME, UNITS, VOLUME_FORMATS, identifier, writer_of
-from ..shapes.elements import VolumeMesh, face_nodes
+from ...arrays import Indices
+from ...export import OWN_FRAME, UNITS, VOLUME_FORMATS, identifier, writer_of
+from ...shapes.elements import VolumeMesh, face_nodes
 from .abaqus import LoadCase
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ import pytest
 from beveloid_geom import Design, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.export.abaqus import FIXED_SETS, LoadCase
+from beveloid_geom.export.fea.abaqus import FIXED_SETS, LoadCase
+from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
-from beveloid_geom.export.volumes import write_volume
 from beveloid_geom.shapes.elements import VolumeMesh
 from beveloid_geom.shapes.hexahedra import Cells
 from tests.oracle.table1 import table1
@@ -126,16 +126,21 @@ def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: st
     assert 0.0 < fine @ answers[-1].case.load.total / (size * FORCE) <= 1.0
 
 
-def mises(results: Path) -> FloatArray:
-    """Von Mises stress (n,), MPa, of the nodes in CalculiX's file of results."""
+def field(results: Path, name: str) -> FloatArray:
+    """The last field of this name (n, 6) at the nodes, by their numbers, in CalculiX's file of results."""
     found: dict[int, list[float]] = {}
-    stresses = False
+    wanted = False
     for line in results.read_text().splitlines():
         if line.startswith(" -4"):
-            stresses = line.split()[1] == "STRESS"
-        elif line.startswith(" -1") and stresses:
+            wanted = line.split()[1] == name
+        elif line.startswith(" -1") and wanted:
             found[int(line[3:13])] = [float(line[k : k + 12]) for k in range(13, 85, 12)]
-    x, y, z, xy, yz, zx = np.array([found[node] for node in sorted(found)]).T
+    return np.array([found[node] for node in sorted(found)])
+
+
+def mises(results: Path) -> FloatArray:
+    """Von Mises stress (n,), MPa, of the nodes in CalculiX's file of results."""
+    x, y, z, xy, yz, zx = field(results, "STRESS").T
     direct = 0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2)
     return np.asarray(np.sqrt(direct + 3.0 * (xy**2 + yz**2 + zx**2)))
 

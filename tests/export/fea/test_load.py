@@ -11,12 +11,12 @@ from hypothesis import given, settings, strategies as st
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
-from beveloid_geom.export.abaqus import fixed_nodes
-from beveloid_geom.export.load import ContactPlace, contact_load
+from beveloid_geom.export.fea.abaqus import fixed_nodes
+from beveloid_geom.export.fea.load import ContactPlace, contact_load
 from beveloid_geom.shapes.elements import (
     shape_functions,
 )
-from tests.export.test_volumes import SIZE, block, case_of, place_at
+from tests.export.fea.test_volumes import SIZE, block, case_of, place_at
 from tests.shapes.test_elements import reference_nodes
 
 

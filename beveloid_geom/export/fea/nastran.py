@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 
-from ..export import identifier
-from ..shapes.elements import VolumeMesh
+from ...export import identifier
+from ...shapes.elements import VolumeMesh
 from .material import DENSITY, POISSON, YOUNG
 
 ORDER = (*range(12), *range(16, 20), *range(12, 16))

@@ -1,0 +1,211 @@
+"""The pair in contact as CalculiX takes it: decks that run as they are, and answers that statics knows.
+
+Run only where CalculiX (`ccx`, in Debian's calculix-ccx) is installed."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design
+from beveloid_geom.contact.ellipse import relative_curvature
+from beveloid_geom.contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse
+from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.export.fea.load import ContactPlace, contact_load
+from beveloid_geom.export.fea.pair_deck import write_pair_deck
+from beveloid_geom.export.fea.pair_mesh import PairMesh, lever_of, pair_mesh
+from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
+from beveloid_geom.operation.certificate import certify
+from beveloid_geom.shapes.elements import face_nodes
+from beveloid_geom.shapes.hexahedra import Cells
+from beveloid_geom.status import Verdict
+from tests.export.fea.test_calculix import field, mises
+from tests.oracle.table1 import table1
+
+CCX = shutil.which("ccx") or ""
+with_ccx = pytest.mark.skipif(not CCX, reason="CalculiX is not installed: apt-get install calculix-ccx")
+FACE_WIDTH = 12.0
+"""mm, of both gears: a small mesh, and a contact on all of the face."""
+FORCE = 5000.0
+SMALL = {"cells": Cells(1, 2, 3, 2, 2), "across": 0.5, "bore_radius": 84.0, "force": FORCE}
+PITCH = 2.0 * np.pi / 29.0
+
+
+def narrow() -> Design:
+    design = table1()
+    pinion, gear = (replace(one, face_width=FACE_WIDTH) for one in design.members)
+    return replace(design, pinion=pinion, gear=gear)
+
+
+def meshed(flank: str = "right", beside: float = 0.0, design: Design | None = None) -> PairMesh:
+    """The narrow pair, so many pitches beside the middle of its path."""
+    design = narrow() if design is None else design
+    pose = meshing_pair(design, flank)
+    return pair_mesh(design, pose, float(pose.roll[0]) + beside * PITCH, **SMALL)  # type: ignore[arg-type]
+
+
+def solved(folder: Path, pair: PairMesh, force: float = FORCE, design: Design | None = None) -> PairResult:
+    """What CalculiX finds under the torque for which flanks without parabola press with that force."""
+    design, deck = narrow() if design is None else design, folder / "pair.inp"
+    write_pair_deck(deck, design, pair, force * lever_of(design))
+    done = subprocess.run([CCX, "-i", deck.stem], cwd=folder, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "*ERROR" not in done.stdout
+    return read_pair_result(deck)
+
+
+def test_the_mesh_of_both_members() -> None:
+    """No node twice, reference nodes on the axes, each tooth beside its mate, the middle ones nearest."""
+    pair = meshed(beside=0.2)
+    mesh = pair.mesh
+    assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
+    reference = [mesh.node_sets[f"{name} reference"] for name in ("pinion", "gear")]
+    assert np.array_equal(np.concatenate(reference), len(mesh.points) - np.array([2, 1]))
+    assert np.array_equal(np.unique(mesh.hexahedra), np.arange(len(mesh.points) - 2))
+    for (_, origin), (node,) in zip(pair.frames, reference, strict=True):
+        assert np.array_equal(mesh.points[node], origin)
+    assert pair.contacts == tuple((f"pinion right flank {k}", f"gear right flank {4 - k}") for k in (1, 2, 3))
+    gaps = [
+        np.linalg.norm(
+            mesh.points[face_nodes(mesh, mesh.surfaces[one])].mean(axis=1)[:, None]
+            - mesh.points[face_nodes(mesh, mesh.surfaces[other])].mean(axis=1)[None],
+            axis=-1,
+        ).min()
+        for one, other in pair.contacts
+    ]
+    assert np.argmin(gaps) == 1
+    assert max(gaps) < 20.0  # neighbours face each other, a base pitch of 18 mm apart at most
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_the_contact_lies_on_both_meshes(flank: str) -> None:
+    """That of the path of contact, in S_f: faces of the middle teeth pass it by less than 0.1 um."""
+    design = table1()
+    pose = meshing_pair(design, flank)
+    pair, relative = pair_mesh(design, pose, force=20e3), relative_curvature(pose.path)
+    for name, sense in zip(pair.contacts[1], (1.0, -1.0), strict=True):
+        normal = sense * pose.path.normal[1]
+        place = ContactPlace(pose.contact, normal, relative.curvature[1], relative.direction[1])
+        assert contact_load(pair.mesh, name, place, 20e3).gap < 1e-4
+
+
+def test_flanks_that_touch_are_finer() -> None:
+    """Half a pitch from the middle two tooth pairs touch."""
+    for beside, fine in (
+        (0.0, [False, True, False]),
+        (0.5, [True, True, False]),
+        (-0.5, [False, True, True]),
+    ):
+        pair = meshed(beside=beside)
+        for own in zip(*pair.contacts, strict=True):
+            rows = np.array([len(pair.mesh.surfaces[name]) for name in own])
+            assert (rows > rows.min()).tolist() == fine
+
+
+def test_the_deck_is_flat_and_names_what_a_reader_needs(tmp_path: Path) -> None:
+    pair = meshed("left")
+    write_pair_deck(tmp_path / "a.inp", narrow(), pair, 1e5, ["a comment"])
+    text = (tmp_path / "a.inp").read_text(encoding="ascii")
+    assert not re.search(r"^\*(PART|INSTANCE|ASSEMBLY)", text, re.MULTILINE)
+    assert text.count("*CONTACT PAIR") == text.count("*CONTACT PRINT") == 3
+    assert f"pinion_reference, 6, {-1e5:.12g}\n" in text  # against the clock presses the left flanks
+    for name in ("pinion_left_flank_2", "gear_right_fillet_1", "pinion_hub", "gear_reference", "pinion_body"):
+        assert len(re.findall(rf"={name}(,|\n)", text)) >= 1, name
+    with pytest.raises(FileNotFoundError):
+        read_pair_result(tmp_path / "a.inp")
+    (tmp_path / "a.dat").write_text("")
+    with pytest.raises(ValueError, match=r"has not solved .*a.inp to its end: look into"):
+        read_pair_result(tmp_path / "a.inp")
+    (tmp_path / "b.inp").write_text("*NODE\n")
+    with pytest.raises(ValueError, match=r"b.inp is no deck of a pair in contact"):
+        read_pair_result(tmp_path / "b.inp")
+
+
+@pytest.mark.parametrize(
+    ("roll", "teeth", "message"),
+    [
+        (
+            1.0,
+            3,
+            "roll_deg must be between 0.1924 and 18.7682 deg, where tooth pair 0 is in mesh",
+        ),
+        (None, 2, "teeth must be an odd number from 1 to 29 for the pair, got 2"),
+        (None, 31, "teeth must be an odd number from 1 to 29 for the pair, got 31"),
+        (0.26, 1, "teeth must be at least 3 for all that touch at this roll, got 1"),
+    ],
+)
+def test_what_cannot_be_is_refused(roll: float | None, teeth: int, message: str) -> None:
+    design = narrow()
+    with pytest.raises(ValueError, match=message):
+        pair_mesh(design, meshing_pair(design), roll, teeth=teeth, force=FORCE)
+
+
+@with_ccx
+@pytest.mark.parametrize(
+    ("flank", "beside"),
+    [("right", 0.0), ("right", 0.3), ("right", -0.4), pytest.param("left", 0.2, marks=pytest.mark.slow)],
+)
+def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, beside: float) -> None:
+    """Flanks without friction that roll off conjugate: the moments about both axes are as N2 to N1, the
+    forces along the one normal add up to torque over lever. Off the middle two tooth pairs share them."""
+    design, pair = narrow(), meshed(flank, beside)
+    found = solved(tmp_path, pair)
+    pinion, gear = found.moment.sum(axis=0)
+    assert -pinion * (1.0 if flank == "right" else -1.0) == pytest.approx(found.torque, rel=1e-3)
+    assert abs(gear / pinion) == pytest.approx(45.0 / 29.0, rel=2e-3)
+    normal = meshing_pair(design, flank).path.normal[1]
+    assert -found.force.sum(axis=0) @ normal == pytest.approx(FORCE, rel=5e-3)
+    assert (found.share > 0.01).sum() == (1 if beside == 0.0 else 2)
+    assert found.share.sum() == pytest.approx(1.0, abs=1e-12)
+    assert found.turn > 0.0
+
+
+@with_ccx
+def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
+    """At 1 % of the load the pinion has turned on from there by less than 1 um at its pitch circle."""
+    pair = meshed()
+    light = solved(tmp_path, pair, 0.01 * FORCE)
+    assert 0.0 < light.turn * 96.9 < 1e-3
+
+
+@with_ccx
+@pytest.mark.slow
+def test_pressure_is_hertz_s_and_where_the_path_has_it(tmp_path: Path) -> None:
+    """On left flanks 20 mm wide, whose ellipse is as long as these: 0.995 of Hertz's greatest pressure, its
+    centre 0.3 mm beside the certified contact."""
+    design = table1()
+    pinion, gear = (replace(one, face_width=20.0) for one in design.members)
+    design, force = replace(design, pinion=pinion, gear=gear), 8000.0
+    pose = meshing_pair(design, "left")
+    assert certify(pose.path).verdict[1] == Verdict.FIRST_CONTACT
+    pair = pair_mesh(design, pose, teeth=1, force=force, cells=Cells(1, 2, 4, 4, 6), bore_radius=80.0)
+    found = solved(tmp_path, pair, force, design)
+    assert np.linalg.norm(found.centre[0] - pose.contact) < 1.0
+    curvature = relative_curvature(pose.path).curvature[1]
+    expected = float(hertz_ellipse(curvature, force, contact_modulus(YOUNG, POISSON)).pressure)
+    pressure = field(tmp_path / "pair.frd", "CONTACT")[:, 3]
+    assert pressure.max() == pytest.approx(expected, rel=0.1)
+
+
+@with_ccx
+@pytest.mark.slow
+def test_fillet_stress_converges(tmp_path: Path) -> None:
+    """Greatest von Mises stress of the nodes of the loaded fillets, pinion and gear, over meshes of 4,118,
+    10,112 and 13,940 nodes: 140, 159, 152 MPa and 150, 162, 160."""
+    design, names = narrow(), ("pinion right fillet 2", "gear right fillet 2")
+    pose = meshing_pair(design)
+    found = []
+    for cells in (Cells(1, 2, 3, 2, 2), Cells(1, 3, 4, 4, 3), Cells(1, 4, 4, 4, 4)):
+        pair = pair_mesh(design, pose, force=FORCE, cells=cells, across=0.5, bore_radius=84.0)
+        solved(tmp_path, pair)
+        stress = mises(tmp_path / "pair.frd")
+        found.append([float(stress[pair.mesh.node_sets[name]].max()) for name in names])
+    coarse, middle, fine = np.array(found)
+    assert (np.abs(fine - middle) < 0.5 * np.abs(middle - coarse)).all()
+    np.testing.assert_allclose(fine, middle, rtol=0.05)

@@ -1,0 +1,146 @@
+"""Load sharing and loaded transmission error as a picture: `render-figures --loaded`."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom import builtin_design, first_contact
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.export import identifier
+from beveloid_geom.export.fea.pair_deck import write_pair_deck
+from beveloid_geom.export.fea.pair_mesh import PairMesh, lever_of, pair_mesh
+from beveloid_geom.shapes.hexahedra import Cells
+from beveloid_viz.cli import main
+from beveloid_viz.figures.results import load_sharing
+from beveloid_viz.figures.results.load_sharing import decks_of, loaded_pair
+from beveloid_viz.stage import theme
+
+from .pages import page_of, words
+from .test_print import faults, in_print
+
+DESIGN = builtin_design()
+PITCH = 2.0 * np.pi / 29.0
+SHARES = (0.0, 0.7, 0.3), (0.0, 1.0, 0.0), (0.4, 0.6, 0.0)
+TURN = 2e-4
+FORCE = 1000.0
+
+
+HEAD = "   total surface force (fx,fy,fz) and moment about the origin (mx,my,mz)"
+TIME = "and time  0.2000000E+01"
+
+
+def printed(pair: PairMesh, shares: tuple[float, ...], turn: float) -> str:
+    """What CalculiX would print for a force along one normal so shared out, and a turn of the pinion."""
+    pose = meshing_pair(DESIGN, pair.flank)
+    (_, origin), point = pair.frames[0], pose.contact
+    lines = []
+    for both, share in zip(pair.contacts, shares, strict=True):
+        force = -share * FORCE * pose.path.normal[1]
+        slave, master = (identifier(name).upper() for name in both)
+        centre = point if share else np.full(3, np.nan)
+        lines += ["", f" statistics for slave set {slave}, master set {master} {TIME}", "", HEAD, ""]
+        lines += [in_columns(np.append(force, np.cross(point, force))), ""]
+        lines += ["   center of gravity and mean normal", "", in_columns(np.append(centre, force))]
+    x, y, _ = pair.mesh.points[pair.mesh.node_sets["pinion gauge"][0]] - origin
+    lines += ["", f" displacements (vx,vy,vz) for set PINION_GAUGE {TIME}", ""]
+    lines += [f"        12 {in_columns(turn * np.array((-y, x, 0.0)))}", ""]
+    return "\n".join(lines)
+
+
+def in_columns(numbers: FloatArray) -> str:
+    return "  ".join(f"{x:.8E}" for x in numbers)
+
+
+@pytest.fixture(scope="module")
+def decks(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Decks at three rolls as if they had been solved."""
+    folder = tmp_path_factory.mktemp("decks")
+    pose = meshing_pair(DESIGN)
+    for k, shares in enumerate(SHARES):
+        roll = float(pose.roll[0]) + PITCH * (k - 1) / 3.0
+        pair = pair_mesh(
+            DESIGN, pose, roll, force=FORCE, across=0.2, cells=Cells(1, 2, 2, 2, 1), bore_radius=80.0
+        )
+        write_pair_deck(folder / f"p-{k + 1}.inp", DESIGN, pair, FORCE * lever_of(DESIGN))
+        (folder / f"p-{k + 1}.dat").write_text(printed(pair, shares, TURN * (1.0 + 0.1 * k)))
+    return folder / "p.inp"
+
+
+def test_what_is_read_is_what_was_printed(decks: Path) -> None:
+    """In order of the rolls; the rigid pair is the first contact of the design."""
+    found = loaded_pair(DESIGN, decks)
+    np.testing.assert_allclose([one.share for one in found.results], SHARES, atol=1e-7)
+    np.testing.assert_allclose(found.turns, TURN * np.array((1.0, 1.1, 1.2)), rtol=1e-6)
+    for one in found.results:
+        np.testing.assert_allclose(
+            one.moment.sum(axis=0), one.torque * np.array((-1.0, 45.0 / 29.0)), rtol=1e-6
+        )
+        np.testing.assert_allclose(one.centre[np.array(one.share) == 0.0], np.nan)
+    rolls = np.array([one.rolls[0] for one in found.results])
+    rigid = first_contact(DESIGN, "right", rolls).transmission_error
+    np.testing.assert_allclose(found.loaded, rigid + 29.0 / 45.0 * found.turns, rtol=0.0, atol=1e-15)
+    at, share = found.shares
+    assert (np.diff(at) > 0.0).all()
+    np.testing.assert_allclose(at[share == 1.0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(found.pitches(found.ends), np.array((-0.5, 0.5)) * 1.651001, atol=1e-5)
+
+
+def test_the_page_shows_them(decks: Path) -> None:
+    found = loaded_pair(DESIGN, decks)
+    page = page_of(load_sharing.draw, found, (1600, 1200))
+    shares, errors, _ = page.axes
+    marks = next(line for line in shares.lines if line.get_marker() == "o")
+    np.testing.assert_allclose(np.asarray(marks.get_ydata(), dtype=float), 100.0 * found.shares[1])
+    loaded = next(line for line in errors.lines if line.get_marker() == "o")
+    drawn = np.asarray(loaded.get_ydata(), dtype=float)
+    np.testing.assert_allclose(drawn, 1e6 * (found.loaded - found.loaded.mean()), atol=1e-9)
+    assert "N m on the pinion, right flanks; 3 rolls" in words(page)
+
+
+@pytest.mark.parametrize("width", [90.0, 190.0])
+def test_in_print_words_keep_clear(decks: Path, width: float) -> None:
+    with theme.style():
+        page = load_sharing.RECIPES["load-sharing"].drawn(loaded_pair(DESIGN, decks), in_print(width)).page
+    assert not faults(page)
+
+
+def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = CliRunner().invoke(main, ["--loaded", str(decks), "--out", str(out), "--size", "600x450"])
+    assert done.exit_code == 0, done.output
+    table = list(csv.DictReader((out / "load-sharing.csv").read_text(encoding="utf-8").splitlines()))
+    loaded = [row for row in table if row["kind"] == "loaded"]
+    np.testing.assert_allclose([float(row["share"]) for row in loaded], np.ravel(SHARES), atol=1e-7)
+    assert [row["tooth_pair"] for row in loaded[:3]] == ["-1", "0", "1"]
+    assert len(table) == 9 + load_sharing.STEPS
+    assert (out / "load-sharing.png").stat().st_size > 10_000
+
+
+def refused(*arguments: str) -> str:
+    """The one line of a refusal."""
+    done = CliRunner().invoke(main, arguments)
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1), done.output
+    return done.stderr
+
+
+def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:
+    given = "--loaded", str(decks), "--out", str(tmp_path / "out")
+    assert "leave out --only, --set" in refused(*given, "--only", "fig-09")
+    assert "are not of this design: give theirs with --design" in refused(
+        *given, "--design", "marine-gearbox"
+    )
+    lost = refused("--loaded", str(tmp_path / "none.inp"), "--out", str(tmp_path / "out"))
+    assert "none.inp (No such file or directory): run ccx first" in lost
+    assert decks_of(decks) == [decks.with_stem(f"p-{k}") for k in (1, 2, 3)]
+    unsolved = tmp_path / "q-1.inp"
+    unsolved.write_text(decks.with_stem("p-1").read_text())
+    assert "q-1.dat (No such file" in refused(
+        "--loaded", str(tmp_path / "q.inp"), "--out", str(tmp_path / "o")
+    )
+    assert not (tmp_path / "out").exists()
