@@ -32,6 +32,12 @@ def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), 
     theme.beside(axes, pixel, words, offset, path_effects=rim, zorder=5, **settings)
 
 
+def note(axes: Axes, pixel: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
+    """Write words beside a pixel, with a thin line that leads to it."""
+    line = {"arrowstyle": "-", "color": style.get("color", theme.INK), "linewidth": 1.0}
+    text(axes, pixel, words, offset, arrowprops={**line, "shrinkA": 2, "shrinkB": 1}, **style)
+
+
 def arrow(
     axes: Axes, tail: ArrayLike, head: ArrayLike, colour: str, width: float = 1.8, ends: str = "-|>"
 ) -> None:
@@ -81,8 +87,7 @@ class Overlay:
 
     def note(self, point: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
         """Write words beside a point, with a thin line that leads to it."""
-        line = {"arrowstyle": "-", "color": style.get("color", theme.INK), "linewidth": 1.0}
-        self.label(point, words, offset, arrowprops={**line, "shrinkA": 2, "shrinkB": 1}, **style)
+        note(self.axes, self.picture.project(point), words, offset, **style)
 
     def line(self, *points: ArrayLike, **style: Any) -> None:
         """Draw a polyline over everything else: points (3,), or one array (n, 3) of them."""
