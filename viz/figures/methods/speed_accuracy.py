@@ -354,18 +354,18 @@ def _steps(rows: Sequence[Row]) -> Iterator[str]:
 def rows(data: tuple[SpeedCase, ...]) -> Table:
     """List every method at every setting; the status says why an error is missing."""
     where = ("flank", "a1_per_mm", "a2_per_mm", "status")
-    setting = ("method", "setting", "error_mm", "transmission_error_arcsec")
+    setting = ("method", "setting", "value", "error_mm", "transmission_error_arcsec")
     header = (*where, *setting, "seconds_per_position", "setup_seconds")
 
     def body() -> Rows:
         """Give the rows of every case."""
         for case in data:
             if case.reason:
-                yield case.flank, *case.parabola, case.reason, "", "", *4 * [float("nan")]
+                yield case.flank, *case.parabola, case.reason, "", "", *5 * [float("nan")]
             for row in case.rows:
                 errors = (row.error_mm, row.transmission_error_arcsec)
                 cost = (row.seconds_per_position, row.setup_seconds)
-                yield case.flank, *case.parabola, row.status, row.method, row.setting, *errors, *cost
+                yield case.flank, *case.parabola, row.status, row.method, row.kind, row.value, *errors, *cost
 
     return header, body()
 
