@@ -66,6 +66,14 @@ def in_print(width_mm: float, plain: bool = False) -> Layout:
     return replace(of_width(width_mm, plain), dpi=DPI * SCALE)
 
 
+def assert_printable(page: Page, width: float) -> None:
+    """Assert that a page is as wide as asked for, mm, no higher than a journal's, and its words are sound."""
+    wide, high = page.get_size_inches() * SCALE * 25.4
+    assert wide == pytest.approx(width, abs=0.05)
+    assert high <= HIGHEST, f"{width:g} mm"
+    assert faults(page) == [], f"{width:g} mm"
+
+
 def faults(page: Page) -> list[str]:
     """What is wrong with the words on a page."""
     with theme.style():
@@ -103,10 +111,7 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
     recipe = figure.recipe()
     data = recipe.compute((DESIGNS | BUILT_IN)[design])
     for width in WIDTHS:
-        page = recipe.drawn(data, in_print(width)).page
-        assert page.get_figwidth() * SCALE * 25.4 == pytest.approx(width, abs=0.05)
-        assert page.get_figheight() * SCALE * 25.4 <= HIGHEST
-        assert faults(page) == [], f"{width:g} mm"
+        assert_printable(recipe.drawn(data, in_print(width)).page, width)
 
 
 def test_faults_are_seen() -> None:
