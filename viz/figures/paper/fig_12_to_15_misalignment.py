@@ -23,7 +23,7 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ...stage.scene import Picture
 
-STRETCH = 3.0
+STRETCH = 4.0
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -50,7 +50,7 @@ LOOKS = (
 )
 CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=3.5)
 NAMES = 0.3  # inches over a panel for its name, where they stand one under another
-FLANK_SHARE, IN_PRINT = 0.52, 0.46  # of a panel's width; labels stand on the right of the flank
+FLANK_SHARE, IN_PRINT = 0.58, 0.46  # of a panel's width; labels stand on the right of the flank
 NOTE = (
     "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
     f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
