@@ -25,6 +25,7 @@ from ..stage import theme
 from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
+from . import annotate
 from .solved import MEMBERS, SolvedPath
 from .viewpoint import Look, scale_bars
 
@@ -283,7 +284,7 @@ def show_items(
         ("toe", middle[0], (0, -5), "center", "top", 0),
     ):
         style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
-        theme.beside(axes, picture.project(place), text, offset, **style)
+        annotate.text(axes, picture.project(place), text, offset, **style)
     return Panel(axes, picture, view)
 
 
