@@ -122,11 +122,6 @@ class Row:
     setup_seconds: float
     status: str
 
-    @property
-    def setting(self) -> str:
-        """The setting in words."""
-        return f"{self.kind} {self.value:g}"
-
 
 @dataclass(frozen=True, eq=False)
 class _Trial:

@@ -179,7 +179,7 @@ def test_a_failure_has_its_row() -> None:
         raise ArithmeticError("it went astray")
 
     row = row_for(fails)
-    assert (row.status, row.setting, row.setup_seconds) == ("it went astray", "batch 5", 0.25)
+    assert (row.status, row.kind, row.value, row.setup_seconds) == ("it went astray", "batch", 5, 0.25)
     assert np.isnan([row.error_mm, row.transmission_error_arcsec, row.seconds_per_position]).all()
     point, roll = true_answer()
     point[1, 2] = roll[0, 4] = np.nan
@@ -286,11 +286,11 @@ def test_the_speed_figures_words_and_numbers() -> None:
     header, lines = fig_speed.rows(data)
     assert list(header)[:4] == ["flank", "a1_per_mm", "a2_per_mm", "status"]
     measured = "error_mm transmission_error_arcsec seconds_per_position setup_seconds"
-    assert list(header)[4:] == ["method", "setting", *measured.split()]
+    assert list(header)[4:] == ["method", "setting", "value", *measured.split()]
     body = [list(line) for line in lines]
     assert len(body) == sum(len(case.rows) for case in cases[:3]) + 1
     assert all(len(line) == len(header) for line in body)
-    assert body[0][4:6] == ["mesh alone", "tolerance 0.1"]
+    assert body[0][4:7] == ["mesh alone", "tolerance", 0.1]
     assert body[-1][3] == "the left flanks have no contact"
     text = fig_speed.finding(data)
     exact = rows_of("right", PARABOLAS[1])

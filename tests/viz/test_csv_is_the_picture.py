@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from scipy.spatial import cKDTree
 
 from beveloid_geom.arrays import FloatArray
 from beveloid_viz.stage.layout import of_size
@@ -27,8 +30,8 @@ CHARTS = {
     "mesh-convergence": 4,
 }
 """Charts by name, and how many curves they have at least."""
-BARS = {"sensitivity": (150, 0), "speed-accuracy": (35, 1)}
-"""Charts of bars and marks: how many lines they have at least, and which way of them is the number."""
+BARS = {"sensitivity": (150, (0,)), "speed-accuracy": (35, (0, 1))}
+"""Charts of bars and marks: how many lines they have at least, and which ways of them are numbers."""
 MAPS = {"map-parabola": 5, "map-mounting": 4}
 """Maps, and how many panels of cells they have at least."""
 POINTS = 5
@@ -37,6 +40,8 @@ UNITS = (1.0, 1e3, 1e6, 100.0, float(np.degrees(3600.0)), float(np.degrees(1.0))
 """What a column is drawn in: itself, um of mm, urad of rad, percent, arcsec and degrees of rad."""
 ONE_WAY = {"transmission-error": 1, "mesh-convergence": 1, "tolerance-cloud": 0}
 """Which way of charts that repeat a curve whole pitches on, or draw it over settings or up to a rank."""
+STRIPS = ("M4", "M5", "M6")
+"""Statements whose marks stand one over another, at heights that are no numbers."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -60,9 +65,14 @@ def curves(name: str, points: int = POINTS) -> Iterator[Line2D]:
                 yield line
 
 
-def columns(name: str) -> list[FloatArray]:
-    """The numbers in each column of a table, without their signs, in order."""
+def table(name: str) -> tuple[list[str], list[Sequence[object]]]:
+    """The header and the rows of a table."""
     header, rows = recipe_of(name).rows(data_of(name))
+    return list(header), list(rows)
+
+
+def columns(header: Sequence[str], rows: Iterable[Sequence[object]]) -> list[FloatArray]:
+    """The numbers in each column of a table, without their signs, in order."""
     found: list[list[float]] = [[] for _ in header]
     for row in rows:
         for values, value in zip(found, row, strict=True):
@@ -78,14 +88,14 @@ def stands_in(values: FloatArray, column: FloatArray) -> bool:
     return bool((near <= 1e-9 * values.max(initial=1e-30)).all())
 
 
-def assert_in_table(name: str, drawn: Iterable[Any]) -> int:
+def assert_in_table(found: Sequence[FloatArray], drawn: Iterable[Any]) -> int:
     """Count arrays that are drawn, and assert that each but its zeros stands in a column of the table."""
-    table = [unit * column for column in columns(name) for unit in UNITS if column.size]
+    every = [unit * column for column in found for unit in UNITS if column.size]
     seen = 0
     for one in drawn:
         values = np.abs(np.ma.filled(np.ma.asarray(one, dtype=float), np.nan).ravel())
         values = values[np.isfinite(values) & (values > 0.0)]
-        assert any(stands_in(values, column) for column in table), values[:4]
+        assert any(stands_in(values, column) for column in every), values[:4]
         seen += 1
     return seen
 
@@ -94,17 +104,54 @@ def assert_in_table(name: str, drawn: Iterable[Any]) -> int:
 def test_every_curve_is_in_the_table(name: str) -> None:
     ways = [ONE_WAY[name]] if name in ONE_WAY else [0, 1]
     drawn = (line.get_data()[way] for line in curves(name) for way in ways)
-    assert assert_in_table(name, drawn) >= len(ways) * CHARTS[name]
+    assert assert_in_table(columns(*table(name)), drawn) >= len(ways) * CHARTS[name]
 
 
 @pytest.mark.parametrize("name", BARS)
 def test_every_bar_is_in_the_table(name: str) -> None:
-    least, way = BARS[name]
-    assert assert_in_table(name, (line.get_data()[way] for line in curves(name, 1))) >= least
+    least, ways = BARS[name]
+    drawn = (line.get_data()[way] for line in curves(name, 1) for way in ways)
+    assert assert_in_table(columns(*table(name)), drawn) >= len(ways) * least
 
 
 @pytest.mark.parametrize("name", MAPS)
 def test_every_cell_is_in_the_table(name: str) -> None:
     meshes = (one for axes in charts(name) for one in axes.collections if isinstance(one, QuadMesh))
     cells = [mesh.get_array() for mesh in meshes if mesh.colorbar is not None]  # not those of the scales
-    assert assert_in_table(name, cells) >= MAPS[name]
+    assert assert_in_table(columns(*table(name)), cells) >= MAPS[name]
+
+
+def test_every_picture_of_the_board_is_in_the_rows_of_its_statement() -> None:
+    header, rows = table("statements")
+    ids = dict.fromkeys(str(row[0]) for row in rows)
+    for id_, axes in zip(ids, charts("statements"), strict=True):
+        found = columns(header, [row for row in rows if row[0] == id_])
+        lines = [line.get_data() for line in axes.lines if line.get_transform() == axes.transData]
+        ways = (0,) if id_ in STRIPS else (0, 1)
+        bars = [patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)]
+        seen = assert_in_table(found, [line[way] for line in lines for way in ways] + bars)
+        assert seen >= (8 if id_ in ("F6", "D1") else 4), id_
+
+
+def test_the_rack_is_redrawn_from_its_table() -> None:
+    """The right profile, its mirror image and both of them a pitch on make the curves; what is written beside
+    them stands in the table, too."""
+    header, rows = table("fig-02")
+    page = recipe_of("fig-02").drawn(data_of("fig-02"), of_size((800, 600))).page
+    drawn = [np.array(line.get_data()) for line in page.axes[0].lines]
+    for name, curve in zip(("parabolic", "straight"), (c.T for c in drawn if c.size > 200), strict=True):
+        x, y = np.array([row[-2:] for row in rows if row[0] == name], dtype=float).T
+        halves = [
+            np.stack((side * y + pitch, x), axis=-1)
+            for side in (-1, 1)
+            for pitch in 2.0 * y[0] * np.arange(-1, 2)
+        ]
+        places = np.concatenate(halves)
+        for one, other in ((curve, places), (places, curve)):
+            assert np.max(cKDTree(one).query(other)[0]) < 1e-9, name
+    words = " ".join([page.subtitle, *(text.get_text() for text in page.axes[0].texts)])
+    numbers = [float(number) for number in re.findall(r"(?<![\w{/^\u2212])\d[\d.]*", words)]
+    every = np.concatenate([unit * column for column in columns(header, rows) for unit in UNITS])
+    assert len(numbers) == 7
+    for number in numbers:
+        assert abs(every - number).min() < 1e-3 * number + 1e-12, number

@@ -18,7 +18,7 @@ from beveloid_viz.figures.results import deviations
 from beveloid_viz.stage import theme
 
 from .pages import page_of, words
-from .test_print import faults, in_print
+from .test_print import WIDTHS, assert_printable, in_print
 
 ROWS, COLUMNS = 3, 5
 
@@ -56,11 +56,9 @@ def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
     assert "Gear, 45 teeth" in words(page)
 
 
-@pytest.mark.parametrize("width", [90.0, 190.0])
-def test_in_print_words_keep_clear(width: float) -> None:
-    with theme.style():
-        page = deviations.RECIPES["deviations"].drawn(report(), in_print(width)).page
-    assert not faults(page)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_page_is_printable(width: float) -> None:
+    assert_printable(deviations.RECIPES["deviations"].drawn(report(), in_print(width)).page, width)
 
 
 def test_the_command_draws_a_file(tmp_path: Path) -> None:

@@ -1,15 +1,21 @@
-"""The section in Fig. 1: both members cut by one plane that holds the common normal, without overlap."""
+"""Fig. 1: both members cut by one plane that holds the common normal, without overlap; words and section
+beside the gears, whatever the pair."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from matplotlib.path import Path
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
-from beveloid_geom import path_of_contact
+from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
+from beveloid_viz.stage.layout import Layout, of_size
 
 from ..oracle.table1 import table1
+from .test_print import in_print
 
 
 def depth(point: FloatArray, outline: FloatArray) -> float:
@@ -36,3 +42,25 @@ def test_one_plane_cuts_both_members_and_they_touch_in_one_place() -> None:
         inside = near[Path(other).contains_points(near)]
         assert all(depth(point, other) < 0.05 for point in inside)  # what the meshes are exact to
         assert np.linalg.norm(near, axis=1).min() < 1.0
+
+
+@pytest.mark.parametrize("layout", [of_size((800, 600)), in_print(90.0)], ids=["page", "90 mm"])
+@pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash"])
+def test_words_and_section_hide_no_gear(name: str, layout: Layout) -> None:
+    """Names of members, toes and heels lie on white, as does the section; each once for either member."""
+    drawing = fig_pair.RECIPES["fig-01"].drawn(fig_pair.compute(builtin_design(name)), layout)
+    image = drawing.pictures["pair"].image[::-1]
+    _, over, section = drawing.page.axes
+    corner = over.get_window_extent().min
+
+    def hidden(box: Bbox) -> int:
+        (left, low), (right, high) = np.maximum(np.rint(box.get_points() - corner).astype(int), 0)
+        return int((image[low:high, left:right] < 255).any(axis=-1).sum())
+
+    named = [text for text in over.texts if text.get_text() and "$" not in text.get_text()]
+    words = [text.get_text().split("\n")[0] for text in named]
+    assert sorted(words) == ["gear", "heel", "heel", "pinion", "toe", "toe"]
+    assert {text.get_text(): hidden(Text.get_window_extent(text)) for text in named} == {
+        text.get_text(): 0 for text in named
+    }
+    assert hidden(section.get_window_extent()) == 0

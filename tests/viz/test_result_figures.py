@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from beveloid_geom import (
     Errors,
@@ -21,18 +22,22 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
+from beveloid_geom.shapes.elements import face_nodes
 from beveloid_viz.figures.results import (
+    meshed_tooth as fig_meshed,
     pattern as fig_pattern,
     posed_pair as fig_posed,
     sensitivity as fig_sensitivity,
     tolerance_cloud as fig_cloud,
 )
 from beveloid_viz.parts import charts, motion_graph, posed, solved
+from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 
 from ..cli.running import rows_of, run, strict_json
@@ -292,3 +297,34 @@ def test_patterns_under_errors_are_the_librarys() -> None:
     page, rows = drawn("pattern-errors", builtin_design().with_parabola(pinion=-0.01))
     assert words(page).count("undercut") == 18
     assert {row["status"] for row in rows} == {"undercut"}
+
+
+@pytest.mark.parametrize("name", ["ni-2017", "anti-backlash"])
+def test_words_stand_on_the_surfaces_that_they_name(name: str) -> None:
+    """Of the faces that hold the place of a word, the nearest to the viewer is of the surface so named; each
+    surface but the fillets and lands behind has its name in one picture."""
+    data = fig_meshed.compute(builtin_design(name))
+    assert data.mesh
+    drawing = fig_meshed.draw(data, of_size((1600, 1200)))
+    faces = [
+        (key, data.mesh.points[face_nodes(data.mesh, own)[:, :4]]) for key, own in data.mesh.surfaces.items()
+    ]
+    named = []
+    for axes, picture in zip(drawing.page.axes[1::2], drawing.pictures.values(), strict=True):
+        for text in axes.texts:
+            assert isinstance(text, Annotation)
+            found = []
+            for key, corners in faces:
+                inside = within(picture.project(corners), np.array(text.xy))
+                depths = (corners @ picture.camera.axes[2]).max(axis=1)[inside]
+                found += [(depth, key) for depth in depths.tolist()]
+            assert max(found)[1] == text.get_text()
+            named.append(text.get_text())
+    assert sorted(named) == sorted(data.mesh.surfaces)
+
+
+def within(corners: FloatArray, place: FloatArray) -> Mask:
+    """Say in which of convex polygons (n, corners, 2) a place (2,) is."""
+    side, to = np.roll(corners, -1, axis=1) - corners, place - corners
+    turn = side[..., 0] * to[..., 1] - side[..., 1] * to[..., 0]
+    return np.asarray((turn >= 0.0).all(axis=1) | (turn <= 0.0).all(axis=1))

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Mask
 
 from ..stage import theme
 from ..stage.scene import Camera, Item, Picture, Scene, render
@@ -23,6 +23,10 @@ SIDEWAYS = 0.5
 """Sine of the slope from upright beyond which words stand beside an arrow, not over it."""
 END_ON = 0.12
 """Share of its length below which an axis is seen end on."""
+CLEAR, NEAR = 3.0, 9.0
+"""Points left free around words, and at the end of the line that leads to their place."""
+REACHES, TURNS = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)
+"""How far off a place words are looked for, in their usual distance, and turned by how much, rad."""
 
 
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
@@ -30,6 +34,12 @@ def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), 
     settings = {"fontsize": theme.LABEL, "ha": "center", "va": "center", "color": theme.INK, **style}
     rim = [withStroke(linewidth=HALO, foreground="white")]
     theme.beside(axes, pixel, words, offset, path_effects=rim, zorder=5, **settings)
+
+
+def note(axes: Axes, pixel: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
+    """Write words beside a pixel, with a thin line that leads to it."""
+    line = {"arrowstyle": "-", "color": style.get("color", theme.INK), "linewidth": 1.0}
+    text(axes, pixel, words, offset, arrowprops={**line, "shrinkA": 2, "shrinkB": 1}, **style)
 
 
 def arrow(
@@ -81,8 +91,7 @@ class Overlay:
 
     def note(self, point: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
         """Write words beside a point, with a thin line that leads to it."""
-        line = {"arrowstyle": "-", "color": style.get("color", theme.INK), "linewidth": 1.0}
-        self.label(point, words, offset, arrowprops={**line, "shrinkA": 2, "shrinkB": 1}, **style)
+        note(self.axes, self.picture.project(point), words, offset, **style)
 
     def line(self, *points: ArrayLike, **style: Any) -> None:
         """Draw a polyline over everything else: points (3,), or one array (n, 3) of them."""
@@ -161,3 +170,71 @@ class Overlay:
         if title:
             bold: dict[str, Any] = {"fontweight": "bold", "fontsize": theme.HEADING}
             text(self.axes, start, f"${title}$", offset, color=colour, **bold)
+
+
+class Room:
+    """Where words stand clear of all that a page shows, and of words put there before."""
+
+    def __init__(self, axes: Axes) -> None:
+        """See what is on the page of these axes by now."""
+        self.axes, self.point = axes, axes.figure.dpi / 72.0
+        canvas: Any = axes.figure.canvas
+        canvas.draw()
+        self.free: Mask = (np.asarray(canvas.buffer_rgba())[::-1, :, :3] == 255).all(axis=-1)
+
+    def note(self, pixels: FloatArray, middle: ArrayLike, words: str, offset: Offset) -> None:
+        """Write words beside one of some pixels (n, 2) of the axes, with a line that leads to it: where both
+        are clear, or hide least, near the first of them. There they stand off by an `offset`, elsewhere by
+        one turned with the pixel about `middle`."""
+        away = (pixels - np.asarray(middle)) * (1.0, -1.0)
+        way = away[:, 0] + 1j * away[:, 1]
+        usual = complex(*offset) * way / np.abs(way) * abs(way[0]) / way[0]
+        number, reach, turn = (
+            grid.ravel() for grid in np.meshgrid(np.arange(len(pixels)), REACHES, TURNS, indexing="ij")
+        )
+        shifts = (usual[number] * reach * np.exp(1j * turn))[:, None].view(float)
+        probe = theme.beside(self.axes, pixels[0], words, (0.0, 0.0), fontsize=theme.LABEL)
+        half = 0.5 * np.array(probe.get_window_extent().size) / self.point
+        probe.remove()
+        shifts += half * shifts / np.linalg.norm(shifts, axis=1, keepdims=True)
+        ends = self.axes.transData.transform(pixels)[number]
+        middles, half = ends + self.point * shifts, self.point * (half + CLEAR)
+        hidden = [
+            self.hides(_box(at, half)) + int((~self.free[self._line(end, at)]).sum())
+            for end, at in zip(ends, middles, strict=True)
+        ]
+        away_from_first = number / len(pixels) + reach + 0.5 * np.abs(turn)
+        best = int(np.argmin(np.array(hidden) + 0.1 * away_from_first))
+        self.take(_box(middles[best], half))
+        self.free[self._line(ends[best], middles[best])] = False
+        right, up = shifts[best].tolist()
+        note(self.axes, pixels[number[best]], words, (right, up), multialignment="left")
+
+    def take(self, box: theme.Box) -> None:
+        """Keep a box of the page from now on."""
+        self._seen(box)[:] = False
+
+    def hides(self, box: theme.Box) -> int:
+        """Count the pixels of a box that are not free, or beyond the page."""
+        return box.width * box.height - int(self._seen(box).sum())
+
+    def _seen(self, box: theme.Box) -> Mask:
+        """Give what of a box is on the page."""
+        left, bottom, right, top = (
+            max(end, 0) for end in (box.left, box.bottom, box.left + box.width, box.bottom + box.height)
+        )
+        return self.free[bottom:top, left:right]
+
+    def _line(self, end: FloatArray, start: FloatArray) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Give rows and columns of the pixels of a line, but near its end."""
+        length = float(np.linalg.norm(end - start))
+        share = np.arange(self.point * NEAR, length, 1.0)[:, None] / length
+        column, row = np.rint(end + share * (start - end)).astype(int).T
+        height, width = self.free.shape
+        return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
+
+
+def _box(middle: FloatArray, half: FloatArray) -> theme.Box:
+    """Give a box about a pixel of the page, `half` as wide and high."""
+    low, high = (np.rint(middle + side * half).astype(int).tolist() for side in (-1.0, 1.0))
+    return theme.Box(low[0], low[1], high[0] - low[0], high[1] - low[1])

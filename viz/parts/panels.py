@@ -25,6 +25,7 @@ from ..stage import theme
 from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
+from . import annotate
 from .solved import MEMBERS, SolvedPath
 from .viewpoint import Look, scale_bars
 
@@ -41,6 +42,8 @@ LEFT, RIGHT = 0.045, 0.99  # shares of the page's width
 CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
 LABEL, HEADING = 0.27, 0.4
 """Inches over and under a flank, and over a column."""
+FLANK_SHARE = 0.88
+"""Of the width of a column of flanks, that of the widest."""
 Texts: TypeAlias = tuple[float, float]
 """Inches of words under a pinion's and under a gear's flank."""
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
@@ -234,10 +237,10 @@ def draw_flank(
     view: FlankView | None,
     traces: Iterable[Trace],
     px_per_mm: float,
-    limits: float = 0.0,
+    limits: float | None = 0.0,
 ) -> Panel | None:
     """Draw a flank of pinion (0) or gear (1) into its box at a given scale, and name its `limits`, root and
-    tip at a share of the way from mid-face to the heel; a note, and None, where there is no flank."""
+    tip at a share of the way from mid-face to the heel, or none; a note, and None, where no flank is."""
     if view is None:
         theme.say(theme.overlay(page, box), "no flank: it ends short of its tip", 24)
         return None
@@ -263,12 +266,14 @@ def camera_of(view: FlankView, half_height: float) -> Camera:
 
 
 def show_items(
-    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float, limits: float = 0.0
+    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float, limits: float | None = 0.0
 ) -> Panel:
     """Draw what stands in the frame of a flank's picture into a box, the flank in its middle, and write root,
-    tip, toe and heel around it."""
+    tip, toe and heel around it unless `limits` is None."""
     picture = render(Scene(items, camera_of(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show(page, box, picture)
+    if limits is None:
+        return Panel(axes, picture, view)
     root, middle, tip = view.frame
     way = 1.0 if tip[1, 0] > root[1, 0] else -1.0
     aligned = ("right", "left")[:: int(way)]
@@ -279,21 +284,22 @@ def show_items(
         ("toe", middle[0], (0, -5), "center", "top", 0),
     ):
         style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
-        theme.beside(axes, picture.project(place), text, offset, **style)
+        annotate.text(axes, picture.project(place), text, offset, **style)
     return Panel(axes, picture, view)
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
     """Where a flank stands among others: in the `row` of pinions (0) or gears (1) and a `column`, its box,
-    view and scale, and the place (2,) of words under it, shares of the page, that are at most `width` pixels
-    wide."""
+    view and scale, where its `limits` are named if they are, as `draw_flank` takes it, and the place (2,) of
+    words under it, shares of the page, that are at most `width` pixels wide."""
 
     row: int
     column: int
     box: Box
     view: FlankView | None
     px_per_mm: float
+    limits: float | None
     under: tuple[float, float]
     width: float
 
@@ -307,7 +313,7 @@ def flanks_tall(layout: theme.Layout, count: int, text: Texts, stretch: float = 
     """Give the inches in print that `flank_rows` of so many columns take."""
     width = CELLS.width(layout, count)
     words = HEADING + sum(_texts(layout, count, text)) + 4.0 * LABEL
-    flank = min(2.3 * width / stretch, 3.6)
+    flank = min(3.0 * width / stretch, 3.6)
     return CELLS.tall(layout, count, words + 2.0 * flank)
 
 
@@ -331,7 +337,8 @@ def flank_rows(
     """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
     the page), by calling `draw` for each, in the paper's view or from `outside`. `columns` are headings,
     designs and flanks; `text` inches are left for words under a pinion's and a gear's flank. Where a page is
-    too narrow, further columns follow under the first. The pictures by member and column."""
+    too narrow, further columns follow under the first. In a row the first flank of each side names its
+    limits. The pictures by member and column."""
     seen = (flank_views(design, flank, stretch, outside) for _, design, flank in columns)
     views = list(zip(*seen, strict=True))
     spans = np.stack([greatest_span(row) for row in views])
@@ -342,7 +349,7 @@ def flank_rows(
     width = (RIGHT - LEFT) / beside
     around = under + theme.inches(page, 2.0 * LABEL)
     room = (block - theme.inches(page, HEADING) - around.sum()) * page_height
-    px_per_mm = float(min(room / spans[:, 1].sum(), 0.72 * width * page_width / spans[:, 0].max()))
+    px_per_mm = float(min(room / spans[:, 1].sum(), FLANK_SHARE * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
     heights = around + spare + px_per_mm * spans[:, 1] / page_height
@@ -359,9 +366,13 @@ def flank_rows(
             if place == 0:
                 style: dict[str, Any] = {"rotation": 90, "va": "center", "fontsize": theme.HEADING}
                 page.text(0.012, bottom + 0.5 * (heights[row] + under[row]), member.capitalize(), **style)
-            box = theme.place(page, x + 0.1 * width, y, 0.8 * width, height)
+            box = theme.place(page, x + 0.01 * width, y, 0.98 * width, height)
+            same = range(group * beside, column)
+            told = any(columns[k][2] == columns[column][2] and views[row][k] is not None for k in same)
             under_it = (x + 0.5 * width, y), 0.97 * width * page_width
-            picture = draw(Cell(row, column, box, views[row][column], px_per_mm, *under_it))
+            picture = draw(
+                Cell(row, column, box, views[row][column], px_per_mm, None if told else 0.0, *under_it)
+            )
             if picture is not None:
                 pictures[f"{member}-{column}"] = picture
     return pictures

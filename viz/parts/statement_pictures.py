@@ -30,6 +30,7 @@ from beveloid_geom.studies.claims import (
 from beveloid_geom.studies.statement_verdicts import Statement
 
 from ..stage import theme
+from .map_panel import HALO
 from .solved import MEMBERS
 
 SHOWN = np.linspace(0, STEPS - 1, 5).astype(int)
@@ -231,7 +232,7 @@ def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], t
 
 
 def _small(colour: str) -> dict[str, Any]:
-    return {"fontsize": theme.SMALL, "color": colour, "va": "bottom"}
+    return {"fontsize": theme.SMALL, "color": colour, "va": "bottom", "path_effects": HALO}
 
 
 def _draw_metal(axes: Axes, lines: Lines) -> None:

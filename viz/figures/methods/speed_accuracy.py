@@ -74,19 +74,19 @@ LABELS = (
 """Settings written beside their marks: method, which of its rows, text, and where, best first; what has
 no room at any of them is left out."""
 NOTE = (
-    "Along a curve varies of meshes the tolerance, of five equations xtol, of Newton the steps, of a grid its"
-    " points, and else the batch. Errors are the largest of five positions of the path, against the five"
-    " equations at 60 digits. Times are processor times of a call over its positions; what is kept between"
-    " calls (mounting, meshes, the flanks' constants) is listed apart, as setup. Meshes turn the gear until"
-    " the flanks touch, from 1e-4 rad off. A cold start is the pitch point, a warm one the position before."
+    "Along a curve varies of meshes the tolerance, of five equations xtol, of Newton the steps, and else"
+    " the batch. Errors are the largest of five positions of the path, against the five equations at 60"
+    " digits. Times are processor times of a call over its positions; what is kept between calls"
+    " (mounting, meshes, the flanks' constants) is listed apart, as setup. Meshes turn the gear until the"
+    " flanks touch, from 1e-4 rad off. A cold start is the pitch point, a warm one the position before."
     " Newton starts in the middle of the gear's flank, in batches of 1,000; without parabola one step is"
-    " exact, and the point does not depend on it. (f), (g): where the teeth touch first, edges included, in"
-    " five positions of a mesh cycle, against its exact pieces; the polish knows no contact on an edge."
-    " {finding}{failures}"
+    " exact, and the point does not depend on it."
 )
-
-
-MORE = "What a batch costs, and how first contacts are found, is shown on wider pages."
+FIRST_NOTE = (
+    " (f), (g): where the teeth touch first, edges included, in five positions of a mesh cycle, against its"
+    " exact pieces, of a grid over its points; the polish knows no contact on an edge. "
+)
+MORE = " What a batch costs, and how first contacts are found, is shown on wider pages."
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +145,13 @@ def compute(design: Design) -> tuple[SpeedCase, ...]:
 def draw(data: tuple[SpeedCase, ...], layout: theme.Layout) -> Drawing:
     """Draw a chart for each case; beside them the cost of a batch, and first contacts of all teeth."""
     count = FEWER if layout.printed and CELLS.columns(layout, PANELS) < 3 else PANELS
-    says = finding(data) if count == PANELS else MORE
+    more = FIRST_NOTE + finding(data) if count == PANELS else MORE
     page, low, high = theme.new_page(
         layout,
         "Speed against accuracy of every way to find the contact",
         "Processor time of a position against the true error of the contact point: further left is faster,"
         " further down more exact",
-        NOTE.format(finding=says, failures=failures(data)),
+        NOTE + more + failures(data),
         below=0.75,
         above=1.25,
         columns=COLUMNS,
@@ -354,18 +354,18 @@ def _steps(rows: Sequence[Row]) -> Iterator[str]:
 def rows(data: tuple[SpeedCase, ...]) -> Table:
     """List every method at every setting; the status says why an error is missing."""
     where = ("flank", "a1_per_mm", "a2_per_mm", "status")
-    setting = ("method", "setting", "error_mm", "transmission_error_arcsec")
+    setting = ("method", "setting", "value", "error_mm", "transmission_error_arcsec")
     header = (*where, *setting, "seconds_per_position", "setup_seconds")
 
     def body() -> Rows:
         """Give the rows of every case."""
         for case in data:
             if case.reason:
-                yield case.flank, *case.parabola, case.reason, "", "", *4 * [float("nan")]
+                yield case.flank, *case.parabola, case.reason, "", "", *5 * [float("nan")]
             for row in case.rows:
                 errors = (row.error_mm, row.transmission_error_arcsec)
                 cost = (row.seconds_per_position, row.setup_seconds)
-                yield case.flank, *case.parabola, row.status, row.method, row.setting, *errors, *cost
+                yield case.flank, *case.parabola, row.status, row.method, row.kind, row.value, *errors, *cost
 
     return header, body()
 

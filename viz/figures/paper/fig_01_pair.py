@@ -23,6 +23,8 @@ FACES = ("#c9d3dc", "#e4d7bd")
 """Toe and heel, a little lighter than the teeth."""
 SECTION_TALL = 3.6
 """Inches for the section, on a page so narrow that it stands under the pair."""
+SECTION_SHARES = 0.25, 0.31
+"""Width and height of the section on a wider page, shares of it."""
 SECTION_MODULES = 3.2
 """Half the width of the section shown, in normal modules."""
 SECTION_TOLERANCE = 0.003
@@ -71,8 +73,14 @@ def _ends(pair: PosedPair) -> FloatArray:
 
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
-    """Make the camera that shows the whole pair in a picture of this size."""
-    return fit_camera(posed.reach(pair, feet=not pair.remote), posed.VIEW, posed.UP, size, 0.06)
+    """Make the camera that shows the whole pair in a picture of this size; of a pair without its common
+    perpendicular turned so that it is largest there."""
+    reach, turn = posed.reach(pair, feet=not pair.remote), posed.turn_about_axis(0.5 * np.pi)
+    usual = fit_camera(reach, posed.VIEW, posed.UP, size, 0.06)
+    if not pair.remote:
+        return usual
+    turned = fit_camera(reach, turn @ posed.VIEW, turn @ posed.UP, size, 0.06)
+    return min(usual, turned, key=lambda camera: camera.half_height)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
@@ -114,14 +122,15 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     )
     theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
     view = Overlay.drawn(page, box, items, camera)
-    _annotate(view, pair, layout.width < theme.NARROW)
+    _draw_axes(view, pair)
+    room = annotate.Room(view.axes)
     if pair.touching and len(data.sections) == 2:
-        reach = posed.reach(pair, feet=not pair.remote)
-        shown = view.picture.project(reach) * (1.0, -1.0) + (box.left, box.bottom + box.height)
-        corner = _free_corner(page, shown)
+        corner = _free_corner(page, room)
         if layout.width < theme.NARROW:
             corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_TALL - 0.8))
+        room.take(corner)
         _draw_section(page, corner, data)
+    _name(view, room, pair, layout.width < theme.NARROW)
     return Drawing(page, {"pair": view.picture})
 
 
@@ -134,8 +143,8 @@ def _layout_words(pair: PosedPair) -> str:
     return f"axes at {_degrees(pair):.4g}\u00b0, {nearest}"
 
 
-def _annotate(over: Overlay, pair: PosedPair, narrow: bool) -> None:
-    """Draw axes, offset, shaft angle, toe and heel; words in more lines where the page is narrow."""
+def _draw_axes(over: Overlay, pair: PosedPair) -> None:
+    """Draw axes, and offset and shaft angle if they are near."""
     ends = _ends(pair)
     low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.apart
     if pair.remote:
@@ -144,14 +153,21 @@ def _annotate(over: Overlay, pair: PosedPair, narrow: bool) -> None:
         over.axis(foot + first * axis, foot + last * axis, theme.INK)
     if not pair.remote:
         _annotate_layout(over, pair, 0.65 * abs(float(ends[1, 0])))
+
+
+def _name(over: Overlay, room: annotate.Room, pair: PosedPair, narrow: bool) -> None:
+    """Name members, toes and heels where there is room; in more lines where the page is narrow."""
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
         toe, heel = to_fixed(pair.frames[number], posed.rings(member))
-        for ring, end, offset in ((toe, "toe", (-20.0, 34.0)), (heel, "heel", (-6.0, 28.0))):
-            over.note(ring[np.argmax(ring @ up)], end, offset)
-        corner = heel[np.argmax(heel @ (right + up))]
-        words = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
-        over.note(corner, words, (30.0, 34.0), ha="left", va="bottom")
+        kind = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
+        for ring, words, way, offset in (
+            (toe, "toe", 0.3 * up - right, (-24.0, 6.0)),
+            (heel, "heel", up, (-4.0, 22.0)),
+            (heel, kind, right + up, (26.0, 30.0)),
+        ):
+            near = ring[np.argsort(-(ring @ way))]
+            room.note(over.picture.project(near), over.picture.project(ring[:-1].mean(axis=0)), words, offset)
 
 
 def _degrees(pair: PosedPair) -> float:
@@ -175,16 +191,18 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{solved.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: theme.Page, shown: FloatArray) -> theme.Box:
-    """Find the box for the section: in the corner of the page that covers least of what is shown, pixels (n,
-    2) from the lower left."""
-    corners = [theme.place(page, x, y, 0.25, 0.31) for x, y in ((0.026, 0.085), (0.026, 0.55), (0.72, 0.085))]
-
-    def covered(box: theme.Box) -> int:
-        inside = np.abs(shown - (box.left, box.bottom) - 0.5 * np.array(box.size)) < 0.55 * np.array(box.size)
-        return int(inside.all(axis=1).sum())
-
-    return min(corners, key=covered)
+def _free_corner(page: theme.Page, room: annotate.Room) -> theme.Box:
+    """Find the box for the section: in the corner of the page where it hides least, a little smaller where
+    that is less."""
+    width, height = SECTION_SHARES
+    sizes = [(size * width, size * height) for size in (1.0, 0.9, 0.8)]
+    boxes = [
+        theme.place(page, x, y, across, up)
+        for across, up in sizes
+        for x in (0.026, 0.974 - across)
+        for y in (0.085, 0.86 - up)
+    ]
+    return min(boxes, key=room.hides)
 
 
 def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:

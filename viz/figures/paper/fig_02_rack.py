@@ -14,7 +14,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...parts import annotate, cutter
-from ...parts.recipe import Drawing, Recipe, Table, stacked
+from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...stage import theme
 
 EXAGGERATED = 0.09
@@ -50,6 +50,11 @@ class RackFigure:
         """Normal pressure angle, rad."""
         return float(self.tools[0].normal_pressure_angle)
 
+    @property
+    def space(self) -> float:
+        """Width of the tool's space at the pitch line, mm."""
+        return float(0.5 * np.pi * self.module)
+
 
 def compute(design: Design) -> RackFigure:
     """Find profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
@@ -65,7 +70,7 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     module, coefficient = data.module, float(data.tools[1].parabola)
     narrow = layout.printed and layout.width < theme.NARROW
     wide = NARROW if narrow else WIDE
-    space, angle = f" = $\\pi m_n/2$ = {0.5 * np.pi * module:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
+    space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
@@ -199,10 +204,18 @@ def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
 
 
 def rows(data: RackFigure) -> Table:
-    """List the points of both right profiles."""
-    named = zip(("straight", "parabolic"), data.tools, data.profiles, strict=True)
-    lines = stacked((name, float(tool.parabola), *points.T) for name, tool, points in named)
-    return ("profile", "parabola_per_mm", "x_n_mm", "y_n_mm"), lines
+    """List the points of both right profiles, and their tools."""
+    sizes = ("addendum", "dedendum", "tip_radius")
+    of_tool = ("parabola_per_mm", "normal_module_mm", "normal_pressure_angle_rad", "space_mm")
+    header = ("profile", *of_tool, *(f"{size}_modules" for size in sizes), "x_n_mm", "y_n_mm")
+
+    def cases() -> Rows:
+        """Give the columns of each profile."""
+        for name, tool, points in zip(("straight", "parabolic"), data.tools, data.profiles, strict=True):
+            own = [float(getattr(tool, size)) for size in sizes]
+            yield name, float(tool.parabola), data.module, data.alpha, data.space, *own, *points.T
+
+    return header, stacked(cases())
 
 
 RECIPES = {"fig-02": Recipe(compute, draw, rows)}

@@ -27,6 +27,8 @@ FARTHEST = 2.5
 """Zero-shift sections farther from mid-face than so many face widths are not drawn."""
 
 
+MEET = 1e-6
+"""mm within which lines of action meet."""
 TABLE = 2.0
 """Inches of the numbers, where they stand under the view."""
 
@@ -92,13 +94,15 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles in space, with their dimensions."""
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
+    gap = abs(float(data.mounting.gap))
+    passing = f" (here they pass each other at {gap:.3g} mm; $P$ is midway)" if gap > MEET else ""
     page, low, high = theme.new_page(
         layout,
         f"Fig. 4   Meshing model of the {'crossed ' if offset else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
-        f" meet (here they pass each other at {abs(float(data.mounting.gap)):.3g} mm; $P$ is midway)."
+        f" meet{passing}."
         f" $S_1$ and $S_2${', not drawn,' if data.pair.remote else ''} stand at mid-face, at roll 0."
         " The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
@@ -214,7 +218,13 @@ def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, flo
     for line, (name, values) in enumerate(rows_of, start=1):
         axes.text(0.0, line + 0.1, f"{name}, mm", va="center", fontsize=theme.LABEL)
         for x, value in zip((0.62, 1.0), values, strict=True):
-            words = f"{value:.3f}" if np.isfinite(value) else "none" if np.isnan(value) else "\u221e"
+            words = (
+                f"{value:.3f}".replace("-", "\u2212")
+                if np.isfinite(value)
+                else "none"
+                if np.isnan(value)
+                else "\u221e"
+            )
             axes.text(x, line + 0.1, words, **style)
 
 

@@ -49,10 +49,8 @@ class SignCase:
         return replace(self, greatest=solved.two_digits(self.greatest / solved.as_large(design)))
 
     def heading(self, column: int) -> str:
-        """Give the coefficients of a column."""
-        a1, a2 = self.coefficients[column]
-        other = "$a_2$" if a1 == a2 else "\u2212$a_2$"
-        return f"$a_1$ = {other} = {coefficient_text(a1)} mm$^{{\u22121}}$"
+        """Give the pinion's coefficient of a column."""
+        return f"$a_1$ = {coefficient_text(self.coefficients[column][0])}"
 
 
 CASES = (
@@ -82,11 +80,12 @@ def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
 def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case, flank = data.case, data.flank
+    sign = "" if case.pinion == case.gear else "\u2212"
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
-        " parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
+        f" parabola coefficients $a_1$ of the pinion, $a_2$ = {sign}$a_1$ of the gear, mm$^{{\u22121}}$",
         f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}",
         columns=viewpoint.COLUMNS,
         tall=panels.flanks_tall(layout, COLUMNS, TEXT),
@@ -96,7 +95,8 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
-        drawn = panels.draw_flank(page, cell.box, path.design, row, flank, cell.view, traces, cell.px_per_mm)
+        where = page, cell.box, path.design, row, flank, cell.view
+        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
         if drawn is None:
             return None
         cell.say(page, _under(path, row))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -23,7 +24,7 @@ from ...stage import theme
 from ...stage.layout import Cells
 from ...stage.scene import Picture
 
-STRETCH = 3.0
+STRETCH = 4.0
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -50,7 +51,10 @@ LOOKS = (
 )
 CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=3.5)
 NAMES = 0.3  # inches over a panel for its name, where they stand one under another
-FLANK_SHARE, IN_PRINT = 0.52, 0.46  # of a panel's width; labels stand on the right of the flank
+BESIDE, BROKEN = 3.1, 2.1
+"""Inches of a panel for labels on the right of the flank, and for those with the ratios in two lines."""
+SHORT = 18
+"""Characters of a line beside a flank where there is little room."""
 NOTE = (
     "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
     f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
@@ -145,7 +149,8 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     views = [panels.flank_views(paths[1].design, flank, STRETCH) for paths in data.paths]
     _, _, width, own_height = places[0]
     own_height -= theme.inches(page, NAMES) * one_column
-    share = IN_PRINT if layout.printed else FLANK_SHARE
+    words = BROKEN if layout.printed and not one_column else BESIDE
+    share = 1.0 - words / CELLS.width(layout, 4)
     px_per_mm = panels.shared_scale(page, views, share * width, own_height)
     _legend(page, case)
     pictures: dict[str, Picture] = {}
@@ -239,7 +244,8 @@ def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
 def _detail(path: SolvedPath, zero: SolvedPath, column: int, lines: int) -> str:
     """Say, in so many lines with the error's own, how far a path is shifted, and of the pair its ratios."""
     if not path.found:
-        return f"no path:\n{path.reason}" if column else "no path"
+        reason = textwrap.fill(path.reason, SHORT) if lines > 3 else path.reason
+        return f"no path:\n{reason}" if column else "no path"
     ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ") if column else ""
     if path is zero or not zero.found:
         return ratio

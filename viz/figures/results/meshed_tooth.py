@@ -1,23 +1,24 @@
-"""A tooth meshed for finite elements, its named surfaces in colours."""
+"""A tooth meshed for finite elements, its named surfaces in colours and by name."""
 
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
-from matplotlib.patches import Patch
+from matplotlib.colors import to_hex
 
 from beveloid_geom import Design, Member, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
 
-from ...parts.annotate import Overlay
+from ...parts import annotate
+from ...parts.annotate import Offset, Overlay
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.layout import Cells
-from ...stage.scene import Picture, Surface, fit_camera
+from ...stage.scene import Camera, Paint, Picture, Scene, Size, Surface, fit_camera, render
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -32,12 +33,48 @@ COLOURS = {
     "first side": "#c9c2b4",
     "last side": "#c9c2b4",
 }
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A picture of the tooth: its name, direction of sight (radial, along the circumference, axial, at the
+    tooth), how far below the tip it must show, in tooth depths, and its surfaces with words: on them, or
+    moved off narrow ones."""
+
+    name: str
+    direction: FloatArray
+    below: float
+    words: dict[str, Offset]
+
+
+ON = (0.0, 0.0)
 VIEWS = (
-    ("right flank, fillet and heel", np.array([-0.5, -0.7, -0.5]), 2.2),
-    ("left flank, toe, cut side and bore", np.array([0.3, 0.65, 0.7]), np.inf),
+    View(
+        "right flank, fillet and heel",
+        np.array([-0.5, -0.7, -0.5]),
+        1.6,
+        {
+            "tip": (46.0, 34.0),
+            "right flank": ON,
+            "right fillet": ON,
+            "bottom": (24.0, -36.0),
+            "heel": ON,
+            "last side": ON,
+        },
+    ),
+    View(
+        "left flank, toe, cut side and bore",
+        np.array([0.3, 0.65, 0.7]),
+        np.inf,
+        {
+            "left flank": ON,
+            "left fillet": (-12.0, -40.0),
+            "toe": ON,
+            "first side": ON,
+            "bore": ON,
+        },
+    ),
 )
-"""Directions of sight (radial, along the circumference, axial, at the tooth), and how far below the
-tip the picture must show, in tooth depths."""
 CELLS = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
 UP = np.array([1.0, 0.0, 0.0])
 NOTE = (
@@ -67,10 +104,29 @@ def compute(design: Design) -> MeshedFigure:
     return MeshedFigure(design.pinion, mesh, element_shapes(mesh)[0])
 
 
-def surface_of(mesh: VolumeMesh, name: str) -> Surface:
-    """Make one named surface, flat faces with their edges."""
+def surface_of(mesh: VolumeMesh, name: str, lines: bool = True) -> Surface:
+    """Make one named surface, flat faces, with their edges if `lines` are asked for."""
     faces = face_nodes(mesh, mesh.surfaces[name])[:, 3::-1]
-    return Surface(mesh.points, faces, None, COLOURS[name], mesh_lines=True)
+    return Surface(mesh.points, faces, None, COLOURS[name], edges=lines, mesh_lines=lines)
+
+
+def places(mesh: VolumeMesh, camera: Camera, size: Size) -> Iterator[tuple[str, FloatArray]]:
+    """Find the pixel (2,) in the middle of what a picture shows of each named surface, of those it shows."""
+    turn = np.linspace(0.0, 2.0 * np.pi, len(COLOURS), endpoint=False)
+    circle = np.stack((np.cos(turn), np.sin(turn), np.full_like(turn, -1.0)), axis=-1)
+    marks = dict(
+        zip(COLOURS, np.rint(127.5 + 127.5 * circle).astype(int), strict=True)
+    )  # no mixture is another
+    flat = np.zeros(len(mesh.points))
+    items = [
+        replace(surface_of(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0)))
+        for name, mark in marks.items()
+    ]
+    image = render(Scene(items, camera), size).image
+    for name, mark in marks.items():
+        seen = np.argwhere((image == mark).all(axis=-1))[:, ::-1]
+        if seen.size:
+            yield name, seen[np.linalg.norm(seen - seen.mean(axis=0), axis=1).argmin()].astype(float)
 
 
 def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
@@ -79,14 +135,13 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "A tooth of the pinion meshed for finite elements",
-        "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; the named surfaces in colours",
+        "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; their surfaces by name",
         ""
         if mesh is None
         else f"{len(mesh.hexahedra):,} elements, {len(mesh.points):,} nodes; scaled Jacobian of the elements"
         f" {data.quality.min():.2f} to {data.quality.max():.2f}. {NOTE}",
-        below=0.75,
         above=0.35,
-        tall=CELLS.tall(layout, len(VIEWS), min(CELLS.width(layout, len(VIEWS)), 4.8)),
+        tall=CELLS.tall(layout, len(VIEWS), min(CELLS.width(layout, len(VIEWS)), 5.2)),
     )
     if mesh is None:
         page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
@@ -95,26 +150,20 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     items = [surface_of(mesh, name) for name in COLOURS]
     radius = np.hypot(*mesh.points[:, :2].T)
     depth = 2.25 * float(data.member.tool.normal_module)
-    places = CELLS.boxes(layout, len(VIEWS), page.get_figheight(), low, high)
-    for column, ((name, direction, below), place) in enumerate(zip(VIEWS, places, strict=True)):
+    boxes = CELLS.boxes(layout, len(VIEWS), page.get_figheight(), low, high)
+    for letter, view, place in zip("ab", VIEWS, boxes, strict=True):
         box = theme.place(page, *place)
-        shown = mesh.points[radius > radius.max() - below * depth]
-        camera = fit_camera(shown, direction, UP, box.size, 0.03)
-        pictures[name] = Overlay.drawn(page, box, items, camera).picture
+        shown = mesh.points[radius > radius.max() - view.below * depth]
+        camera = fit_camera(shown, view.direction, UP, box.size, 0.03)
+        over = Overlay.drawn(page, box, items, camera)
+        for name, pixel in places(mesh, camera, box.size):
+            if name in view.words:
+                annotate.note(over.axes, pixel, name, view.words[name])
+        pictures[view.name] = over.picture
         left, bottom, width, height = place
         x, y = left + 0.5 * width, bottom + height + theme.inches(page, 0.15)
-        page.text(x, y, f"({'ab'[column]})  {name}", ha="center", fontsize=theme.HEADING)
-    _legend(page, low)
+        page.text(x, y, f"({letter})  {view.name}", ha="center", fontsize=theme.HEADING)
     return Drawing(page, pictures)
-
-
-def _legend(page: theme.Page, low: float) -> None:
-    named: dict[str, str] = {}
-    for name, colour in COLOURS.items():
-        named[colour] = f"{named[colour]}, {name}" if colour in named else name
-    handles = [Patch(facecolor=colour, edgecolor=theme.GREY, label=text) for colour, text in named.items()]
-    place: dict[str, Any] = {"loc": "center", "bbox_to_anchor": (0.5, low - theme.inches(page, 0.4))}
-    theme.legend(page, handles, 5, fontsize=theme.SMALL, **place)
 
 
 def rows(data: MeshedFigure) -> Table:

@@ -27,7 +27,8 @@ from ...stage import theme
 from ...stage.scene import Item, Paint, Picture
 
 TEXT, BAR = (0.4, 0.4), 0.9  # inches: under flanks, for the colour bar
-STRETCH = 3.0
+STRETCH, IF_NARROW = 4.0, 3.0
+"""How many times as large across as along flanks are drawn, and on a page with little room across."""
 GRID = (81, 161)
 """Points along depth and face at which a separation is drawn."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
@@ -197,8 +198,9 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    note = panels.how_drawn(flanks, STRETCH, outside=True) + data.note
-    tall = panels.flanks_tall(layout, len(data.columns), TEXT, STRETCH) + BAR
+    stretch = STRETCH if layout.width > theme.NARROW else IF_NARROW
+    note = panels.how_drawn(flanks, stretch, outside=True) + data.note
+    tall = panels.flanks_tall(layout, len(data.columns), TEXT, stretch) + BAR
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
@@ -212,7 +214,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         layer = column.layers[cell.row]
         items = _painted(data, layer, cell.view, BARE[cell.row])
         items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
-        drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm)
+        drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
         rim = drawn.place(_rim(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
         for ring in layer.rings:
@@ -224,7 +226,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
 
     columns = [(column.heading, column.design, column.flank) for column in data.columns]
     bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, True, STRETCH))
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, True, stretch))
 
 
 def _rim(grid: FloatArray) -> FloatArray:
