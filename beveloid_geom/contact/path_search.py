@@ -30,6 +30,7 @@ from .curve_equations import meet_on_curve, onto_curve, units_of
 from .curve_tracing import LONGEST, Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends, no_ends, rough_window
 from .equation import Pairing
+from .parallel.clear import clear_of_flanks
 from .parallel.nearly import nearly_parallel, series_over_w1
 from .parallel.paths import parallel_series
 from .path_polynomial import (
@@ -92,22 +93,21 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     Series over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
     the faces; the cases that these do not describe are followed together, as a step of a trace costs little
     more for many than for one: near the faces, and all over the window where that leaves a doubt."""
-    parallel, near = pairing.parallel, nearly_parallel(pairing)
-    if not (parallel | near).any():
+    parallel, near = pairing.parallel, np.flatnonzero(nearly_parallel(pairing))
+    if not (near.size or parallel.any()):
         return _crossed(pairing)
-    groups = []
-    for cases, series_of_all in ((parallel, parallel_series), (near, series_over_w1)):
-        index = np.flatnonzero(cases)
+    clear = clear_of_flanks(pairing.cases(near))
+    off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
+    groups = [_without_path(pairing, near[clear], off)]
+    for index, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
         if index.size:
             part = pairing.cases(index)
             series = series_of_all(part)
-            groups.append(Group(index, part, series, find_ends(part, series)))
-    # Nearly parallel axes can have a path that w1 does not describe.
-    told = [
-        group.part(np.flatnonzero((group.ends.status == Status.SOLVED) | parallel[group.cases]))
-        for group in groups
-    ]
-    groups = [group for group in told if group.cases.size]
+            whole = Group(index, part, series, find_ends(part, series))
+            # Nearly parallel axes can have a path that w1 does not describe.
+            told = (whole.ends.status == Status.SOLVED) | parallel[index]
+            groups.append(whole.part(np.flatnonzero(told)))
+    groups = [group for group in groups if group.cases.size]
     rest = np.setdiff1d(np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)]))
     rest = rest.astype(int)
     return groups + [group.of(rest) for group in (_crossed(pairing.cases(rest)) if rest.size else [])]

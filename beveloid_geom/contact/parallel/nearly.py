@@ -38,7 +38,7 @@ def series_over_w1(pairing: Pairing) -> PathSeries:
     """Give series over w1 across the whole face: NOT_CONVERGED where there is none, or it is not resolved."""
     status = np.full(len(pairing.branch), np.int8(Status.NOT_CONVERGED))
     y, good = onto_held(pairing, _start(pairing))
-    window = _window(pairing, y)
+    window = window_over_faces(pairing, y)
     at = np.flatnonzero(good[:, 0] & np.isfinite(window.sum(axis=0))[:, 0])
     coefficients = np.full((WIDTH, status.size, 2), np.nan)
     if at.size == 0:
@@ -71,7 +71,7 @@ def _start(pairing: Pairing) -> FloatArray:
     return np.stack((*l, met.normal_x, met.normal_y[0], w))
 
 
-def _window(pairing: Pairing, y: FloatArray) -> FloatArray:
+def window_over_faces(pairing: Pairing, y: FloatArray) -> FloatArray:
     """Give w1 (2, cases, 1), mm, at both ends of the common face of contacts with the other unknowns of y,
     with room beyond."""
     ends = []

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...arrays import COMPLEX_STEP, FloatArray
 from ...gear.rack import Numbers
 from ..curve_equations import LAST_STEP, NORMAL_UNIT, units_of
-from ..equation import Meeting, Pairing, terms_of
+from ..equation import Meeting, Pairing, Terms, terms_of
 from .equation import meeting_at
 
 UNKNOWNS, PASSES = 5, 30
@@ -52,6 +52,14 @@ def meet_regular(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
         )
     )
     return residual, met
+
+
+def normal_y_at(pairing: Pairing, terms: Terms, normal_x: Numbers, w: Numbers) -> Numbers:
+    """Solve the third equation for n_y (cases, positions) at n_x and w1 (cases, positions), mm."""
+    layout, v, (s1, _), (g1, g2) = pairing.layout, terms.own[2], terms.square, terms.moment
+    reach = normal_x * w * layout.sin_angle + g1 / s1 * (layout.cos_angle + v[0] * v[1])
+    gear_y = (g2 + reach / s1) / layout.offset
+    return np.asarray(gear_y - layout.sin_angle / (1.0 + layout.cos_angle) * (v[1] - v[0]))
 
 
 def point_on_curve(point: FloatArray, normal: FloatArray, l1: FloatArray, l2: FloatArray) -> FloatArray:
