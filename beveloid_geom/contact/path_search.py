@@ -49,8 +49,8 @@ from .path_polynomial import (
 )
 from .roots import Samples
 
-CASES_PER_BLOCK = 1024
-"""Size at which the arrays of a block stay in the cache."""
+CASES_PER_BLOCK, NEAR_PER_BLOCK = 1024, 128
+"""Sizes at which the arrays of a block stay in the cache; the second of nearly parallel axes."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
 GUIDE = 12
@@ -99,14 +99,16 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     clear = clear_of_flanks(pairing.cases(near))
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
-    for index, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
-        if index.size:
-            part = pairing.cases(index)
-            series = series_of_all(part)
-            whole = Group(index, part, series, find_ends(part, series))
-            # Nearly parallel axes can have a path that w1 does not describe.
-            told = (whole.ends.status == Status.SOLVED) | parallel[index]
-            groups.append(whole.part(np.flatnonzero(told)))
+    blocks = [(index, series_over_w1) for index in _blocks(near[~clear], NEAR_PER_BLOCK)]
+    if parallel.any():
+        blocks.append((np.flatnonzero(parallel), parallel_series))
+    for index, series_of_all in blocks:
+        part = pairing.cases(index)
+        series = series_of_all(part)
+        whole = Group(index, part, series, find_ends(part, series))
+        # Nearly parallel axes can have a path that w1 does not describe.
+        told = (whole.ends.status == Status.SOLVED) | parallel[index]
+        groups.append(whole.part(np.flatnonzero(told)))
     groups = [group for group in groups if group.cases.size]
     rest = np.setdiff1d(np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)]))
     rest = rest.astype(int)
@@ -147,8 +149,8 @@ def _crossed(pairing: Pairing) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
-    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+    return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
 def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int_]]:

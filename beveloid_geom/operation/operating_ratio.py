@@ -112,7 +112,7 @@ def conjugate_lines(design: Design, flank: str) -> Mask:
     plain = np.zeros(design.batch_shape, dtype=bool)
     for member in design.members:
         plain = plain | (np.asarray(member.tool.parabola) != 0.0)
-    return np.asarray(touches_along_lines(design, flank) & ~plain)
+    return ~plain if plain.all() else np.asarray(touches_along_lines(design, flank) & ~plain)
 
 
 @dataclass(frozen=True, eq=False)

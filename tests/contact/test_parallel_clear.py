@@ -24,7 +24,7 @@ HELICAL = replace(
 
 
 def misaligned(design: Design, count: int, alike: bool) -> Design:
-    """Draw parabolas, conjugate ones if `alike`, and errors, of the shaft angle of all sizes up to 0.5 deg."""
+    """Draw parabolas, conjugate ones if `alike`, and errors, of the shaft angle up to 0.5 deg."""
     stream = np.random.default_rng(4)
     first = 4e-3 * stream.uniform(-1.0, 1.0, count)
     second = -first if alike else 4e-3 * stream.uniform(-1.0, 1.0, count)

@@ -94,7 +94,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
-        f"Fig. 4   Meshing model of the {'crossed ' if offset else ''}beveloid gears",
+        f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
         "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"

@@ -35,6 +35,8 @@ SHAPE, EVERY = (29, 41), 2
 """Points along profile and face, and of these what stand on a wire."""
 LINES = 3
 """Lines of contact drawn, at even steps of the path's roll."""
+FLAT = 1e-6
+"""um of ease-off that are rounding."""
 EDGE = 0.9
 """Share of half a flank beyond which level lines are not labelled."""
 NOTE = (
@@ -140,7 +142,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
     """Draw the surface as wires over the plane of zero, tip behind, hidden lines left out. From zero or the
     least to the greatest of the `span` (2,), um, are HIGH half faces, and `head` more are left for words."""
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
-    scale = HIGH / max(greatest - lowest, 1e-9)
+    scale = HIGH / (greatest - lowest) if greatest - lowest > FLAT else 0.0
 
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
         return np.stack((face + SHEAR * profile, RISE * profile + scale * height), axis=-1)
@@ -168,16 +170,20 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
                 axes, at, words, (2.0 * f, 5.0 * p), fontsize=theme.SMALL, zorder=5.0, **place
             )
             text.set_path_effects(HALO)
-    length, floor = theme.round_length(max(0.5 * (greatest - lowest), 1e-9)), scale * lowest - RISE - 0.4
-    axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
-    unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
-    theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
+    length, floor = theme.round_length(max(0.5 * (greatest - lowest), FLAT)), scale * lowest - RISE - 0.4
+    if greatest - lowest > FLAT:
+        axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
+        unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
+        theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
     axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw level lines over the flank, z by l, with the path."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
+    if float(np.abs(values).max()) < FLAT:
+        theme.say(axes, "zero but for rounding: the flank is the conjugate one", 26)
+        values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
     lines = axes.contour(found.z, found.l, values, levels=levels, **styles)
