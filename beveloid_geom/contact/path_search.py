@@ -50,7 +50,7 @@ from .path_polynomial import (
 from .roots import Samples
 
 CASES_PER_BLOCK, NEAR_PER_BLOCK = 1024, 128
-"""Sizes at which the arrays of a block stay in the cache; the second of nearly parallel axes."""
+"""Sizes at which the arrays of a block stay in the cache; the second on parallel axes, or nearly."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
 GUIDE = 12
@@ -99,16 +99,14 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     clear = clear_of_flanks(pairing.cases(near))
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
-    blocks = [(index, series_over_w1) for index in _blocks(near[~clear], NEAR_PER_BLOCK)]
-    if parallel.any():
-        blocks.append((np.flatnonzero(parallel), parallel_series))
-    for index, series_of_all in blocks:
-        part = pairing.cases(index)
-        series = series_of_all(part)
-        whole = Group(index, part, series, find_ends(part, series))
-        # Nearly parallel axes can have a path that w1 does not describe.
-        told = (whole.ends.status == Status.SOLVED) | parallel[index]
-        groups.append(whole.part(np.flatnonzero(told)))
+    for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
+        for index in _blocks(cases, NEAR_PER_BLOCK):
+            part = pairing.cases(index)
+            series = series_of_all(part)
+            whole = Group(index, part, series, find_ends(part, series))
+            # Nearly parallel axes can have a path that w1 does not describe.
+            told = (whole.ends.status == Status.SOLVED) | parallel[index]
+            groups.append(whole.part(np.flatnonzero(told)))
     groups = [group for group in groups if group.cases.size]
     rest = np.setdiff1d(np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)]))
     rest = rest.astype(int)
