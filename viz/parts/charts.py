@@ -26,6 +26,8 @@ from ..stage import theme
 
 SMALLEST = 1e-6
 """arcsec: below it a curve counts as zero."""
+LEAST_EASE_OFF = 1e-6
+"""um of ease-off that are rounding."""
 LOWEST, HIGHEST = -5.0, 1.0
 """Specific sliding at which a curve is cut off: at the base circle it is infinite, and beyond it, on an
 undercut flank, above 1."""

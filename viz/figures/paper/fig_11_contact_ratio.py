@@ -14,7 +14,7 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.operation.operating_ratio import conjugate_lines, operating_ratios
+from beveloid_geom.operation.operating_ratio import operating_ratios
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, limit_name
@@ -80,9 +80,7 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
         operating_ratios(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank, (0.0,))
         for a in size.tolist()
     ]
-    # Ends of lines that carry are no edges.
-    shares = [np.nan if conjugate_lines(one.cycle.design, flank) else one.cycle.edge_share for one in found]
-    return np.array([(float(one.ratio[0]), float(share)) for one, share in zip(found, shares, strict=True)])
+    return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
 
 
 def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
