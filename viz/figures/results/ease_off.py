@@ -184,7 +184,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw level lines over the flank, z by l, with the path."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
-        theme.say(axes, "zero but for rounding: the flank is the conjugate one", 26, backgroundcolor="white")
+        theme.say(axes, "zero but for rounding", 12, backgroundcolor="white")
         values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}

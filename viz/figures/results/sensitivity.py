@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.contact.parallel.lines import touches_along_lines
-from beveloid_geom.findings.path import ALONG_LINES
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...parts import charts
@@ -33,7 +32,6 @@ NOTE = (
 
 STILL = 1e-9
 """mm along the profile by which a path that runs along the face may move."""
-ALONG_FACE = "no shift along the face, the path runs along it"
 SQUARE = "; square, on the flank at right angles to the path"
 ELSEWHERE = "; that square to the path is shown on wider pages, and in the table"
 
@@ -49,24 +47,19 @@ class Case:
     @property
     def remarks(self) -> str:
         """Say what is missing, and why."""
-        said: dict[str, list[str]] = {}
+        words = []
         for rates in self.found:
             status = Status(int(rates.status))
             if status != Status.SOLVED:
                 reason = REASONS.get(status, "nothing to solve")
-                words = f"no path of contact, {reason}"
+                words.append(f"{rates.flank} flanks: no path of contact, {reason}")
             elif bool(touches_along_lines(self.design, rates.flank)):
-                words = ALONG_LINES
+                words.append("both: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE]).any():
-                words = (
-                    ALONG_FACE
-                    if np.ptp(rates.l[:, 0]) < STILL
-                    else "no middle, the roll turns back along the path"
-                )
-            else:
-                continue
-            said.setdefault(words, []).append(rates.flank)
-        return "; ".join(f"{' and '.join(flanks)} flanks: {words}" for words, flanks in said.items())
+                still = np.ptp(rates.l[:, 0]) < STILL
+                turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
+                words.append("both: path along face" if still else turned)
+        return "; ".join(dict.fromkeys(words))
 
 
 def compute(design: Design) -> tuple[Case, ...]:

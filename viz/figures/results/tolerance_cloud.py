@@ -46,7 +46,7 @@ QUANTITIES = (
 )
 """Name, scale and label of what is shown of a study."""
 SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
-EDGES = ", every error of the shaft angle puts line contact on an edge"
+EDGES = ", shaft-angle errors leave edges"
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
 CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
@@ -269,7 +269,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
 def _note(side: Side) -> str:
     """Say what is drawn, under which tolerances."""
     design, shown = side.cases[0].design, side.nominal.design
-    drawn = "as it is" if shown is design else f"with {coefficients(shown)}, as it touches along lines"
+    drawn = "as it is" if shown is design else f"with {_plain(coefficients(shown))}"
     usual = USUAL_AT[design.errors_at]
     sizes = size_words(usual) + solved.at_the_mesh(design)
     spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
