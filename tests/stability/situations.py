@@ -211,7 +211,7 @@ SITUATIONS = (
         "parallel axes, lines of contact",
         of(LINES),
         PATHS[:1],
-        "they touch along lines, and an error of the shaft angle puts the contact on an edge",
+        "an error of the shaft angle puts the contact on an edge",
     ),
     Situation(
         "the same, 0.01 deg of shaft angle",
