@@ -6,6 +6,9 @@ from dataclasses import replace
 
 from beveloid_geom import Design, Errors, Member, Pair
 
+OTHER = {"right": "left", "left": "right"}
+"""The flank that a mirror image has in place of another."""
+
 
 def exchanged(design: Design) -> Design:
     """The same pair with pinion and gear in each other's place."""

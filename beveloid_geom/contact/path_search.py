@@ -22,13 +22,14 @@ from .curve_tracing import Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends, no_ends, rough_window
 from .equation import Pairing
 from .guides import series_along
+from .parallel.clear import clear_of_flanks
 from .parallel.nearly import nearly_parallel, series_over_w1
 from .parallel.paths import parallel_series
 from .path_polynomial import COARSE, FINE, NORMAL, STEEP, WIDTH, PathSeries, by_length, series_over_l1
 from .roots import Samples
 
-CASES_PER_BLOCK = 1024
-"""Size at which the arrays of a block stay in the cache."""
+CASES_PER_BLOCK, NEAR_PER_BLOCK = 1024, 128
+"""Sizes at which the arrays of a block stay in the cache; the second on parallel axes, or nearly."""
 BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
 FEW, ROUNDS = 5, (9, 9, 17, 33)
@@ -70,21 +71,20 @@ def paths_on_flanks(pairing: Pairing) -> list[Group]:
     Series over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
     the faces; the cases that these do not describe are followed together, as a step of a trace costs little
     more for many than for one: near the faces, and all over the window where that leaves a doubt."""
-    parallel, near = pairing.parallel, nearly_parallel(pairing)
-    if not (parallel | near).any():
+    parallel, near = pairing.parallel, np.flatnonzero(nearly_parallel(pairing))
+    if not (near.size or parallel.any()):
         return _crossed(pairing)
-    groups = []
-    for cases, series_of_all in ((parallel, parallel_series), (near, series_over_w1)):
-        index = np.flatnonzero(cases)
-        if index.size:
+    clear = clear_of_flanks(pairing.cases(near))
+    off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
+    groups = [_without_path(pairing, near[clear], off)]
+    for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
+        for index in _blocks(cases, NEAR_PER_BLOCK):
             part = pairing.cases(index)
-            groups.append(_with_ends(index, part, series_of_all(part)))
-    # Nearly parallel axes can have a path that w1 does not describe.
-    told = [
-        group.part(np.flatnonzero((group.ends.status == Status.SOLVED) | parallel[group.cases]))
-        for group in groups
-    ]
-    groups = [group for group in told if group.cases.size]
+            whole = _with_ends(index, part, series_of_all(part))
+            # Nearly parallel axes can have a path that w1 does not describe.
+            told = (whole.ends.status == Status.SOLVED) | parallel[index]
+            groups.append(whole.part(np.flatnonzero(told)))
+    groups = [group for group in groups if group.cases.size]
     rest = np.setdiff1d(np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)]))
     rest = rest.astype(int)
     return groups + [group.of(rest) for group in (_crossed(pairing.cases(rest)) if rest.size else [])]
@@ -124,8 +124,8 @@ def _crossed(pairing: Pairing) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_]) -> list[NDArray[np.int_]]:
-    return [cases[start : start + CASES_PER_BLOCK] for start in range(0, cases.size, CASES_PER_BLOCK)]
+def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+    return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
 def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int_]]:

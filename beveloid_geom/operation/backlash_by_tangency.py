@@ -20,8 +20,10 @@ from enum import IntEnum
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
+from ..contact.parallel.nearly import NEARLY
 from ..contact.path import PathEnds, path_ends, path_of_contact
-from ..design.model import Design
+from ..design.model import Design, Errors
+from ..pair.frames import layout_of
 from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
 from ..status import Status
 from .backlash import FLANKS, JAMMED, lever_of
@@ -47,7 +49,8 @@ class Tangency(IntEnum):
     ESTIMATE = 2
     """Near theirs: along a path the flanks are hollow against each other, and edges touch before."""
     UNKNOWN = 3
-    """NaN: on a side there is no path between root and tip, or not one at every roll."""
+    """NaN: on a side there is no path between root and tip, or not one at every roll, or none but far beyond
+    the teeth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +86,10 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
     both flanks; where there is no parabola at all those known are spared."""
     if any(np.any(member.tool.parabola) for member in design.members):
         return _modified(design)
-    normal = unmodified_backlash(design)
+    # On parallel axes that errors tilt flanks are tangent with normals along the common perpendicular, far
+    # beyond the teeth, whose edges touch.
+    edges = layout_of(design.with_errors(Errors())).parallel & ~layout_of(design).parallel
+    normal = np.where(edges, np.nan, unmodified_backlash(design))
     ends = [(known or {}).get(flank) or path_ends(design, flank) for flank in FLANKS]
     # Paths that make up more than a pitch together have rolls in common.
     touches = (ends[0].contact_ratio + ends[1].contact_ratio > 1.0) & (ends[0].status == Status.SOLVED)
@@ -110,7 +116,10 @@ def _modified(design: Design) -> TangentBacklash:
     curves = [_curve(design, flank) for flank in FLANKS]
     with np.errstate(invalid="ignore"):
         bends = [np.diff(curve.clearance, n=2, axis=0).min(axis=0) for curve in curves]
-    hollow = np.minimum(*bends) < -HOLLOW * module
+    # On parallel axes a path runs along the face, and does not tell how hollow its flanks are across.
+    across = sum(np.asarray(member.tool.parabola) for member in design.members)
+    along_face = (across > 0.0) & (np.abs(layout_of(design).sin_angle) <= NEARLY)
+    hollow = (np.minimum(*bends) < -HOLLOW * module) | np.broadcast_to(along_face, shape).reshape(-1)
     # From the middle of either path on, so that the mirrored pair is asked at the mirrored rolls.
     parts = [_lowest_from(curve, curves, own, pitch, hollow) for curve in curves]
     lowest, beside = (np.concatenate(rows) for rows in zip(*parts, strict=True))

@@ -12,7 +12,7 @@ search is asked again: a piece that is late there, or does not meet the next, is
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray, Integers, Mask
+from ..contact.parallel.lines import touches_along_lines
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -67,6 +68,8 @@ CLOSER = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
 LEAST, ASIDE = 2e-16, 1e-7
 """rad: coefficients that do not count in a gear roll; how far aside a piece is taken that ends or begins at a
 roll."""
+STILL = 1e-12
+"""rad by which rounding moves a transmission error."""
 CLOSE_SAMPLES = 64
 """Rolls of a pitch that are searched where divisions do not end."""
 BESIDE = np.array((-1e-3, -1e-5, 1e-5, 1e-3))
@@ -85,9 +88,10 @@ class MeshCycle:
 
         error(roll) = mean + Re sum_k harmonics_k exp(2 pi i k (roll - start) / pitch).
 
-    `edge_share`: the part of the cycle that edges carry. NaN, and no changes, where a position of
-    the cycle has no first contact (`lost`), of which `status` (code of `FirstStatus`) says why; lost too
-    is a pair without a common normal, to count errors from. `pieces` are the exact curve."""
+    `edge_share`: the part of the cycle that edges carry, 0 where lines of contact do (`along_lines`). NaN,
+    and no changes, where a position of the cycle has no first contact (`lost`), of which `status` (code of
+    `FirstStatus`) says why; lost too is a pair without a common normal, to count errors from. `pieces` are
+    the exact curve."""
 
     __repr__ = few_lines
     _repr_html_ = html_table
@@ -107,6 +111,12 @@ class MeshCycle:
     pieces: Pieces = field(repr=False)
     mesh: Mesh = field(repr=False)
     phase: FloatArray = field(repr=False)
+
+    @property
+    def along_lines(self) -> Mask:
+        """Say (batch shape) whether lines of contact of unmodified flanks carry, all along: first contacts
+        are points of them, and edges their ends."""
+        return np.asarray(conjugate_lines(self.design, self.flank) & (self.peak_to_peak < STILL))
 
     def at(self, pinion_roll: ArrayLike) -> FirstContact:
         """Give first contacts at pinion rolls (rad) of any shape, of a batch `(*batch, ...)`, in that shape.
@@ -241,7 +251,16 @@ def cycle_and_pairs(
         mesh=mesh,
         phase=phase,
     )
+    cycle = replace(cycle, edge_share=np.where(cycle.along_lines, 0.0, cycle.edge_share))
     return cycle, grids, samples, alone
+
+
+def conjugate_lines(design: Design, flank: str) -> Mask:
+    """Say (batch shape) whether unmodified flanks touch along lines, of all tooth pairs at once."""
+    plain = np.zeros(design.batch_shape, dtype=bool)
+    for member in design.members:
+        plain = plain | (np.asarray(member.tool.parabola) != 0.0)
+    return ~plain if plain.all() else np.asarray(touches_along_lines(design, flank) & ~plain)
 
 
 @kept(1)

@@ -16,14 +16,13 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
-from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
 from ..support.few_lines import few_lines
 from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
 from .least_clearance import OVERLAP
-from .mesh_cycle import MeshCycle, cycle_and_pairs, in_order
+from .mesh_cycle import MeshCycle, conjugate_lines, cycle_and_pairs, in_order
 from .overlooked import CHECKED
 from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted, samples_of
 
@@ -105,14 +104,6 @@ def operating_ratios(
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape), cycle)
-
-
-def conjugate_lines(design: Design, flank: str) -> Mask:
-    """Say (batch shape) whether unmodified flanks touch along lines, of all tooth pairs at once."""
-    plain = np.zeros(design.batch_shape, dtype=bool)
-    for member in design.members:
-        plain = plain | (np.asarray(member.tool.parabola) != 0.0)
-    return np.asarray(touches_along_lines(design, flank) & ~plain)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from ..findings.backlash import backlash_report
 from ..findings.path import UNKNOWN
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
-from ..operation.operating_ratio import conjugate_lines, operating_ratios
+from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit, RatioStatus
 from .columns import number, table_lines
 from .result import Rows
@@ -94,7 +94,7 @@ class OperationReport:
             "peak_to_peak": cycle.peak_to_peak,
             "mean": cycle.mean,
             "amplitudes": np.abs(cycle.harmonics),
-            "edge_share": math.nan if self.along_lines else cycle.edge_share,
+            "edge_share": cycle.edge_share,
             "changes": cycle.changes,
             "hand_over": cycle.hand_over,
             "positions": self.positions,
@@ -166,5 +166,5 @@ def operation_report(
         within_film=ratios[1],
         reason=f"no first contact of the {flank} teeth: {why}" if why else None,
         doubts=(doubts[0], doubts[1]),
-        along_lines=bool(conjugate_lines(design, flank)) and not cycle.lost,
+        along_lines=bool(cycle.along_lines),
     )

@@ -13,10 +13,9 @@ from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
-from tests.symmetry import mirrored
+from tests.symmetry import OTHER, mirrored
 
 COARSE = 2.0
-OTHER = {"right": "left", "left": "right"}
 
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])

@@ -14,10 +14,9 @@ from beveloid_geom.pair.errors import mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
-from tests.symmetry import mirrored, scaled
+from tests.symmetry import OTHER, mirrored, scaled
 
 MODIFIED = (0.001, -0.001)
-OTHER = {"right": "left", "left": "right"}
 
 
 def middle_of(design: Design, flank: str) -> tuple[float, float]:

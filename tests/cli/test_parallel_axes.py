@@ -69,7 +69,7 @@ def test_lines_in_text_json_and_csv() -> None:
 def test_operation_names_lines_and_not_their_ends() -> None:
     data = json.loads(run("operation", NAME, "--points", "3", "--json").stdout)
     assert set(data["positions"]["carried_by"]) == {"a line"}
-    assert data["edge_share"] is None
+    assert data["edge_share"] == 0.0
     assert data["operating_contact_ratio"] == data["contact_ratio"]
 
 

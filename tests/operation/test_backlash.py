@@ -13,6 +13,7 @@ from beveloid_geom import (
     Errors,
     Pair,
     Tolerances,
+    builtin_design,
     first_contact,
     mounted_backlash,
     path_of_contact,
@@ -203,3 +204,24 @@ def test_without_a_path_the_backlash_of_tangency_is_unknown(shaft_angle_deg: flo
     assert lost.status == both.status[0]
     assert both.normal[1] == pytest.approx(float(usual.normal), abs=1e-12)
     assert np.isnan(both.normal[0])
+
+
+PARALLEL = builtin_design("anti-backlash")
+
+
+def test_tangency_on_parallel_axes() -> None:
+    """The teeth's backlash by tangency of lines; none where an error of the shaft angle tilts the axes, and
+    edges touch; no more than theirs with convex flanks; an estimate with hollow ones, which it is not."""
+    level, tilted = np.array([0.0, 0.02, -0.02, 0.01]), np.radians([0.0, 0.0, 0.01, -0.005])
+    cases = PARALLEL.with_errors(Errors(offset=level, shaft_angle=tilted, gear_axial=0.1))
+    exact, found = mounted_backlash(cases).normal, tangent_backlash(cases)
+    assert found.status.tolist() == 2 * [Tangency.TOUCHES] + 2 * [Tangency.UNKNOWN]
+    np.testing.assert_allclose(found.normal[:2], exact[:2], atol=1e-11)
+    assert np.isnan(found.normal[2:]).all()
+    assert np.isfinite(exact).all()
+    convex = cases.with_parabola(-2e-3, -1e-3)
+    exact, found = mounted_backlash(convex).normal, tangent_backlash(convex)
+    assert set(found.status.tolist()) <= {Tangency.TOUCHES, Tangency.AT_LEAST}
+    assert (found.normal <= exact + 1e-6).all()
+    hollow = tangent_backlash(cases.with_parabola(2e-3, 1e-3))
+    assert set(hollow.status.tolist()) == {Tangency.ESTIMATE}

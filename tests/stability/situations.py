@@ -33,6 +33,8 @@ PINION, GEAR = table1().members
 PATHS = ("one equation", "five equations")
 ALL = (*PATHS, "polished")
 STATUS = ("status",)
+LINES = builtin_design("anti-backlash")
+CONVEX = LINES.with_parabola(-0.004, -0.004)
 FAR = (1e4, -1e4, 1e4)
 """mm"""
 
@@ -83,6 +85,10 @@ def of_hands(pinion: float, gear: float) -> Design:
         for m, b in zip((PINION, GEAR), (pinion, gear), strict=True)
     )
     return closed(first, second)
+
+
+def tilted(design: Design) -> Design:
+    return design.with_errors(Errors(shaft_angle=radians(0.01)))
 
 
 def beside_the_fold(*where: float) -> list[Case]:
@@ -200,6 +206,24 @@ SITUATIONS = (
         STATUS,
         "on parallel axes base helix angles must be opposite",
         in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 0.0"),
+    ),
+    Situation(
+        "parallel axes, lines of contact",
+        of(LINES),
+        PATHS[:1],
+        "an error of the shaft angle puts the contact on an edge",
+    ),
+    Situation(
+        "the same, 0.01 deg of shaft angle",
+        of(tilted(LINES)),
+        ("status", "first contact"),
+        "the path of contact does not meet the right flanks",
+    ),
+    Situation(
+        "parallel axes, one or both flanks convex; 0.01 deg of shaft angle",
+        of(LINES.with_parabola(-0.004, 0.0), CONVEX, tilted(CONVEX)),
+        PATHS,
+        "the contact ratio is below 1",
     ),
     Situation(
         "shaft angle 90 deg",

@@ -38,12 +38,11 @@ from tests.operation.test_first_contact import EDGES
 from tests.operation.test_separation import PARABOLAS
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
-from tests.symmetry import exchanged, mirrored, scaled
+from tests.symmetry import OTHER, exchanged, mirrored, scaled
 
 EPS = float(np.finfo(float).eps)
 OPERATIONS, NUDGE = 32.0, 1e-8
 """Roundings on the way from the inputs to an answer that may add up; relative nudge of an input."""
-OTHER = {"right": "left", "left": "right"}
 SWAPPED_LIMIT = np.array([1, 0, 3, 2, 5, 4, 7, 6, -1])
 """Codes of the limits with pinion and gear exchanged; the last stands for none, -1."""
 DESIGNS = {

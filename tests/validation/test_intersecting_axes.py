@@ -36,10 +36,9 @@ from beveloid_geom.reference.five_equations import path_of_contact_five_equation
 from beveloid_geom.status import Limit, Status
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.oracle.sixty_digits import off_by
-from tests.symmetry import exchanged, mirrored
+from tests.symmetry import OTHER, exchanged, mirrored
 
 FLANKS = ("right", "left")
-OTHER = {"right": "left", "left": "right"}
 FILE = """
 [tool]
 normal_module = {module}

@@ -42,7 +42,7 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.status import Limit, Status
 from tests.stability.five_residuals import flank_at, residuals
-from tests.symmetry import exchanged, mirrored
+from tests.symmetry import OTHER, exchanged, mirrored
 
 ALPHA = radians(20.0)
 BACKLASH = 0.1
@@ -280,10 +280,9 @@ def test_all_lines_carry(name: str, flank: str) -> None:
 @pytest.mark.parametrize("parabola", [UNMODIFIED, CONVEX])
 def test_mirrored_and_exchanged(name: str, parabola: tuple[float, float], flank: str) -> None:
     design = pair(*ANGLES[name], parabola)
-    other = {"right": "left", "left": "right"}[flank]
     ratio = float(contact_ratio(design, flank))
     assert ratio > 0.0
-    assert float(contact_ratio(mirrored(design), other)) == pytest.approx(ratio, abs=1e-12)
+    assert float(contact_ratio(mirrored(design), OTHER[flank])) == pytest.approx(ratio, abs=1e-12)
     if parabola == UNMODIFIED or name != "spur":  # whose transmission error makes other pitches of the gear's
         assert float(contact_ratio(exchanged(design), flank)) == pytest.approx(ratio, abs=1e-12)
 

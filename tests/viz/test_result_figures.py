@@ -105,7 +105,8 @@ def test_clouds_and_counts_are_the_librarys() -> None:
                     points[3], flank_point(member, side.flank, l, u), rtol=0.0, atol=1e-9
                 )
     changed, without = right.cases[0].shares[:, 1]
-    ten = tolerance_study(design, fig_cloud._times(USUAL, 10.0), "right", 200)
+    wide = replace(USUAL, **{name: 10.0 * getattr(USUAL, name) for name in USUAL.names})
+    ten = tolerance_study(design, wide, "right", 200)
     assert (changed, without) == pytest.approx(
         (ten.limits_changed() / 200, 1.0 - ten.mountings.solved.mean()), abs=1e-12
     )

@@ -42,6 +42,7 @@ NOTE = (
     " along. Lines: paths of contact. Full balls: contacts; hollow: within {film:g} \u00b5m."
 )
 EDGES = " Red in the curve: an edge carries."
+LINES = " Black lines: of those along which flanks touch; a ball is at an end of one."
 ROWS = ("pinion roll", "transmission error", "pairs in contact", "carried by")
 COLUMNS = 118
 """Characters in a line of the note."""
@@ -115,7 +116,7 @@ def sheet_of(film: Film, size: Size, pitches: int) -> Sheet:
         of_size(size, inches=PAGE_INCHES),
         f"{_name_words(film.cycle.name)}{errors}: {flank} flanks in mesh",
         f"{bends}; contact ratio {ratios}",
-        note + (EDGES if film.cycle.cycle.edge_share > 0.0 else ""),
+        note + (EDGES if film.cycle.cycle.edge_share > 0.0 else LINES if film.cycle.along_lines else ""),
         columns=COLUMNS,
     )
     box = theme.place(page, 0.03, low, SIDE - 0.06, high - low)
@@ -171,7 +172,7 @@ def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], li
         page.text(left + 0.5 * step, high, f"{MEMBERS[row]}'s flank", ha="center", va="top")
         edge = theme.inches(page, 0.3)
         box = theme.place(page, left, bottom - edge, step, top - bottom + 2.0 * edge)
-        traces = [Trace(film.path.points[row], width=0.6)]
+        traces = [Trace(film.path.points[row], width=0.6), *panels.line_traces(film.path, row)]
         drawn = panels.draw_flank(page, box, design, row, flank, view, traces, float(px_per_mm))
         found.append(drawn)
         balls.append(_balls(drawn.axes if drawn else theme.overlay(page, box)))

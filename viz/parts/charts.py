@@ -26,6 +26,8 @@ from ..stage import theme
 
 SMALLEST = 1e-6
 """arcsec: below it a curve counts as zero."""
+LEAST_EASE_OFF = 1e-6
+"""um of ease-off that are rounding."""
 LOWEST, HIGHEST = -5.0, 1.0
 """Specific sliding at which a curve is cut off: at the base circle it is infinite, and beyond it, on an
 undercut flank, above 1."""
@@ -70,7 +72,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     """Draw the transmission error less its mean (arcsec) over so many pitches of pinion roll, with edge
     contact and hand-over."""
     first, cycle = report.first, report.cycle
-    edge = np.tile(first.limit[:, 0] >= 0, pitches)
+    edge = np.tile((first.limit[:, 0] >= 0) & ~report.along_lines, pitches)
     error = np.tile(ARCSEC * (first.transmission_error - float(cycle.mean)), pitches)
     each = np.linspace(0.0, 1.0, first.pinion_roll.size)
     share = np.concatenate([each + pitch for pitch in range(pitches)])

@@ -15,6 +15,7 @@ from matplotlib.patches import Polygon
 
 from beveloid_geom import ContactPath, Member, Status
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.parallel.lines import ContactLines
 from beveloid_geom.gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.operation.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
@@ -22,7 +23,7 @@ from beveloid_geom.status import FirstStatus
 
 from ..stage import theme
 from .panels import FlankView, flank_view
-from .solved import points_on
+from .solved import LINES, points_on
 
 FACE, DEPTH = 25, 9
 """Points along the sides of an outline."""
@@ -116,6 +117,13 @@ def path(axes: Axes, flat: FlatFlank, found: ContactPath, number: int, width: fl
     arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
     start = points[max(len(points) - 8, 0)]
     axes.annotate("", tuple(points[-1]), tuple(start), arrowprops=arrow, annotation_clip=False, zorder=4)
+
+
+def lines(axes: Axes, flat: FlatFlank, found: ContactLines, number: int) -> None:
+    """Draw some of the lines of contact on pinion (0) or gear (1)."""
+    l, z = ((found.l1, found.pinion_z), (found.l2, found.gear_z))[number]
+    for one in np.linspace(0, len(l) - 1, LINES + 2).astype(int)[1:-1]:
+        axes.plot(*flat.at(l[one], z[one]).T, color=theme.INK, linewidth=1.2, zorder=3)
 
 
 def contacts(axes: Axes, flat: FlatFlank, report: OperationReport, number: int) -> None:

@@ -69,7 +69,10 @@ def motion_graph(report: OperationReport) -> MotionGraph:
     share = np.linspace(-REACH, REACH, 2 * REACH * STEPS + 1)
     found = first_contact(report.design, report.flank, float(cycle.start) + cycle.pitch * share, pairs=[0])
     alone = np.where(found.status == FirstStatus.SOLVED, found.transmission_error, np.nan)
-    return MotionGraph(report, share, alone, found.limit[:, 0] >= 0)
+    edge = found.limit[:, 0] >= 0
+    if report.along_lines:  # whose ends are no edges that run before flanks do
+        edge &= ~(np.abs(alone - float(cycle.mean)) < SMALLEST / ARCSEC)
+    return MotionGraph(report, share, alone, edge)
 
 
 def draw(axes: Axes, graph: MotionGraph) -> None:
@@ -85,6 +88,7 @@ def draw(axes: Axes, graph: MotionGraph) -> None:
             axes.plot(graph.pitches + pair, shown, style, color=theme.GREY, linewidth=1.2, zorder=2.0)
     first, cycle = report.first, report.cycle
     runs, edge = MICRO * (first.transmission_error - mean), first.limit[:, 0] >= 0
+    edge &= not report.along_lines
     share = np.linspace(0.0, 1.0, runs.size)
     changes = cycle.changes[cycle.hand_over]
     at, there = (changes - float(cycle.start)) / cycle.pitch, cycle.at(changes).transmission_error - mean
@@ -120,4 +124,6 @@ def words(graph: MotionGraph) -> str:
     else:
         text = f"peak to peak {MICRO * swing:.3g} \u00b5rad = {1e3 * swing * graph.pitch_radius:.3g} \u00b5m"
     share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} %"
+    if report.along_lines:
+        share = "lines of contact carry"
     return f"{text}\n{share}; ratio {report.eq16:.3f}, running {report.operating:.3f}"

@@ -49,6 +49,12 @@ Texts: TypeAlias = tuple[float, float]
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
 """Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
 that touch instead."""
+LINE = 0.4
+"""Width of a line of contact as a share of a path's."""
+LINES_DRAWN = (
+    " Black lines across a path: the flanks touch along lines, of which these are some; the path crosses"
+    " all of them, from the first to the last."
+)
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
@@ -208,6 +214,17 @@ def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> lis
     `look`, if given."""
     look = look or Trace(path.points[member], EDGE, lift=1.5)
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
+
+
+def line_traces(path: SolvedPath, member: int) -> list[Trace]:
+    """Make the lines of contact on pinion (0) or gear (1), if flanks touch along lines."""
+    lines = path.contact_lines(member)
+    return [Trace(line, theme.INK, width=LINE, lift=2.0, bare=True) for line in lines]
+
+
+def lines_drawn(paths: Iterable[SolvedPath]) -> str:
+    """Say in a caption what lines of contact are, where some are drawn."""
+    return LINES_DRAWN if any(len(path.contact_lines(0)) for path in paths) else ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,6 +65,12 @@ class PosedPair:
         return max(float(self.foot[1, 0]), 0.9 * float(np.linalg.norm(middle[1] - middle[0])))
 
     @property
+    def crossed(self) -> bool:
+        """Whether the axes neither meet nor are parallel."""
+        layout = layout_of(self.design)
+        return bool(layout.offset) and not bool(layout.parallel)
+
+    @property
     def remote(self) -> bool:
         """Whether the common perpendicular is too far from the members to be drawn with them."""
         return float(np.abs(self.position).max()) > REMOTE * self.apart

@@ -8,12 +8,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Status, certify, mesh_cycle, path_of_contact
+from beveloid_geom import ContactPath, Design, Errors, Status, certify, mesh_cycle, path_of_contact
 from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import Codes, FloatArray, Mask
+from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
 from beveloid_geom.gear.flank import flank_point, trace_parameter
 from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.report.words import status_name
 from beveloid_geom.status import Limit, Verdict
 from beveloid_geom.studies.claims import MODIFIED
@@ -22,6 +24,8 @@ from .recipe import Table
 
 FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
+LINES = 5
+"""Lines of contact drawn, where flanks touch along lines."""
 TABLE_1_MODULE = 6.0
 """mm."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
@@ -131,6 +135,17 @@ class SolvedPath:
         lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
         return [line for line in lines if len(line)]
 
+    def contact_lines(self, member: int) -> FloatArray:
+        """Give lines (lines, 2, 3) on pinion (0) or gear (1), own frame, mm, along which flanks on parallel
+        axes touch, at LINES even rolls of the path; none where they touch in points."""
+        design, flank = self.design, self.path.flank
+        if not (self.found and touches_along_lines(design, flank)):
+            return np.empty((0, 2, 3))
+        lines = contact_lines(path_of_contact(design, flank, LINES + 2))
+        l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
+        part = design.members[member]
+        return flank_point(part, flank, l, trace_parameter(part, flank, l, z))[1:-1]
+
     @property
     def ratio(self) -> float:
         """Contact ratio (Eq. 16)."""
@@ -159,8 +174,21 @@ def two_digits(value: float) -> float:
 
 
 def modified(design: Design) -> Design:
-    """Give a design the paper's modification, at its own module."""
-    return design.with_parabola(*(two_digits(value / as_large(design)) for value in MODIFIED))
+    """Give a design the paper's modification, at its own module; on parallel axes, where that leaves no
+    contact on the flanks, or lines that every error of the shaft angle puts on an edge, convex flanks by as
+    much."""
+    sizes = (-abs(value) for value in MODIFIED) if _parallel(design) else MODIFIED
+    return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))
+
+
+def modification(design: Design) -> str:
+    """Say which modification `modified` gives a design."""
+    return "convex flanks" if _parallel(design) else "the paper's modification"
+
+
+def _parallel(design: Design) -> bool:
+    """Say whether the axes are parallel, but for errors."""
+    return bool(layout_of(design.with_errors(Errors())).parallel)
 
 
 def parabolas(design: Design) -> tuple[float, float]:

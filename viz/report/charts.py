@@ -95,7 +95,9 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
             flat.pattern(axes, one, side, results.pattern.pattern.separation)
         if results.contact.reason is None:
             flat.path(axes, one, results.contact.path, number, 1.6 if cloud else 2.2)
-        if not cloud and results.operation is not None:
+        if not cloud and results.contact.lines is not None:
+            flat.lines(axes, one, results.contact.lines, number)
+        elif not cloud and results.operation is not None:
             flat.contacts(axes, one, results.operation, number)
     return chart
 
@@ -146,6 +148,9 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
 def _levels(axes: Axes, found: EaseOff) -> None:
     """Draw level lines (um) over the flank, z by l."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
+    if float(np.abs(values).max()) < charts.LEAST_EASE_OFF:
+        values[:] = 0.0
+        theme.say(axes, "zero but for rounding", backgroundcolor="white")
     levels = MaxNLocator(LEVELS, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {
         "colors": [theme.BLUE if level else theme.INK for level in levels],

@@ -188,11 +188,12 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
 
 
 def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
-    """Give of each piece the edges that carry and the coordinates of their contact, None for flanks."""
+    """Give of each piece the edges that carry and the coordinates of their contact, None for flanks and
+    lines of contact."""
     found: list[dict[str, Any] | None] = []
     nodes = chebpts1(DEGREE + 1)
     for roll, limit in zip(cycle.pieces.rolls(nodes), cycle.pieces.limit.T, strict=True):
-        names = " and ".join(str(Limit(int(code))) for code in limit if code >= 0)
+        names = " and ".join(str(Limit(int(code))) for code in limit if code >= 0 and not cycle.along_lines)
         point = chebfit(nodes, cycle.at(roll).point, DEGREE).T
         found.append({"point": packed(point), "edge": names} if names else None)
     return found

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ...arrays import COMPLEX_STEP, FloatArray
 from ...gear.rack import Numbers
 from ...pair.mounting import across_of_gear
-from ..equation import Meeting, Pairing, gap_tolerance, terms_of
+from ..equation import Meeting, Pairing, Terms, gap_tolerance, terms_of
 
 SQUARE, PASSES = 1e-12, 12
 """Components of a trace below which teeth run along the axis; steps of Newton to l2."""
@@ -39,22 +39,29 @@ SQUARE, PASSES = 1e-12, 12
 def meet_on_parallel(pairing: Pairing, l: Numbers, w: Numbers) -> Meeting:
     """Evaluate F and its terms at l (2, cases, positions) and w1 (cases, positions), mm; of `reach` only
     that of the pinion means something. The caller silences NumPy's warnings."""
-    terms, layout = terms_of(pairing, l), pairing.layout
-    v, square, moment = terms.own[2], terms.square, terms.moment
-    normal_y = (moment[0] + moment[1]) / layout.offset
+    terms = terms_of(pairing, l)
+    v, moment = terms.own[2], terms.moment
+    normal_y = (moment[0] + moment[1]) / pairing.layout.offset
     normal_x = pairing.branch * np.sqrt(1.0 - v[0] * v[0] - normal_y * normal_y)
-    across = np.array((w + 0.0 * normal_x, across_of_gear(layout, v, square, moment, w, normal_x)))
+    return meeting_at(pairing, terms, w + 0.0 * normal_x, normal_x, np.array((normal_y, normal_y)))
+
+
+def meeting_at(pairing: Pairing, terms: Terms, w: Numbers, normal_x: Numbers, normal_y: Numbers) -> Meeting:
+    """Give F and its terms at w1 (cases, positions), mm, from those of both members and the common normal as
+    both see it: `normal_x` (cases, positions) and `normal_y` (2, cases, positions)."""
+    layout, v = pairing.layout, terms.own[2]
+    across = np.array((w, across_of_gear(layout, v, terms.square, terms.moment, w, normal_x)))
     along = terms.level + terms.slope * across
     return Meeting(
         gap=along[0] + along[1] - layout.offset * normal_x,
         along=along,
         across=across,
         slope=terms.slope,
-        reach=across * normal_x,
+        reach=normal_x * across,
         normal_x=normal_x,
-        normal_y=np.array((normal_y, normal_y)),
-        square=square,
-        moment=moment,
+        normal_y=normal_y,
+        square=terms.square,
+        moment=terms.moment,
         own=terms.own,
         start=terms.start,
     )

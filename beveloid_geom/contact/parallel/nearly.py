@@ -38,25 +38,25 @@ def series_over_w1(pairing: Pairing) -> PathSeries:
     """Give series over w1 across the whole face: NOT_CONVERGED where there is none, or it is not resolved."""
     status = np.full(len(pairing.branch), np.int8(Status.NOT_CONVERGED))
     y, good = onto_held(pairing, _start(pairing))
-    window = _window(pairing, y)
+    window = window_over_faces(pairing, y)
     at = np.flatnonzero(good[:, 0] & np.isfinite(window.sum(axis=0))[:, 0])
-    coefficients = np.full((WIDTH, status.size, 2), np.nan)
-    if at.size == 0:
-        return by_length(coefficients, status)
-    part, window = pairing.cases(at), window[:, at]
+    coefficients = np.zeros((WIDTH, status.size, 2))
     for basis in BASES:
+        if at.size == 0:
+            break
+        part, (first, last) = pairing.cases(at), window[:, at]
         nodes = np.repeat(y[:, at], basis.nodes.size, axis=-1)
-        nodes[4] = window[0] + (window[1] - window[0]) * 0.5 * (1.0 + basis.nodes)
+        nodes[4] = first + (last - first) * 0.5 * (1.0 + basis.nodes)
         nodes, solved = onto_held(part, nodes)
         rows = rows_of(part, nodes[:2], meet_regular(part, nodes)[1])
         values, told = fitted(part, rows, basis)
-        if told.all():
-            break
-    # Off the face at both ends, or the window was too narrow.
-    past = (rows[FACES][..., [0, -1]].min(axis=0) < 0.0).all(axis=-1)
-    coefficients = np.full((WIDTH, status.size, values.shape[-1]), np.nan)
-    coefficients[:, at] = values
-    status[at[told & solved.all(axis=-1) & past]] = Status.SOLVED
+        # Off the face at both ends, or the window was too narrow.
+        past = (rows[FACES][..., [0, -1]].min(axis=0) < 0.0).all(axis=-1)
+        status[at[told & solved.all(axis=-1) & past]] = Status.SOLVED
+        more = max(0, values.shape[-1] - coefficients.shape[-1])
+        coefficients = np.pad(coefficients, ((0, 0), (0, 0), (0, more)))
+        coefficients[:, at, : values.shape[-1]] = values
+        at = at[~told]
     return by_length(coefficients, status)
 
 
@@ -71,7 +71,7 @@ def _start(pairing: Pairing) -> FloatArray:
     return np.stack((*l, met.normal_x, met.normal_y[0], w))
 
 
-def _window(pairing: Pairing, y: FloatArray) -> FloatArray:
+def window_over_faces(pairing: Pairing, y: FloatArray) -> FloatArray:
     """Give w1 (2, cases, 1), mm, at both ends of the common face of contacts with the other unknowns of y,
     with room beyond."""
     ends = []

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from ...arrays import COMPLEX_STEP, FloatArray
 from ...gear.rack import Numbers
-from ...pair.mounting import across_of_gear
 from ..curve_equations import LAST_STEP, NORMAL_UNIT, units_of
-from ..equation import Meeting, Pairing, terms_of
+from ..equation import Meeting, Pairing, Terms, terms_of
+from .equation import meeting_at
 
 UNKNOWNS, PASSES = 5, 30
 
@@ -41,32 +41,25 @@ def meet_regular(pairing: Pairing, y: Numbers) -> tuple[Numbers, Meeting]:
     v, square, moment = terms.own[2], terms.square, terms.moment
     sin, cos = layout.sin_angle, layout.cos_angle
     gear_y = ny + sin / (1.0 + cos) * (v[1] - v[0])
-    across = np.array((w, across_of_gear(layout, v, square, moment, w, nx)))
-    along = terms.level + terms.slope * across
-    gap = along[0] + along[1] - layout.offset * nx
+    met = meeting_at(pairing, terms, w, nx, np.array((ny, gear_y)))
     seen = square[0] * (moment[1] - layout.offset * gear_y) + moment[0] / square[0] * (cos + v[0] * v[1])
     residual = np.array(
         (
             nx * nx + ny * ny + v[0] * v[0] - 1.0,
             ny * sin + v[0] + v[1] - layout.versed_angle * v[0],
             (nx * w * sin + seen) / size,
-            gap / size,
+            met.gap / size,
         )
     )
-    met = Meeting(
-        gap=gap,
-        along=along,
-        across=across,
-        slope=terms.slope,
-        reach=nx * across,
-        normal_x=nx,
-        normal_y=np.array((ny, gear_y)),
-        square=square,
-        moment=moment,
-        own=terms.own,
-        start=terms.start,
-    )
     return residual, met
+
+
+def normal_y_at(pairing: Pairing, terms: Terms, normal_x: Numbers, w: Numbers) -> Numbers:
+    """Solve the third equation for n_y (cases, positions) at n_x and w1 (cases, positions), mm."""
+    layout, v, (s1, _), (g1, g2) = pairing.layout, terms.own[2], terms.square, terms.moment
+    reach = normal_x * w * layout.sin_angle + g1 / s1 * (layout.cos_angle + v[0] * v[1])
+    gear_y = (g2 + reach / s1) / layout.offset
+    return np.asarray(gear_y - layout.sin_angle / (1.0 + layout.cos_angle) * (v[1] - v[0]))
 
 
 def point_on_curve(point: FloatArray, normal: FloatArray, l1: FloatArray, l2: FloatArray) -> FloatArray:

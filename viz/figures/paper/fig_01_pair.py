@@ -102,7 +102,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     pair = data.pair
     page, _, high = theme.new_page(
         layout,
-        f"Fig. 1   The {'crossed ' if pair.foot[1, 0] else ''}beveloid gear pair in mesh",
+        f"Fig. 1   The {'crossed ' if pair.crossed else ''}beveloid gear pair in mesh",
         f"Whole gears on their shafts, posed with the {data.flank} flanks in contact: {_layout_words(pair)}",
         "",
         tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_TALL,

@@ -29,6 +29,8 @@ FARTHEST = 2.5
 
 MEET = 1e-6
 """mm within which lines of action meet."""
+NEAR = 0.01
+"""Share of the distance of the members within which two frames are drawn as one."""
 TABLE = 2.0
 """Inches of the numbers, where they stand under the view."""
 
@@ -46,6 +48,15 @@ class MeshingFigure:
     def mounting(self) -> Mounting:
         """Pitch point, working radii and mounting distances."""
         return mounting_of(self.pair.design)
+
+    @property
+    def level(self) -> bool:
+        """Whether the axes are parallel, and so the common perpendicular one of many."""
+        return bool(layout_of(self.pair.design).parallel)
+
+    def together(self, number: int) -> bool:
+        """Whether mid-face of a member stands at its foot of the common perpendicular."""
+        return bool(abs(self.mounting.distance[number]) < NEAR * self.pair.apart)
 
     @property
     def found(self) -> bool:
@@ -94,15 +105,12 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles in space, with their dimensions."""
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
-    gap = abs(float(data.mounting.gap))
-    passing = f" (here they pass each other at {gap:.3g} mm; $P$ is midway)" if gap > MEET else ""
     page, low, high = theme.new_page(
         layout,
-        f"Fig. 4   Meshing model of the {'crossed ' if offset else ''}beveloid gears",
+        f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
-        "Unmodified pair without errors. $P$ is the point where the lines of action of right and left flanks"
-        f" meet{passing}."
+        f"Unmodified pair without errors. {_where_p_is(data)}"
         f" $S_1$ and $S_2${', not drawn,' if data.pair.remote else ''} stand at mid-face, at roll 0."
         " The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$.",
@@ -125,6 +133,18 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
     _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else corner)
     return Drawing(page, {"meshing": over.picture})
+
+
+def _where_p_is(data: MeshingFigure) -> str:
+    """Say where the pitch point lies."""
+    if data.level:
+        return (
+            "$P$ stands midway between the mid-faces on the pitch line, in which the planes of action of"
+            " right and left flanks meet."
+        )
+    gap = abs(float(data.mounting.gap))
+    passing = f" (here they pass each other at {gap:.3g} mm; $P$ is midway)" if gap > MEET else ""
+    return f"$P$ is the point where the lines of action of right and left flanks meet{passing}."
 
 
 def _items(data: MeshingFigure, radius: float) -> list[Item]:
@@ -150,16 +170,25 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
 
 def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
-    reach = float(np.nan_to_num(data.mounting.distance).max())
+    reach = max(float(np.nan_to_num(data.mounting.distance).max()), 0.5 * data.pair.apart)
     feet, ways = data.pair.foot, data.pair.axis
     length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
         over.axis(feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
-    over.angle(feet[1], ways[0], ways[1], 0.6 * reach, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
+    if data.level:  # beside the working radii, which it would cover
+        down = 1.25 * _radius(data, 1, _cone_ends(data, 1)[1])
+        ends = feet + np.array([0.0, down, 0.0])
+        for foot, end in zip(feet, ends, strict=True):
+            over.line(foot, end, color=theme.INK, linewidth=0.9)
+        over.dimension(ends[0], ends[1], "$E$", offset=(-4.0, -6.0), **style)
+    else:
+        over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
+        over.angle(feet[1], ways[0], ways[1], 0.6 * reach, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
     for number, name in enumerate("f" if data.pair.remote else "fg"):
+        if data.together(number):
+            continue
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
         offset = (-4.0, 15.0) if number == 0 else (16.0, -12.0)
@@ -177,9 +206,10 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     # The pinion is measured on its far side, the gear below and on its far side.
     out, near = radius * np.array((((-1.22, 0, 0), (-1.08, 0, 0)), ((0, 1.36, 0), (1.4, 0, 0)))[number])
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
-    for end in (foot, pitch):
-        over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
-    over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
+    if float(abs(mounting.pitch_distance[number])) > NEAR * data.pair.apart:
+        for end in (foot, pitch):
+            over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
+        over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
     shift = _drawn_shift(data, number)
     zero = middle - shift * way
     if shift:
@@ -195,10 +225,19 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     rim = zero + _radius(data, number, -shift) * turn
     over.arrow(zero, rim, colour, 1.4)
     over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
-    names = tuple(f"{letter}_{index}" for letter in "xyz")
+    also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""
+    names = tuple(f"{letter}_{index}{also.format(letter)}" for letter in "xyz")
     length = 0.17 * data.pair.apart
     if not data.pair.remote:
-        over.triad(middle, data.pair.frames[number][0].T, length, names, colour, f"S_{index}", (12.0, 14.0))
+        over.triad(
+            middle,
+            data.pair.frames[number][0].T,
+            length,
+            names,
+            colour,
+            f"S_{index}{also.format('S')}",
+            (12.0, 14.0),
+        )
 
 
 def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:

@@ -86,7 +86,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         f"Fig. {case.number}   {case.title}",
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" parabola coefficients $a_1$ of the pinion, $a_2$ = {sign}$a_1$ of the gear, mm$^{{\u22121}}$",
-        f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}",
+        f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}{panels.lines_drawn(data.paths)}",
         columns=viewpoint.COLUMNS,
         tall=panels.flanks_tall(layout, COLUMNS, TEXT),
     )
@@ -95,6 +95,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
+        traces += panels.line_traces(path, row)
         where = page, cell.box, path.design, row, flank, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
         if drawn is None:

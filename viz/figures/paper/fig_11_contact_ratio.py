@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.operation.operating_ratio import operating_ratios
 
@@ -35,16 +36,21 @@ NOTE = (
     " part of a mesh cycle in which an edge touches first (scale on the right); none where it is not known."
 )
 
+ALONG_LINES = (
+    " Without coefficients these flanks touch along lines, with them in a point that runs along the face."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class RatioFigure:
     """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank; at EVERY so many of them
-    the contact ratio of all teeth and the share of edges."""
+    the contact ratio of all teeth and the share of edges; whether without them flanks touch along `lines`."""
 
     size: FloatArray
     ends: dict[str, tuple[PathEnds, ...]]
     ratio: dict[str, FloatArray]
     edges: dict[str, FloatArray]
+    lines: bool
 
 
 def compute(design: Design) -> RatioFigure:
@@ -64,6 +70,7 @@ def compute(design: Design) -> RatioFigure:
         ends,
         {flank: found[..., 0] for flank, found in running.items()},
         {flank: found[..., 1] for flank, found in running.items()},
+        bool(touches_along_lines(design.with_parabola(0.0, 0.0))),
     )
 
 
@@ -82,7 +89,7 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
         layout,
         "Fig. 11   Contact ratio against the parabola coefficient",
         "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        NOTE,
+        NOTE + (ALONG_LINES if data.lines else ""),
         below=0.55,
         above=0.55,
         tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),

@@ -118,6 +118,11 @@ class MisalignmentFigure:
     flank: str
     paths: tuple[tuple[SolvedPath, ...], tuple[SolvedPath, ...]]
 
+    @property
+    def without_error(self) -> list[SolvedPath]:
+        """The paths without the error, whose lines are drawn where flanks touch along lines."""
+        return [paths[1] for paths in self.paths]
+
 
 def compute(case: ErrorCase, design: Design, flank: str = "right") -> MisalignmentFigure:
     """Solve the six paths; errors are added to those that the design has."""
@@ -138,7 +143,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{flank.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
-        panels.how_drawn(flank, STRETCH) + NOTE + case.note,
+        panels.how_drawn(flank, STRETCH) + NOTE + case.note + panels.lines_drawn(data.without_error),
         above=0.3,
         columns=viewpoint.COLUMNS,
         tall=CELLS.tall(layout, 4, 3.9),
@@ -171,6 +176,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
                     *panels.edge_traces(path, column, look.on_edge),
                 )
             ]
+            traces += panels.line_traces(paths[1], column)
             design = paths[1].design
             drawn = panels.draw_flank(page, box, design, column, flank, view, traces, px_per_mm, 0.85)
             if drawn is not None:

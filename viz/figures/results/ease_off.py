@@ -17,6 +17,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank import root_parameter, tip_parameter
 
+from ...parts.charts import LEAST_EASE_OFF
 from ...parts.map_panel import HALO, LEVEL, thin_out
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import FLANKS, coefficients, modified
@@ -140,7 +141,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
     """Draw the surface as wires over the plane of zero, tip behind, hidden lines left out. From zero or the
     least to the greatest of the `span` (2,), um, are HIGH half faces, and `head` more are left for words."""
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
-    scale = HIGH / max(greatest - lowest, 1e-9)
+    scale = HIGH / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
 
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
         return np.stack((face + SHEAR * profile, RISE * profile + scale * height), axis=-1)
@@ -168,16 +169,23 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
                 axes, at, words, (2.0 * f, 5.0 * p), fontsize=theme.SMALL, zorder=5.0, **place
             )
             text.set_path_effects(HALO)
-    length, floor = theme.round_length(max(0.5 * (greatest - lowest), 1e-9)), scale * lowest - RISE - 0.4
-    axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
-    unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
-    theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
+    length, floor = (
+        theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
+        scale * lowest - RISE - 0.4,
+    )
+    if greatest - lowest > LEAST_EASE_OFF:
+        axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
+        unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
+        theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
     axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw level lines over the flank, z by l, with the path."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
+    if float(np.abs(values).max()) < LEAST_EASE_OFF:
+        theme.say(axes, "zero but for rounding", 12, backgroundcolor="white")
+        values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
     lines = axes.contour(found.z, found.l, values, levels=levels, **styles)

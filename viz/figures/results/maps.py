@@ -130,7 +130,7 @@ def draw(data: MapFigure, layout: theme.Layout) -> Drawing:
 def _subtitle(data: MapFigure) -> str:
     text = f"{data.found.flank.capitalize()} flanks, as mounted"
     if data.modified:
-        text += f", with the paper's modification {solved.coefficients(data.found.design)}"
+        text += f", with {solved.modification(data.found.design)} {solved.coefficients(data.found.design)}"
     return text
 
 

@@ -12,6 +12,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
+from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.placing import frames_at
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
@@ -38,8 +39,10 @@ HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]
 BARE = ("#eceff3", "#f3eee4")
 """Metal of pinion and gear beyond the last band: lighter than all bands, and as little lit as they."""
-ELLIPSES = (0.2, 0.5, 0.8)
-"""Where along the path, in roll, a contact ellipse is drawn."""
+LINE_POINTS = 101
+"""Of a line of contact."""
+POSITIONS, ELLIPSES = 11, slice(2, 9, 3)
+"""Positions along the path, even in roll, and those of which a contact ellipse is drawn."""
 PLACE = 0.3
 """Position shown of the separation, as a share of the path in roll: two tooth pairs touch there."""
 TOUCHING = 0.01
@@ -102,13 +105,15 @@ def compute_pattern(design: Design) -> BandFigure:
             columns.append(Column(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
         columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
+    lines = bool(touches_along_lines(design))
     return BandFigure(
         "Contact pattern under marking compound",
         f"Where the flanks come within {PATTERN_BANDS[-1]} \u00b5m of each other while a tooth pair passes"
         " through the mesh; pinion (top) and gear (bottom)",
         "Rolls are those of the first contact of all teeth, edges included. Lines: path of contact"
         " (from the ball to the arrow head) and, at three positions, the instantaneous contact ellipse from"
-        f" the relative curvature for {PATTERN_BANDS[-1]} \u00b5m (black, cut off at the flank's limits).",
+        f" the relative curvature for {PATTERN_BANDS[-1]} \u00b5m (black, cut off at the flank's limits)"
+        f"{'; flanks without parabolas touch along lines, some of which are black' if lines else ''}.",
         "least separation over the cycle (\u00b5m)",
         PATTERN_BANDS,
         BLUES,
@@ -130,17 +135,21 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
 
 
 def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
-    """Give contact ellipses (n, 3) on a member's flank, in its own frame."""
+    """Give contact ellipses (n, 3) on a member's flank, in its own frame; some lines of contact, where
+    flanks touch along these."""
     if not path.found:
         return ()
-    l1 = np.interp(ELLIPSES, np.linspace(0.0, 1.0, len(path.path.l1)), path.path.l1)
-    at = path_of_contact(design, flank, l1=l1)
+    if len(lines := path.contact_lines(number)):
+        share = np.linspace(0.0, 1.0, LINE_POINTS)[:, None]
+        return tuple(line[0] + share * (line[1] - line[0]) for line in lines)
+    at = path_of_contact(design, flank, POSITIONS)
     ellipse = contact_ellipse(at, MARKING_SEPARATION)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
-    first, second = (ellipse.semi_axes[:, k, None, None] * ellipse.direction[:, k, None, :] for k in (0, 1))
+    semi_axes, ways = ellipse.semi_axes[ELLIPSES], ellipse.direction[ELLIPSES]
+    first, second = (semi_axes[:, k, None, None] * ways[:, k, None, :] for k in (0, 1))
     in_fixed = np.cos(turn) * first + np.sin(turn) * second  # (positions, 721, 3)
-    rotation, _ = frames_at(design, at.pinion_roll, at.gear_roll)[number]
-    rings = solved.points_on(at, number)[:, None] + in_fixed @ rotation
+    rotation, _ = frames_at(design, at.pinion_roll[ELLIPSES], at.gear_roll[ELLIPSES])[number]
+    rings = solved.points_on(at, number)[ELLIPSES, None] + in_fixed @ rotation
     return tuple(ring for ring in rings if np.isfinite(ring).all())
 
 

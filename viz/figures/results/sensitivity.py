@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
+from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...parts import charts
@@ -29,6 +30,8 @@ NOTE = (
 )
 
 
+STILL = 1e-9
+"""mm along the profile by which a path that runs along the face may move."""
 SQUARE = "; square, on the flank at right angles to the path"
 ELSEWHERE = "; that square to the path is shown on wider pages, and in the table"
 
@@ -50,9 +53,13 @@ class Case:
             if status != Status.SOLVED:
                 reason = REASONS.get(status, "nothing to solve")
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
+            elif bool(touches_along_lines(self.design, rates.flank)):
+                words.append("both: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE]).any():
-                words.append(f"{rates.flank} flanks: no middle, the roll turns back along the path")
-        return "; ".join(words)
+                still = np.ptp(rates.l[:, 0]) < STILL
+                turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
+                words.append("both: path along face" if still else turned)
+        return "; ".join(dict.fromkeys(words))
 
 
 def compute(design: Design) -> tuple[Case, ...]:

@@ -11,10 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from beveloid_geom import Design, Tolerances, path_of_contact, tolerance_study
+from beveloid_geom import Design, Status, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.parallel.lines import touches_along_lines
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.errors import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
@@ -44,6 +46,7 @@ QUANTITIES = (
 )
 """Name, scale and label of what is shown of a study."""
 SAID: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
+EDGES = ", shaft-angle errors leave edges"
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
 CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
@@ -53,7 +56,7 @@ beside charts, and over them."""
 CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
 """Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
 NOTE = (
-    "Drawn are {drawn} mountings (seed {seed}) of the design as it is, and in black none of the errors. These"
+    "Drawn are {drawn} mountings (seed {seed}) of the design {which}, and in black none of the errors. These"
     " are {spread}: {sizes}, on top of the design's own; members stay mounted as without them. Curves: share"
     " of the mountings with a path whose value is at most that below; dots: without errors. Contact ratio by"
     " Eq. 16; transmission error of one tooth pair over its path, peak to peak, 0 without modification;"
@@ -97,12 +100,13 @@ class Side:
 def compute(design: Design) -> tuple[Side, ...]:
     """Find drawn paths and studies of both flanks, as designed and with the paper's modification."""
     bent = modified(design)
+    shown = bent if touches_along_lines(design).any() else design
     cases = ("as designed", design, theme.BLUE, 3.2), (_plain(coefficients(bent)), bent, theme.RED, 1.6)
     return tuple(
         Side(
             flank,
-            solved.solve(design, flank),
-            tuple(_cloud_of(design, flank, factor) for factor, *_ in CLOUDS),
+            solved.solve(shown, flank),
+            tuple(_cloud_of(shown, flank, factor) for factor, *_ in CLOUDS),
             tuple(_case(flank, *case) for case in cases),
         )
         for flank in FLANKS
@@ -125,31 +129,34 @@ def _case(flank: str, name: str, design: Design, colour: str, width: float) -> C
     if not study.mountings.solved.any():
         return CaseStudy(name, design, colour, width, study, shares)
     for k, factor in enumerate(FACTORS):
-        found = study
-        if factor != 1.0:
-            try:
-                found = tolerance_study(design, _times(usual, factor), flank, MOUNTINGS, seed=SEED)
-            except ValueError:
-                break  # the tolerance is too large for the layout
-        without = np.count_nonzero(~found.mountings.solved)
-        shares[:, k] = found.limits_changed() / found.cases, without / found.cases
+        if _too_large(design, factor):
+            break
+        ends = path_ends(_mountings(design, factor, MOUNTINGS), flank)
+        found = ends.status == Status.SOLVED
+        changed = (ends.limit != study.nominal.limit).any(axis=1)
+        shares[:, k] = np.mean(found & changed), np.mean(~found)
     return CaseStudy(name, design, colour, width, study, shares)
 
 
-def _times(tolerances: Tolerances, factor: float) -> Tolerances:
-    names = tolerances.names
-    return replace(tolerances, **{name: factor * getattr(tolerances, name) for name in names})
+def _too_large(design: Design, factor: float) -> bool:
+    """Say whether so many times the tolerances are too large for the layout."""
+    usual = USUAL_AT[design.errors_at]
+    return any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items())
+
+
+def _mountings(design: Design, factor: float, count: int) -> Design:
+    """Give a design under the first so many errors drawn with so many times the tolerances."""
+    usual = USUAL_AT[design.errors_at]
+    return mounted(design, factor * drawn_errors(usual, SEED, 0, count), usual.names)
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
     """Give points of the drawn paths on pinion and gear; NaN without a path. Not under errors too large for
     the layout."""
-    usual = USUAL_AT[design.errors_at]
-    if any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items()):
+    if _too_large(design, factor):
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
-    errors = factor * drawn_errors(usual, SEED, 0, DRAWN)
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(mounted(design, errors, usual.names), flank, POINTS)
+        path = path_of_contact(_mountings(design, factor, DRAWN), flank, POINTS)
         return solved.points_on(path, 0), solved.points_on(path, 1)
 
 
@@ -227,7 +234,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Paths of contact under drawn assembly errors",
         "Cloud of paths, and spread of contact ratio, transmission error and position",
-        _note(data[0].cases[0].design) + _in_operation(data),
+        _note(data[0]) + _in_operation(data),
         below=0.3,
         above=0.3,
         columns=viewpoint.COLUMNS,
@@ -259,12 +266,14 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _note(design: Design) -> str:
+def _note(side: Side) -> str:
     """Say what is drawn, under which tolerances."""
+    design, shown = side.cases[0].design, side.nominal.design
+    drawn = "as it is" if shown is design else f"with {_plain(coefficients(shown))}"
     usual = USUAL_AT[design.errors_at]
     sizes = size_words(usual) + solved.at_the_mesh(design)
     spread = f"{usual.distribution}, the tolerances at {usual.sigmas:g} standard deviations"
-    note = NOTE.format(drawn=DRAWN, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes)
+    note = NOTE.format(drawn=DRAWN, which=drawn, all=MOUNTINGS, seed=SEED, spread=spread, sizes=sizes)
     how = panels.how_drawn("right and left", panels.STRETCH, outside=True)
     return how.partition(" A path enters")[0] + " " + note
 
@@ -329,7 +338,7 @@ def _charts(page: theme.Page, side: Side, section: Section) -> None:
 def _counts(case: CaseStudy) -> str:
     """Say how many mountings have a path, and how many another one."""
     if case.study is None:
-        return f"{case.name}: not studied"
+        return f"{case.name}: not studied" + (EDGES if touches_along_lines(case.design).all() else "")
     count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
     share = f"{count} of {every}" if count < every else f"all {every}"
     changed = f"{case.study.limits_changed()} of them ended by another limit"

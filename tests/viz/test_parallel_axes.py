@@ -1,0 +1,94 @@
+"""Figures of a pair on parallel axes, whose flanks touch along lines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from beveloid_geom import builtin_design, path_of_contact
+from beveloid_geom.contact.parallel.lines import contact_lines
+from beveloid_geom.report.operation import operation_report
+from beveloid_geom.studies.claims import MODIFIED
+from beveloid_viz.figures.paper import fig_11_contact_ratio as ratios
+from beveloid_viz.figures.results import sensitivity, tolerance_cloud
+from beveloid_viz.parts import motion_graph, solved
+from beveloid_viz.stage.opengl import require_opengl
+
+from .pages import drawn, words
+
+PAIR = builtin_design("anti-backlash")
+WORDS = {
+    "fig-01": "The beveloid gear pair in mesh",
+    "fig-04": "midway between the mid-faces on the pitch line",
+    "fig-08": "the flanks touch along lines, of which these are some",
+    "ease-off": "zero but for rounding",
+}
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_what_figures_say_of_lines(name: str) -> None:
+    require_opengl()
+    said = words(drawn(name, PAIR)[0])
+    assert WORDS[name] in said, said
+    assert "crossed" not in said.partition("Rolls")[0]
+
+
+@pytest.mark.parametrize("member", [0, 1])
+def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
+    """Each at the path's own point; their lengths are those of the library."""
+    lines = solved.solve(PAIR, flank).contact_lines(member)
+    path = path_of_contact(PAIR, flank, solved.LINES + 2)
+    points = solved.points_on(path, member)[1:-1]
+    way = lines[:, 1] - lines[:, 0]
+    length = np.linalg.norm(way, axis=-1)
+    np.testing.assert_allclose(length, contact_lines(path).length[1:-1], atol=1e-9)
+    off = np.linalg.norm(np.cross(points - lines[:, 0], way), axis=-1) / length
+    assert off.max() < 1e-9
+
+
+def test_points_have_no_lines() -> None:
+    assert not len(solved.solve(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
+    assert not len(solved.solve(builtin_design(), "right").contact_lines(1))
+
+
+def test_the_modification_leaves_a_path_on_the_flanks() -> None:
+    bent = solved.modified(PAIR)
+    assert solved.parabolas(bent) == (-0.004, -0.004)
+    assert solved.solve(bent, "right").found
+    assert solved.parabolas(solved.modified(builtin_design())) == MODIFIED
+
+
+def test_lines_carry_and_not_their_ends() -> None:
+    report = operation_report("", PAIR, "right", 13, 3, 0.00635)
+    assert report.cycle.edge_share == 0.0
+    graph = motion_graph.motion_graph(report)
+    assert "lines of contact carry" in motion_graph.words(graph)
+    assert not graph.edge[np.abs(graph.alone) < 1e-12].any()
+    assert graph.edge.any()  # a tooth pair alone, beyond its lines
+
+
+def test_sensitivities_say_what_is_missing() -> None:
+    plain, bent = sensitivity.compute(PAIR)
+    assert plain.remarks == "both: line contact"
+    assert bent.remarks == "both: path along face"
+
+
+def test_clouds_are_of_convex_flanks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors of the shaft angle leave no path of line contact."""
+    monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
+    monkeypatch.setattr(tolerance_cloud, "IN_OPERATION", 1)
+    side = tolerance_cloud.compute(PAIR)[0]
+    assert side.cases[0].study is None
+    assert side.nominal.design == side.cases[1].design
+    assert (side.cases[1].shares[:, 0] == 0.0).all()
+    assert all(np.isfinite(cloud[0]).all() for cloud in side.clouds[1:])
+    assert "shaft-angle errors leave edges" in tolerance_cloud._counts(side.cases[0])
+
+
+def test_no_edges_without_coefficients(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ratios, "EVERY", slice(0, 161, 160))
+    data = ratios.compute(PAIR)
+    assert data.lines
+    for flank in ("right", "left"):
+        assert (data.edges[flank][:, 0] == 0.0).all()
+        np.testing.assert_allclose(data.ratio[flank][:, 0], 1.911, atol=1e-3)
