@@ -41,6 +41,8 @@ MOST = 3
 """Proposals on one request, if no other number is asked for."""
 LITTLE = 0.1
 """Reserve up to which the estimates that it is made of are not relied on."""
+FAIR = 0.25
+"""Reserve up to which a pair is looked at whole, at all positions of `check`: what cuts does so at few."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
 POSITIONS = 15
@@ -170,7 +172,7 @@ def _doubts(design: Design, reserve: float) -> bool:
         earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
         if earlier.any() or (design.pair.shaft_angle > 0.0 and any(loss_remarks(path))):
             return True
-    return reserve <= LITTLE and not quiet(findings_on(design, positions=POSITIONS))
+    return reserve <= FAIR and not quiet(findings_on(design))
 
 
 def _last(request: Request, found: Candidates) -> tuple[Proposal | None, str]:

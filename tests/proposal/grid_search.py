@@ -46,6 +46,8 @@ def pairs_on_grid(request: Request, points: int = POINTS) -> FloatArray:
             values[list(rows)], free[list(rows)] = np.array(given)[:, None], False
     signs = np.where(spread[6:] < 0.5, -1.0, 1.0)
     values, met = _moved(request, values, signs, free)
+    if request.offset is None:  # the sense in which the axes lean is that of the helix angles
+        met &= pair_at(request.members, values)[1].offset > 0.0
     inside = ((values[:6] > low - 1e-9) & (values[:6] < high + 1e-9)) | ~free[:6, None]
     return values[:, met & inside.all(axis=0)]
 
