@@ -3,7 +3,7 @@
 `paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
 hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
 which another curve of contact may be near the faces, all curves of contact in the window are traced
-(`curve_tracing`), their parts near the flanks fitted by polynomials (`guides`), and the part on the flanks
+(`curve_tracing`), their parts near the flanks fitted by polynomials (`chains`), and the part on the flanks
 that covers most roll is the path.
 """
 
@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..status import Status
 from .cells import Box, box_of, vanishing, window_of
-from .chains import chains_of, missed, series_of
+from .chains import chains_of, missed, series_along, series_of
 from .curve_tracing import Part, Window, curves_of, near_flanks
 from .ends import Ends, find_ends, no_ends, rough_window
 from .equation import Pairing
-from .guides import series_along
 from .parallel.clear import clear_of_flanks
 from .parallel.nearly import nearly_parallel, series_over_w1
 from .parallel.paths import parallel_series

@@ -75,6 +75,14 @@ def test_ends_of_many_mountings(design: Design, flank: str, times: float) -> Non
     assert agree(design, flank, drawn(times, 40, 2)) > 30 or design is CASES[2][0]
 
 
+def test_ends_begin_at_the_least_separation_of_an_edge() -> None:
+    design, flank, _ = CASES[0]
+    cycle, least = mesh_cycle(design, flank, 1), least_along_edges(design, flank)
+    for edge in (Limit.PINION_TIP, Limit.GEAR_TIP, Limit.PINION_TOE):
+        ends = [pattern_ends(cycle, share * float(least[edge]))[0, edge] for share in (0.95, 1.05)]
+        assert ends == [False, True]
+
+
 def test_ends_are_those_of_a_whole_pattern() -> None:
     design = mounted(CASES[0][0], drawn(4.0, 5, 1)[4])
     pattern = contact_pattern(design, "right", resolution=0.5)
