@@ -24,10 +24,10 @@ SIDEWAYS = 0.5
 """Sine of the slope from upright beyond which words stand beside an arrow, not over it."""
 END_ON = 0.12
 """Share of its length below which an axis is seen end on."""
-HEADS = 11.0
+HEADS = 13.0
 """Points of the page for the two heads of a dimension line."""
 GAP, SLASH = 2.0, (2.5, 6.0)
-"""Points half across the gap of a break, and how far each of its two strokes goes along and across the line."""
+"""Points half across the gap of a break, and how far each of its strokes goes along and across the line."""
 CLEAR, NEAR = 3.0, 9.0
 """Points left free around words, and at the end of the line that leads to their place."""
 REACHES, TURNS = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)

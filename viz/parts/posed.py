@@ -28,11 +28,11 @@ RING, LATHE = 49, 121
 
 
 REMOTE = 4.0
-"""Mounting distance over the distance of the members from which the common perpendicular is left out, or drawn
-nearer."""
+"""Mounting distance over the distance of the members from which the common perpendicular is left out, or is
+drawn nearer."""
 NEARER, BREAK = 2.5, 0.55
-"""How far from a toe the common perpendicular is drawn then, and the breaks of the axes: shares of the distance
-of the members."""
+"""How far from a toe the common perpendicular is drawn then, and the breaks of the axes: shares of the
+distance of the members."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class PosedPair:
 
     @property
     def nearer(self) -> float:
-        """Length along the pinion's axis (mm) by which the common perpendicular is drawn nearer to the members
-        than it is, if it is remote; the pinion's axis stays straight, the gear's bends at its break."""
+        """Length along the pinion's axis (mm) by which a remote common perpendicular is drawn nearer to the
+        members than it is, else 0; the pinion's axis stays straight, the gear's bends at its break."""
         drawn = self._toes.max() + NEARER * self.apart
         away = float(self.position[0])
         return float(np.copysign(max(abs(away) - drawn, 0.0), away)) if self.remote else 0.0

@@ -118,7 +118,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         f" meet{passing}."
         " $S_1$ and $S_2$ stand at mid-face, at roll 0."
         " The paper puts them $b_c$ nearer to the toe, in the"
-        f" section where the profile shift is zero and the reference cone has the radius $r_P$.{posed.far_words(data.pair)}",
+        " section where the profile shift is zero and the reference cone has the radius $r_P$."
+        + posed.far_words(data.pair),
         tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
     )
     narrow = layout.width < theme.NARROW

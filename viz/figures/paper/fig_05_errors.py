@@ -27,6 +27,8 @@ MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 """Colours of what is displaced: metal, and lines."""
 DRAWN_SHARE, TRIAD = 0.46, 0.3
 """Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
+NEARER = 1.5
+"""By what these are larger where the common perpendicular is drawn nearer than it is."""
 DRAWN_ANGLE = np.radians(18.0)
 TYPICAL = {
     "offset": OFFSET_ERROR,
@@ -131,11 +133,16 @@ def compute(design: Design) -> ErrorFigure:
     """Find the frames without and with each error, as mounted without errors."""
     plain = replace(design, errors=Errors())
     pair = posed.placed(plain, np.zeros(2))
-    distance, length = pair.position, DRAWN_SHARE * pair.apart
+    distance, length = pair.position, DRAWN_SHARE * _scale(pair)
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
     return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
+
+
+def _scale(pair: PosedPair) -> float:
+    """Give the length (mm) of which frames and displacements drawn are shares."""
+    return NEARER * pair.apart if pair.nearer else pair.apart
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
@@ -225,7 +232,7 @@ def _annotate(
     if panel.before in ("g", "f"):
         _axis(over, data, moved, panel.member, MOVED_INK)
     before, after = nominal[panel.before], moved[panel.after]
-    length = TRIAD * data.pair.apart
+    length = TRIAD * _scale(data.pair)
     names = [[f"{letter}_{{{own}}}" for letter in "xyz"] for own in (panel.before, panel.after)]
     tilted = panel.key == "shaft_angle"
     if tilted:  # the axis about which it turns is one
