@@ -65,6 +65,19 @@ class MeshingFigure:
         """Points (2, 3) in S_f of the axes on the common perpendicular where that is drawn, mm."""
         return np.asarray(self.pair.foot + self.pair.nearer * self.pair.axis[0])
 
+    @property
+    def breaks(self) -> FloatArray:
+        """Points (2, 3) in S_f where the axes are broken if they are, mm."""
+        return np.asarray(self.pair.foot + (self.pair.position + self.pair.breaks)[:, None] * self.pair.axis)
+
+    @property
+    def gear_way(self) -> FloatArray:
+        """Unit vector (3,) of the gear's axis as drawn at the common perpendicular, in the sense of its z."""
+        if not self.pair.nearer:
+            return np.asarray(self.pair.axis[1])
+        way = np.sign(self.pair.position[1]) * (self.breaks[1] - self.feet[1])
+        return np.asarray(way / np.linalg.norm(way))
+
 
 def compute(design: Design) -> MeshingFigure:
     """Find the layout of the pair, from its mounting."""
@@ -169,22 +182,20 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max()) - data.pair.nearer
     feet, ways = data.feet, data.pair.axis
-    breaks = data.pair.foot + (data.pair.position + data.pair.breaks)[:, None] * ways
     length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
         end = data.pair.foot[number] + (far + 0.2 * reach) * ways[number]
-        over.axis(feet[number], end, theme.INK, breaks[number] if data.pair.nearer else None)
-    second, arc = ways[1], 0.6 * reach
-    if data.pair.nearer:
-        drawn = breaks[1] - feet[1]
-        second, arc = drawn / np.linalg.norm(drawn), 0.4 * reach
-    style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    if data.pair.foot[1, 0]:
-        over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
-    else:
-        over.label(feet[0], "$E$ = 0", (-9.0, -6.0), **style)
-    over.angle(feet[1], ways[0], second, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
+        over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
+    over.angle(
+        feet[1],
+        ways[0],
+        data.gear_way,
+        (0.4 if data.pair.nearer else 0.6) * reach,
+        "$\\delta$",
+        (1.25, 0.8),
+        (-5.0, 2.0),
+    )
     for number, name in enumerate("f" if data.pair.remote else "fg"):
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
