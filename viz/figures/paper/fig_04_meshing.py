@@ -187,15 +187,13 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
         end = data.pair.foot[number] + (far + 0.2 * reach) * ways[number]
         over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
-    over.angle(
-        feet[1],
-        ways[0],
-        data.gear_way,
-        (0.4 if data.pair.nearer else 0.6) * reach,
-        "$\\delta$",
-        (1.25, 0.8),
-        (-5.0, 2.0),
-    )
+    style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
+    if data.pair.foot[1, 0]:
+        over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
+    else:
+        over.label(feet[0], "$E$ = 0", (-9.0, -6.0), **style)
+    arc = (0.4 if data.pair.nearer else 0.6) * reach
+    over.angle(feet[1], ways[0], data.gear_way, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
     for number, name in enumerate("f" if data.pair.remote else "fg"):
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
