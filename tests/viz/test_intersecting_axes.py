@@ -14,7 +14,9 @@ from click.testing import CliRunner
 from beveloid_geom import MeshErrors, builtin_design, path_of_contact, path_sensitivity
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.design.file import builtin_text
+from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mesh_errors import from_mesh
+from beveloid_viz.figures.paper import fig_04_meshing, fig_05_errors
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import CASES, compute as misaligned
 from beveloid_viz.figures.results import pattern_errors, sensitivity, tolerance_cloud
 from beveloid_viz.parts import posed, solved
@@ -27,7 +29,7 @@ from .pages import drawn, words
 WORDS = {
     "fig-01": "axes at 7°, 0 mm apart where nearest, 2162 mm from here",
     "fig-04": "Offset $E$ = 0 mm, shaft angle $\\delta$ = 7°",
-    "fig-05": "drawn: 109 mm, 218 times 0.5 mm",
+    "fig-05": "drawn: 164 mm, 327 times 0.5 mm",
 }
 
 
@@ -53,6 +55,53 @@ def test_the_layout_is_drawn(name: str) -> None:
     page, rows = drawn(name, LARGE)
     assert rows
     assert WORDS[name] in words(page), words(page)
+    if name != "fig-01":
+        assert ("$E$ = 0" in words(page)) == (name == "fig-04")
+        assert "2162 mm from the pinion's mid-face and drawn at 623 mm" in words(page)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
+    """On the pinion's axis, at the distance said; breaks are between it and the toes."""
+    data = fig_04_meshing.compute(DESIGNS[name])
+    pair, half = data.pair, np.array([0.5 * float(m.face_width) for m in DESIGNS[name].members])
+    away = float(np.linalg.norm(data.feet[0] - pair.frames[0][1]))
+    np.testing.assert_allclose(np.cross(data.feet[0] - pair.frames[0][1], pair.axis[0]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(data.feet[1] - data.feet[0], pair.foot[1] - pair.foot[0], atol=1e-9)
+    assert f"is {abs(pair.position[0]):.0f} mm" in posed.far_words(pair)
+    assert f"drawn at {away:.0f} mm" in posed.far_words(pair)
+    towards = -np.sign(pair.position) * pair.breaks
+    assert (towards > half).all()
+    assert (towards < away).all()
+    assert 0.5 < data.gear_way @ pair.axis[0] < np.cos(2.0 * float(layout_of(DESIGNS[name]).shaft_angle))
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_errors_are_as_large_as_said_where_frames_are_drawn_nearer(name: str) -> None:
+    """Members that an error leaves alone, and the table, are where they are."""
+    data = fig_05_errors.compute(DESIGNS[name])
+    nominal = data.seen(data.nominal)
+    for own in ("q1", "d1", "q2", "d2"):
+        np.testing.assert_array_equal(nominal[own][1], data.nominal[own][1])
+    for panel, size, displaced in zip(fig_05_errors.PANELS, data.drawn, data.displaced, strict=True):
+        before, after = nominal[panel.before], data.seen(displaced)[panel.after]
+        moved = float(np.linalg.norm(after[1] - before[1]))
+        turned = float(np.arccos(before[0][:, 2] @ after[0][:, 2]))
+        assert (moved, turned)[panel.key == "shaft_angle"] == pytest.approx(size, rel=1e-9)
+    tilted = data.seen(data.displaced[1])
+    away = [np.linalg.norm(frames["d1"][1] - frames["f"][1]) for frames in (nominal, tilted)]
+    assert away[0] == pytest.approx(away[1], rel=1e-12)
+    header, rows = fig_05_errors.rows(data)
+    first = dict(zip(header, next(iter(rows)), strict=True))
+    assert [first[f"origin_{component}_mm"] for component in "xyz"] == [0.0, 0.0, 0.0]
+
+
+def test_a_perpendicular_at_the_members_stays() -> None:
+    data = fig_05_errors.compute(builtin_design())
+    for frames in (data.nominal, *data.displaced):
+        for own, (_, origin) in data.seen(frames).items():
+            np.testing.assert_array_equal(origin, frames[own][1])
+    assert posed.far_words(data.pair) == ""
 
 
 AT_MESH = replace(builtin_design("awd-transfer"), errors_at="mesh")

@@ -51,7 +51,9 @@ def both_right() -> Design:
 
 DESIGNS = {"table1": TABLE, "mirror": scaled(mirrored(TABLE), 2.0 / 6.0), "both_right": both_right()}
 BUILT_IN = {name: builtin_design(name) for name in ("awd-transfer", "marine-gearbox", "anti-backlash")}
-"""Designs of which Figs. 1 and 13 are laid out, too: axes that intersect far away, and parallel ones."""
+"""Axes that intersect far away, and parallel ones."""
+ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13")
+"""Figures that are laid out of these designs, too."""
 QUICK = ("fig-02", "fig-09", "sensitivity", "transmission-error")
 
 
@@ -104,7 +106,10 @@ def faults(page: Page) -> list[str]:
             marks=() if figure.name in QUICK and design == "table1" else pytest.mark.slow,
         )
         for figure in FIGURES
-        for design in (*DESIGNS, *(BUILT_IN if figure.name in ("fig-01", "fig-13") else ()))
+        for design in (
+            *DESIGNS,
+            *(BUILT_IN if figure.name in ALSO_BUILT_IN else ()),
+        )
     ],
 )
 def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> None:

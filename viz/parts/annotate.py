@@ -19,10 +19,15 @@ from ..stage.scene import Camera, Item, Picture, Scene, render
 Offset = tuple[float, float]
 """To the right and up, in points of the page."""
 HALO = 3.0
+CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
 SIDEWAYS = 0.5
 """Sine of the slope from upright beyond which words stand beside an arrow, not over it."""
 END_ON = 0.12
 """Share of its length below which an axis is seen end on."""
+HEADS = 13.0
+"""Points of the page for the two heads of a dimension line."""
+GAP, SLASH = 2.0, (2.5, 6.0)
+"""Points half across the gap of a break, and how far each of its strokes goes along and across the line."""
 CLEAR, NEAR = 3.0, 9.0
 """Points left free around words, and at the end of the line that leads to their place."""
 REACHES, TURNS = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)
@@ -55,9 +60,17 @@ def arrow(
 def dimension(
     axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, at: float = 0.5, **style: Any
 ) -> None:
-    """Draw a dimension line between two pixels with its words beside it, `at` a share of it."""
-    arrow(axes, start, end, style.get("color", theme.INK), 1.2, "<|-|>")
+    """Draw a dimension line between two pixels with its words beside it, `at` a share of it; its arrows stand
+    outside where there is no room for them between."""
+    colour = style.get("color", theme.INK)
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    length, least = float(np.linalg.norm(b - a)), HEADS * axes.figure.dpi / 72.0
+    if length > least:
+        arrow(axes, a, b, colour, 1.2, "<|-|>")
+    elif length > 0.0:
+        out = 1.5 * least * (b - a) / length
+        arrow(axes, a - out, a, colour, 1.2)
+        arrow(axes, b + out, b, colour, 1.2)
     text(axes, a + at * (b - a), words, offset, **style)
 
 
@@ -99,9 +112,22 @@ class Overlay:
         pixels = self.picture.project(np.reshape(np.stack([np.asarray(p) for p in points]), (-1, 3)))
         self.axes.plot(*pixels.T, **settings)
 
-    def axis(self, start: ArrayLike, end: ArrayLike, colour: str) -> None:
-        """Draw a centre line, dash-dotted."""
-        self.line(start, end, color=colour, linewidth=1.3, dashes=(12, 3, 2, 3))
+    def axis(self, start: ArrayLike, end: ArrayLike, colour: str, at: ArrayLike | None = None) -> None:
+        """Draw a centre line, dash-dotted, if need be broken `at` a point."""
+        self.line(*(point for point in (start, at, end) if point is not None), color=colour, **CENTRE_LINE)
+        if at is not None:
+            self.broken(at, end, colour)
+
+    def broken(self, point: ArrayLike, towards: ArrayLike, colour: str) -> None:
+        """Mark the line from a point `towards` another as broken there: two strokes across a gap."""
+        middle, other = self.picture.project(np.stack([np.asarray(point), np.asarray(towards)]))
+        along = (other - middle) / np.linalg.norm(other - middle) * self.axes.figure.dpi / 72.0
+        across = along[::-1] * (1.0, -1.0)
+        gap = middle + np.array([[-GAP], [GAP]]) * along
+        self.axes.plot(*gap.T, color="white", linewidth=2.0 * SLASH[1], solid_capstyle="butt", zorder=4)
+        stroke = np.array([[-1.0], [1.0]]) * (SLASH[0] * along + SLASH[1] * across)
+        for end in gap:
+            self.axes.plot(*(end + stroke).T, color=colour, linewidth=1.2, zorder=4)
 
     def arrow(self, tail: ArrayLike, head: ArrayLike, colour: str, width: float = 1.8) -> None:
         """Draw an arrow between two points."""

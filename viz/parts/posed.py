@@ -28,7 +28,11 @@ RING, LATHE = 49, 121
 
 
 REMOTE = 4.0
-"""Mounting distance over the distance of the members from which the common perpendicular is left out."""
+"""Mounting distance over the distance of the members from which the common perpendicular is left out, or is
+drawn nearer."""
+NEARER, BREAK = 2.5, 0.55
+"""How far from a toe the common perpendicular is drawn then, and the breaks of the axes: shares of the
+distance of the members."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +78,24 @@ class PosedPair:
     def remote(self) -> bool:
         """Whether the common perpendicular is too far from the members to be drawn with them."""
         return float(np.abs(self.position).max()) > REMOTE * self.apart
+
+    @property
+    def nearer(self) -> float:
+        """Length along the pinion's axis (mm) by which a remote common perpendicular is drawn nearer to the
+        members than it is, else 0; the pinion's axis stays straight, the gear's bends at its break."""
+        drawn = self._toes.max() + NEARER * self.apart
+        away = float(self.position[0])
+        return float(np.copysign(max(abs(away) - drawn, 0.0), away)) if self.remote else 0.0
+
+    @property
+    def breaks(self) -> FloatArray:
+        """How far from mid-face along the axes (2,) the marks of broken axes stand, mm."""
+        return np.copysign(self._toes + BREAK * self.apart, -self.position)
+
+    @property
+    def _toes(self) -> FloatArray:
+        """Half face widths (2,), mm."""
+        return 0.5 * np.array([float(member.face_width) for member in self.design.members])
 
 
 def pose(design: Design, flank: str = "right") -> PosedPair:
@@ -122,6 +144,17 @@ def shaft_radius(member: Member) -> float:
     """Give the radius (mm) of the shaft drawn for a member."""
     half = 0.5 * float(member.face_width)
     return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
+
+
+def far_words(pair: PosedPair) -> str:
+    """Say where the common perpendicular is, for the end of a note, if it is drawn elsewhere."""
+    if not pair.nearer:
+        return ""
+    true, drawn = np.abs(pair.position[0] - np.array([0.0, pair.nearer]))
+    return (
+        " Members are to scale, what is beyond the breaks is not: the common perpendicular"
+        f" is {true:.0f} mm from the pinion's mid-face and drawn at {drawn:.0f} mm, $\\delta$ is drawn wider."
+    )
 
 
 def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:

@@ -31,6 +31,8 @@ MEET = 1e-6
 """mm within which lines of action meet."""
 NEAR = 0.01
 """Share of the distance of the members within which two frames are drawn as one."""
+ALONG = 0.9
+"""Cosine of the angle between two radii from which on they hide each other."""
 TABLE = 2.0
 """Inches of the numbers, where they stand under the view."""
 
@@ -62,6 +64,30 @@ class MeshingFigure:
     def found(self) -> bool:
         """Whether there is a pitch point."""
         return bool(np.isfinite(self.mounting.pitch_point).all())
+
+    def in_line(self, number: int) -> bool:
+        """Whether the pitch point lies on the side where the own y axis of a member points."""
+        _, up, _ = self.pair.frames[number][0].T
+        way = self.mounting.pitch_point - self.pair.foot[number]
+        return bool(up @ way > ALONG * float(self.mounting.working_radius[number]))
+
+    @property
+    def feet(self) -> FloatArray:
+        """Points (2, 3) in S_f of the axes on the common perpendicular where that is drawn, mm."""
+        return np.asarray(self.pair.foot + self.pair.nearer * self.pair.axis[0])
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Points (2, 3) in S_f where the axes are broken if they are, mm."""
+        return np.asarray(self.pair.foot + (self.pair.position + self.pair.breaks)[:, None] * self.pair.axis)
+
+    @property
+    def gear_way(self) -> FloatArray:
+        """Unit vector (3,) of the gear's axis as drawn at the common perpendicular, in the sense of its z."""
+        if not self.pair.nearer:
+            return np.asarray(self.pair.axis[1])
+        way = np.sign(self.pair.position[1]) * (self.breaks[1] - self.feet[1])
+        return np.asarray(way / np.linalg.norm(way))
 
 
 def compute(design: Design) -> MeshingFigure:
@@ -110,10 +136,10 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange)",
-        f"Unmodified pair without errors. {_where_p_is(data)}"
-        f" $S_1$ and $S_2${', not drawn,' if data.pair.remote else ''} stand at mid-face, at roll 0."
+        f"Unmodified pair without errors. {_where_p_is(data)} $S_1$ and $S_2$ stand at mid-face, at roll 0."
         " The paper puts them $b_c$ nearer to the toe, in the"
-        " section where the profile shift is zero and the reference cone has the radius $r_P$.",
+        " section where the profile shift is zero and the reference cone has the radius $r_P$."
+        + posed.far_words(data.pair),
         tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
     )
     narrow = layout.width < theme.NARROW
@@ -122,6 +148,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
     feet = np.array([[-0.25 * data.pair.apart, 0.0, 0.0], [offset, below, 0.0]])
+    feet = feet + data.pair.nearer * data.pair.axis[0]
     camera = fit_camera(np.concatenate((*reach, feet)), posed.VIEW, posed.UP, box.size, 0.06)
     over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
     _annotate_layout(over, data)
@@ -129,7 +156,9 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         for number in (0, 1):
             _annotate_member(over, data, number)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        over.label(data.mounting.pitch_point, "$P$", (2.0, 20.0), **style)
+        over.label(
+            data.mounting.pitch_point, "$P$", (20.0, -4.0) if data.in_line(0) else (2.0, 20.0), **style
+        )
     corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
     _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else corner)
     return Drawing(page, {"meshing": over.picture})
@@ -170,12 +199,15 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
 
 def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
-    reach = max(float(np.nan_to_num(data.mounting.distance).max()), 0.5 * data.pair.apart)
-    feet, ways = data.pair.foot, data.pair.axis
+    reach = float(np.nan_to_num(data.mounting.distance).max()) - data.pair.nearer
+    if data.level:
+        reach = max(reach, 0.5 * data.pair.apart)
+    feet, ways = data.feet, data.pair.axis
     length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
-        over.axis(feet[number], feet[number] + (far + 0.2 * reach) * ways[number], theme.INK)
+        end = data.pair.foot[number] + (far + 0.2 * reach) * ways[number]
+        over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     if data.level:  # beside the working radii, which it would cover
         down = 1.25 * _radius(data, 1, _cone_ends(data, 1)[1])
@@ -184,8 +216,12 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
             over.line(foot, end, color=theme.INK, linewidth=0.9)
         over.dimension(ends[0], ends[1], "$E$", offset=(-4.0, -6.0), **style)
     else:
-        over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
-        over.angle(feet[1], ways[0], ways[1], 0.6 * reach, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
+        if data.pair.foot[1, 0]:
+            over.dimension(feet[0], feet[1], "$E$", offset=(-4.0, -6.0), **style)
+        else:
+            over.label(feet[0], "$E$ = 0", (-9.0, -6.0), **style)
+        arc = (0.4 if data.pair.nearer else 0.6) * reach
+        over.angle(feet[1], ways[0], data.gear_way, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
     for number, name in enumerate("f" if data.pair.remote else "fg"):
         if data.together(number):
             continue
@@ -197,7 +233,7 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
 
 def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     """Draw mounting distance, b_c, radii and own frame of one member."""
-    foot, way = data.pair.foot[number], data.pair.axis[number]
+    start, foot, way = data.feet[number], data.pair.foot[number], data.pair.axis[number]
     colour, index = INKS[number], number + 1
     mounting = data.mounting
     middle, pitch = foot + mounting.distance[number] * way, foot + mounting.pitch_distance[number] * way
@@ -207,9 +243,11 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     out, near = radius * np.array((((-1.22, 0, 0), (-1.08, 0, 0)), ((0, 1.36, 0), (1.4, 0, 0)))[number])
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
     if float(abs(mounting.pitch_distance[number])) > NEAR * data.pair.apart:
-        for end in (foot, pitch):
+        for end in (start, pitch):
             over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
-        over.dimension(foot + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
+        over.dimension(start + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
+        if data.pair.nearer:
+            over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
     shift = _drawn_shift(data, number)
     zero = middle - shift * way
     if shift:
@@ -222,22 +260,23 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     below = (-12.0, -11.0) if number == 0 else (4.0, 13.0)
     over.label(beside, f"$r_{{w{index}}}$", below, **working)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
+    if data.in_line(number):  # r_w is there
+        turn = data.pair.frames[number][0] @ -np.sqrt([0.5, 0.5, 0.0])
     rim = zero + _radius(data, number, -shift) * turn
     over.arrow(zero, rim, colour, 1.4)
     over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
     also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""
     names = tuple(f"{letter}_{index}{also.format(letter)}" for letter in "xyz")
     length = 0.17 * data.pair.apart
-    if not data.pair.remote:
-        over.triad(
-            middle,
-            data.pair.frames[number][0].T,
-            length,
-            names,
-            colour,
-            f"S_{index}{also.format('S')}",
-            (12.0, 14.0),
-        )
+    over.triad(
+        middle,
+        data.pair.frames[number][0].T,
+        length,
+        names,
+        colour,
+        f"S_{index}{also.format('S')}",
+        (12.0, 14.0),
+    )
 
 
 def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:

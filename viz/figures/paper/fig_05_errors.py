@@ -16,6 +16,7 @@ from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
 from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
+from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
 from ...stage import theme
 from ...stage.layout import Cells
@@ -26,6 +27,8 @@ MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 """Colours of what is displaced: metal, and lines."""
 DRAWN_SHARE, TRIAD = 0.46, 0.3
 """Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
+NEARER = 1.5
+"""By what these are larger where the common perpendicular is drawn nearer than it is."""
 DRAWN_ANGLE = np.radians(18.0)
 TYPICAL = {
     "offset": OFFSET_ERROR,
@@ -75,14 +78,26 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class ErrorFigure:
-    """The design without errors, how far apart its axes are drawn (mm), the frames of the paper in S_f by
-    their names, and for each panel the error drawn (mm or rad) and the frames with it."""
+    """The `pair` without errors, the frames of the paper in S_f by their names, and for each panel the error
+    drawn (mm or rad) and the frames with it."""
 
-    design: Design
-    apart: float
+    pair: PosedPair
     nominal: dict[str, Frame]
     drawn: tuple[float, ...]
     displaced: tuple[dict[str, Frame], ...]
+
+    @property
+    def design(self) -> Design:
+        """The design without errors."""
+        return self.pair.design
+
+    def seen(self, frames: dict[str, Frame]) -> dict[str, Frame]:
+        """Give frames where they are drawn: a remote common perpendicular nearer to the members, and the
+        pinion turned about it there."""
+        nearer = self.pair.nearer * self.pair.axis[0]
+        back = self.pair.nearer * frames["\\delta"][0][:, 2]
+        moves = dict.fromkeys(("f", "\\delta", "g", "e"), nearer) | dict.fromkeys(("q1", "d1"), nearer - back)
+        return {name: (turn, origin + moves.get(name, 0.0)) for name, (turn, origin) in frames.items()}
 
 
 def frames_of(design: Design, distance: FloatArray) -> dict[str, Frame]:
@@ -118,11 +133,16 @@ def compute(design: Design) -> ErrorFigure:
     """Find the frames without and with each error, as mounted without errors."""
     plain = replace(design, errors=Errors())
     pair = posed.placed(plain, np.zeros(2))
-    distance, length = pair.position, DRAWN_SHARE * pair.apart
+    distance, length = pair.position, DRAWN_SHARE * _scale(pair)
     drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
-    return ErrorFigure(plain, pair.apart, frames_of(plain, distance), tuple(drawn), frames)
+    return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
+
+
+def _scale(pair: PosedPair) -> float:
+    """Give the length (mm) of which frames and displacements drawn are shares."""
+    return NEARER * pair.apart if pair.nearer else pair.apart
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
@@ -131,7 +151,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Black and grey: frame and members where they belong; blue: displaced by the error in red",
-        NOTE,
+        NOTE + posed.far_words(data.pair),
         tall=CELLS.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
@@ -154,7 +174,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
 
 def _reach(data: ErrorFigure) -> FloatArray:
     """Give points (n, 3) in S_f that all panels must show, mm: origins and tip circles."""
-    frames = data.nominal, *data.displaced
+    frames = [data.seen(frames) for frames in (data.nominal, *data.displaced)]
     members = [(member, own[f"d{j + 1}"]) for own in frames for j, member in enumerate(data.design.members)]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
     return np.concatenate((*rings, *([origin for _, origin in own.values()] for own in frames)))
@@ -186,9 +206,10 @@ def _heading(
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:
     """Draw both members where they belong, and the one that an error displaces."""
     radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
-    places = [(0, data.nominal["d1"], theme.STEEL), (1, data.nominal["d2"], theme.STEEL)]
+    nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
+    places = [(0, nominal["d1"], theme.STEEL), (1, nominal["d2"], theme.STEEL)]
     number = PANELS[index].member
-    places.append((number, data.displaced[index][f"d{number + 1}"], MOVED))
+    places.append((number, moved[f"d{number + 1}"], MOVED))
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]
@@ -196,20 +217,22 @@ def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, came
         rim = theme.GREY if colour == theme.STEEL else MOVED_INK
         items += [Tube(to_fixed(frame, ring), rim, radius) for ring in posed.rings(member)]
     over = Overlay.drawn(page, box, items, camera)
-    _annotate(over, data, index)
+    _annotate(over, data, index, nominal, moved)
     return over.picture
 
 
-def _annotate(over: Overlay, data: ErrorFigure, index: int) -> None:
+def _annotate(
+    over: Overlay, data: ErrorFigure, index: int, nominal: dict[str, Frame], moved: dict[str, Frame]
+) -> None:
     """Draw axes and frames before and after, and the error between them."""
-    panel, nominal, moved = PANELS[index], data.nominal, data.displaced[index]
+    panel = PANELS[index]
     over.line(nominal["f"][1], nominal["g"][1], linewidth=0.9)
     for number in (0, 1):
         _axis(over, data, nominal, number, theme.GREY)
     if panel.before in ("g", "f"):
         _axis(over, data, moved, panel.member, MOVED_INK)
     before, after = nominal[panel.before], moved[panel.after]
-    length = TRIAD * data.apart
+    length = TRIAD * _scale(data.pair)
     names = [[f"{letter}_{{{own}}}" for letter in "xyz"] for own in (panel.before, panel.after)]
     tilted = panel.key == "shaft_angle"
     if tilted:  # the axis about which it turns is one
@@ -237,7 +260,8 @@ def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: in
     """Draw the axis of a member from the common perpendicular to beyond its heel."""
     (rotation, origin), (_, middle) = frames[("\\delta", "e")[number]], frames[f"d{number + 1}"]
     beyond = 0.75 * float(data.design.members[number].face_width)
-    over.axis(origin, middle + beyond * rotation[:, 2], colour)
+    at = middle + data.pair.breaks[number] * rotation[:, 2] if data.pair.nearer else None
+    over.axis(origin, middle + beyond * rotation[:, 2], colour, at)
 
 
 def rows(data: ErrorFigure) -> Table:

@@ -32,6 +32,8 @@ SHEAR, RISE, HIGH = 0.42, 0.46, 1.25
 high the greatest ease-off of a flank."""
 BAR = 2.0
 """Half faces from the middle of a wire surface to the bar of its scale."""
+BAR_IN_PRINT = 1.8, -0.05
+"""The same in print, to the right and up: between the words at the heel, which reach as far as BAR."""
 SHAPE, EVERY = (29, 41), 2
 """Points along profile and face, and of these what stand on a wire."""
 LINES = 3
@@ -118,7 +120,7 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
             panel,
             panel.found,
             1e3 * np.array((np.nanmin(same), np.nanmax(same))),
-            1.4 if layout.printed else 0.9,
+            layout.printed,
         )
         _levels(levels, panel, panel.found)
         words = _second_order_words(panel.found)
@@ -137,9 +139,9 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
     return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
 
 
-def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: float) -> None:
+def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: bool) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, hidden lines left out. From zero or the
-    least to the greatest of the `span` (2,), um, are HIGH half faces, and `head` more are left for words."""
+    least to the greatest of the `span` (2,), um, are HIGH half faces; some more are left for words."""
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
     scale = HIGH / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
 
@@ -173,11 +175,12 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, head: flo
         theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
         scale * lowest - RISE - 0.4,
     )
+    right, foot = BAR_IN_PRINT if printed else (BAR, floor)
     if greatest - lowest > LEAST_EASE_OFF:
-        axes.plot([BAR, BAR], [floor, floor + scale * length], color=theme.INK, linewidth=3.0)
+        axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
-        theme.beside(axes, (BAR, floor), unit, (0.0, -4.0), ha="center", va="top", **style)
-    axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + head))
+        theme.beside(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
+    axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + (1.4 if printed else 0.9)))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:

@@ -28,6 +28,8 @@ POINTS = 361
 """Rolls of one mesh cycle."""
 HARMONICS = 10
 CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
+LEGEND = 1.4
+"""By what the scale of amplitudes is longer in print, for the legend."""
 WORDS = 42.0
 """Points over a panel for what is said of it."""
 NOTE = (
@@ -93,6 +95,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
         theme.beside(axes, (0.0, 1.0), motion_graph.words(case.graph), (0.0, 6.0), **style)
     _amplitudes(bars, data)
+    if layout.printed:  # the legend stands over the bars
+        bars.set_ylim(top=LEGEND * bars.get_ylim()[1])
     bars.set_title("(d)  amplitudes of what runs", loc="left", pad=8.0, fontsize=theme.LABEL)
     theme.legend(page, motion_graph.legend(), 5, 0.78, handlelength=2.2)
     return Drawing(page, {})
