@@ -14,7 +14,10 @@ M = P x n of the point P at psi = 0, c its mounting, E and d offset and shaft an
     C = -(M_z N' / N + cos d M_z + E sin d n_z).
 
 There the gear has the roll of the first contact of all teeth, and separations at three rolls, by turning
-(`operation.separation`), tell where the least is, or where an edge of the mate passes before.
+(`operation.separation`), tell where the least is, or where an edge of the mate passes before. Where the carrier
+changes the gear's lag is greatest of all near by, and so may be the approach: the change next to that is looked
+at too. An edge of the mate that passes further away is not looked for; there, on ordinary flanks, only compound
+of many hundredths of a millimetre is wiped off.
 """
 
 from __future__ import annotations
@@ -94,8 +97,21 @@ def _least_at(cycle: MeshCycle, member: int, known: Integers, along: FloatArray)
         root = np.sqrt(np.maximum(off_rate**2 - 2.0 * margin[1] * off_bend, 0.0))
         edge = -2.0 * margin[1] / (off_rate + np.copysign(root, off_rate))  # of the mate, as it passes
         roll = roll + pitch * np.clip(np.where(beyond, edge, step), -MOST, MOST)
-        least, margin = _separations(cycle, member, known, cut, z, roll[None])
-    return np.where(margin >= -OFF * mesh.module, least, np.inf).reshape(known.size, *along.shape[1:])
+    rolls = np.array((roll, _nearest_change(cycle, known, roll)))
+    least, margin = _separations(cycle, member, known, cut, z, rolls)
+    least = np.where(margin >= -OFF * mesh.module, least, np.inf).min(axis=0)
+    return np.asarray(least.reshape(known.size, *along.shape[1:]))
+
+
+def _nearest_change(cycle: MeshCycle, known: Integers, roll: FloatArray) -> FloatArray:
+    """Give the changes of the carrier nearest to the rolls (cases, points), rad; these, where none changes."""
+    pitch, changes = cycle.pitch, cycle.changes.reshape(cycle.status.size, -1)[known]
+    nearest, least = roll, np.full(roll.shape, np.inf)
+    for change in changes.T[..., None]:
+        away = change - roll - pitch * np.round((change - roll) / pitch)
+        nearer = np.abs(away) < least
+        nearest, least = np.where(nearer, roll + away, nearest), np.where(nearer, np.abs(away), least)
+    return nearest
 
 
 def _rates(values: FloatArray) -> FloatArray:
