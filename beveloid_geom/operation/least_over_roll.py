@@ -46,6 +46,9 @@ BESIDE = 1
 PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-6, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
+HALVINGS = 16
+"""Times that an interval between samples is halved to find a foot on the mating flank: down to 1e-4 rad of
+Table 1."""
 LAST_STEP = 1e-4
 """Modules below which a step towards a foot is the last: it leaves an error of its square over a radius,
 and of the distance, which is least at the foot, of that squared: 1e-9 mm."""
@@ -230,16 +233,24 @@ class Samples:
     room: float
 
     @property
-    def near(self) -> Mask:
-        """Say near which samples (k, n) the least may be: all, if there is none, else those lower than the
-        ones beside them, those from which the separation falls while the foot leaves the mating flank, and
-        those at which the foot comes nearest to that without being on it. Next to samples that were not asked
-        for there is none."""
-        on, known = np.isfinite(self.table), self.place >= 0
-        low, off = on & _least(self.table, known), known & ~on
-        apart, margin = np.append(self.rows[:2], [[np.nan], [-np.inf]], axis=1)[:, self.place]
+    def low(self) -> Mask:
+        """Say which samples (k, n) are not above those beside them."""
+        return np.isfinite(self.table) & _least(self.table, self.place >= 0)
+
+    @property
+    def passing(self) -> Mask:
+        """Say at which samples (k, n) the foot comes nearest to the mating flank without being on it."""
+        margin, known = self.row(MARGIN), self.place >= 0
         beyond = np.where(np.isnan(margin), np.inf, -margin)
-        found = low | (off & (beyond < self.room) & _least(beyond, known))
+        return known & (beyond > 0.0) & (beyond < self.room) & _least(beyond, known)
+
+    @property
+    def near(self) -> Mask:
+        """Say near which samples (k, n) the least may be: all, if there is none, else the `low` ones, those
+        from which the separation falls while the foot leaves the mating flank, and those `passing`. Next to
+        samples that were not asked for there is none."""
+        on, low, apart = np.isfinite(self.table), self.low, self.row(DISTANCE)
+        off, found = (self.place >= 0) & ~on, low | self.passing
         falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
@@ -248,6 +259,14 @@ class Samples:
             near[k:] |= found[:-k]
             near[:-k] |= found[k:]
         return near
+
+    def row(self, number: int) -> FloatArray:
+        """Give a row as (k, n), NaN where it was not asked for."""
+        return np.append(self.rows[number], np.nan)[self.place]
+
+    def known(self, rolls: FloatArray, sample: Integers, point: Integers) -> FloatArray:
+        """Give rolls and rows (5, ...) of samples of points, by their numbers."""
+        return np.concatenate((rolls[None, sample], self.rows[:, self.place[sample, point]]))
 
 
 def _least(values: FloatArray, known: Mask) -> Mask:
@@ -289,35 +308,76 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
 def least_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> LeastSeparation:
     """Give the least separation of points (n, 3) over the cycle; `near` (k, n), if known: the samples near
     which it may be."""
-    samples, rolls = sampled(mating, points, near), mating.rolls
-    best = samples.table.argmin(axis=0)
-    least, at = samples.table[best, np.arange(best.size)], rolls[best]
-    status = np.where(np.isinf(least), PatternStatus.NO_MATE, PatternStatus.STANDSTILL).astype(np.int8)
-    met = np.flatnonzero(np.isfinite(least))
-    start = samples.rows[:, samples.place[best[met], met]]
-    way = np.array(((-1,), (1,)))
-    beside = np.clip(best[met] + way, 0, len(rolls) - 1)
-    inner, towards = beside != best[met], rolls[beside]
-    sides = np.where(inner, towards, towards[::-1])
-    _, rate = mating.operation.motion(np.tile(at[met], 2), sides.ravel())
-    slope = mating.slope(start, rate.reshape(sides.shape))
-    fall = -way * slope
-    status[met[((fall > 0.0) & ~inner).any(axis=0)]] = PatternStatus.END_OF_ROLL
-    leaves = np.isinf(samples.table[beside, met])
+    samples = sampled(mating, points, near)
+    starts = zip(_lowest(mating, samples), _between(mating, points, samples), strict=True)
+    point, (rolls, *rows) = (np.concatenate(both, axis=-1) for both in starts)
+    rows, at, way = np.array(rows), rolls[1], np.array(((-1,), (1,)))
+    begin, beside, inner = rows[:, 1], rolls[::2], rolls[::2] != at
+    _, rate = mating.operation.motion(np.tile(at, 2), np.where(inner, beside, beside[::-1]).ravel())
+    slope = mating.slope(begin, rate.reshape(inner.shape))
+    fall, leaves = -way * slope, ~(rows[MARGIN, ::2] >= 0.0)
     to_edge, side, down = np.nonzero(inner & (fall > 0.0, leaves))
-    span = np.array((at[met[down]], towards[side, down]))
-    end = samples.rows[:, samples.place[beside[side, down], met[down]]]
+    span, end = np.array((at[down], beside[side, down])), rows[:, 2 * side, down]
     slopes = slope[side, down], mating.slope(end, mating.operation.motion(*span[::-1])[1])
     falls = (span[0] - span[1]) * slopes
-    ends = start[:2, down], end[:2]
-    found, roll, reached = _way_down(mating, points[met[down]], span, ends, falls, to_edge > 0)
-    order = np.argsort(-found, kind="stable")  # of two ways the lower comes last
-    order = order[found[order] < least[met[down[order]]]]
-    point = met[down[order]]
-    least[point], at[point] = found[order], roll[order]
-    status[point] = np.where(reached[order], PatternStatus.MATE_EDGE, PatternStatus.STANDSTILL)
-    least[np.isinf(least)], at[status == PatternStatus.NO_MATE] = np.nan, np.nan
+    ends = begin[:2, down], end[:2]
+    found, roll, reached = _way_down(mating, points[point[down]], span, ends, falls, to_edge > 0)
+    cut = ((fall > 0.0) & ~inner).any(axis=0)
+    code = np.append(
+        np.where(reached, PatternStatus.MATE_EDGE, PatternStatus.STANDSTILL),
+        np.where(cut, PatternStatus.END_OF_ROLL, PatternStatus.STANDSTILL),
+    )
+    found, roll, point = np.append(found, begin[DISTANCE]), np.append(roll, at), np.append(point[down], point)
+    order = np.argsort(-found, kind="stable")  # of a point the lowest comes last
+    order = order[np.isfinite(found[order])]
+    least, at = np.full((2, len(points)), np.nan)
+    status = np.full(len(points), PatternStatus.NO_MATE, dtype=np.int8)
+    point = point[order]
+    least[point], at[point], status[point] = found[order], roll[order], code[order]
     return LeastSeparation(least, at, status)
+
+
+def _lowest(mating: Mating, samples: Samples) -> tuple[Integers, FloatArray]:
+    """Give the numbers of points whose lowest samples these are, or others beside which the foot leaves the
+    mating flank lower than that, with rolls and rows (5, 3, n) there, before and after."""
+    table, last = samples.table, len(samples.table) - 1
+    lowest, each = table.min(axis=0), np.arange(table.shape[1])
+    off = np.isinf(table) & (samples.row(DISTANCE) < lowest)
+    aside = np.zeros_like(off)
+    aside[1:] |= off[:-1]
+    aside[:-1] |= off[1:]
+    start = samples.low & aside
+    start[table.argmin(axis=0), each] = np.isfinite(lowest)
+    sample, point = np.nonzero(start)
+    three = np.clip(sample + np.array(((-1,), (0,), (1,))), 0, last)
+    return point, samples.known(mating.rolls, three, point)
+
+
+def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Integers, FloatArray]:
+    """Give the numbers of points whose foot is on the mating flank between samples, with rolls and rows
+    (5, 3, n) where it is, and before and after, where it is not.
+
+    The margin, the least of several that change evenly, bends down: of either interval beside the middle it
+    is below the line through the other. Halved is that in which this leaves more, while it leaves any."""
+    sample, point = np.nonzero(samples.passing[1:-1])
+    three = samples.known(mating.rolls, sample + np.array(((0,), (1,), (2,))), point)
+    found = [(point[:0], three[..., :0])]
+    for _ in range(HALVINGS):
+        margin, length = np.nan_to_num(three[1 + MARGIN], nan=-samples.room), np.diff(three[0], axis=0)
+        most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
+        on, going = margin[1] >= 0.0, (margin[1] < 0.0) & (most.max(axis=0) >= 0.0)
+        found.append((point[on], three[..., on]))
+        point, three, side = point[going], three[..., going], most[:, going].argmax(axis=0)
+        if not point.size:
+            break
+        before, middle, after = three.swapaxes(0, 1)
+        roll = 0.5 * (middle[0] + np.where(side == 0, before[0], after[0]))
+        rows = mating.at(points[point], mating.turned(roll, mating.operation.gear_roll(roll)))
+        new = np.concatenate((roll[None], rows))
+        first, second = np.where(side == 0, (new, middle), (middle, new))
+        higher = second[1 + MARGIN] > first[1 + MARGIN]
+        three = np.where(higher, (first, second, after), (before, first, second)).swapaxes(0, 1)
+    return np.concatenate([own for own, _ in found]), np.concatenate([own for _, own in found], axis=-1)
 
 
 def _way_down(
