@@ -46,9 +46,9 @@ BESIDE = 1
 PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-6, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
-HALVINGS = 16
-"""Times that an interval between samples is halved to find a foot on the mating flank: down to 1e-4 rad of
-Table 1."""
+CLOSER, ROUNDS = 10, 4
+"""Rolls at a time, and times, by which a foot on the mating flank is looked for between samples: finds one that
+is there for a hundredth of the step between them."""
 LAST_STEP = 1e-4
 """Modules below which a step towards a foot is the last: it leaves an error of its square over a radius,
 and of the distance, which is least at the foot, of that squared: 1e-9 mm."""
@@ -224,55 +224,63 @@ def whole(number: float) -> int:
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Distances `table` (k, n), mm, of points at the rolls of a mating, infinite where there is none or none
-    was asked for; all `rows` (4, m) that were, of which `place` (k, n) has the numbers, -1 for none. `room`
-    (mm): by how much a foot may miss the mating flank at a sample and yet be on it close by."""
+    was asked for; all `rows` (4, m) that were, of which `place` (k, n) has the numbers, -1 for none, and
+    `sample` and `point` (m) have the places. `room` (mm): by how much a foot may miss the mating flank at a
+    sample and yet be on it close by."""
 
     table: FloatArray
     rows: FloatArray
     place: Integers
+    sample: Integers
+    point: Integers
     room: float
 
     @property
-    def low(self) -> Mask:
-        """Say which samples (k, n) are not above those beside them."""
-        return np.isfinite(self.table) & _least(self.table, self.place >= 0)
+    def low(self) -> Integers:
+        """Give the numbers (l) of rows that are not above those beside them."""
+        on = self.rows[MARGIN] >= 0.0
+        return self._least(np.where(on, self.rows[DISTANCE], np.inf), on)
 
     @property
-    def passing(self) -> Mask:
-        """Say at which samples (k, n) the foot comes nearest to the mating flank without being on it."""
-        margin, known = self.row(MARGIN), self.place >= 0
-        beyond = np.where(np.isnan(margin), np.inf, -margin)
-        return known & (beyond > 0.0) & (beyond < self.room) & _least(beyond, known)
+    def passing(self) -> Integers:
+        """Give the numbers (l) of rows at which the foot comes nearest to the mating flank, not on it."""
+        beyond = -np.nan_to_num(self.rows[MARGIN], nan=-np.inf)
+        return self._least(beyond, (beyond > 0.0) & (beyond < self.room))
+
+    def _least(self, values: FloatArray, those: Mask) -> Integers:
+        """Give the numbers (l) of rows, of `those` (m), whose values (m) are not above those beside them, if
+        these were asked for."""
+        row = np.flatnonzero(those)
+        return row[(values[row] <= np.append(values, -np.inf)[self._three(row)]).all(axis=0)]
+
+    def _three(self, row: Integers) -> Integers:
+        """Give the numbers (3, l) of rows before, at and after others (l), at an end these themselves."""
+        three = np.clip(self.sample[row] + np.array(((-1,), (0,), (1,))), 0, len(self.table) - 1)
+        return np.asarray(self.place[three, self.point[row]])
+
+    def beside(self, row: Integers, rolls: FloatArray) -> tuple[Integers, FloatArray]:
+        """Give the points (l) of rows, and their rolls and rows (5, 3, l) before, there and after."""
+        three = self._three(row)
+        return self.point[row], np.concatenate((rolls[None, self.sample[three]], self.rows.take(three, axis=1)))
 
     @property
     def near(self) -> Mask:
         """Say near which samples (k, n) the least may be: all, if there is none, else the `low` ones, those
         from which the separation falls while the foot leaves the mating flank, and those `passing`. Next to
         samples that were not asked for there is none."""
-        on, low, apart = np.isfinite(self.table), self.low, self.row(DISTANCE)
-        off, found = (self.place >= 0) & ~on, low | self.passing
+        low, found, on = self.low, np.zeros(self.table.shape, dtype=bool), np.isfinite(self.table)
+        found[self.sample[low], self.point[low]] = True
+        alone = ~found.any(axis=0)
+        found[self.sample[self.passing], self.point[self.passing]] = True
+        apart, off = np.append(self.rows[DISTANCE], np.nan)[self.place], (self.place >= 0) & ~on
         falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
         found[1:] |= falls[1]
-        near = found | ~low.any(axis=0)
+        near = found | alone
         for k in range(1, BESIDE + 1):
             near[k:] |= found[:-k]
             near[:-k] |= found[k:]
         return near
-
-    def row(self, number: int) -> FloatArray:
-        """Give a row as (k, n), NaN where it was not asked for."""
-        return np.append(self.rows[number], np.nan)[self.place]
-
-    def known(self, rolls: FloatArray, sample: Integers, point: Integers) -> FloatArray:
-        """Give rolls and rows (5, ...) of samples of points, by their numbers."""
-        return np.concatenate((rolls[None, sample], self.rows[:, self.place[sample, point]]))
-
-
-def _least(values: FloatArray, known: Mask) -> Mask:
-    """Say which values (k, n) are not above those beside them, if these are `known`."""
-    wide = np.pad(np.where(known, values, -np.inf), ((1, 1), (0, 0)), constant_values=np.inf)
-    return np.asarray((values <= wide[:-2]) & (values <= wide[2:]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,28 +297,31 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
     """Sample points (n, 3) at all rolls, or at those that are `near` (k, n); at all too if the least of these
     is not between others."""
     count, n = len(mating.rolls), len(points)
-    table, place, parts, done = np.full((count, n), np.inf), np.full((count, n), -1), [np.empty((4, 0))], 0
+    table, place = np.full((count, n), np.inf), np.full((count, n), -1)
+    parts, numbers, done = [np.empty((4, 0))], [np.empty(0, dtype=np.int64)], 0
     asked = np.ones((count, n), dtype=bool) if near is None else near
     while asked.any():
-        number = np.flatnonzero(asked)
-        at, column = np.divmod(number, n)
+        numbers.append(np.flatnonzero(asked))
+        at, column = np.divmod(numbers[-1], n)
         parts.append(mating.at(points.take(column, axis=0), mating.poses.take(at, axis=1)))
-        table.reshape(-1)[number] = mating.valid(parts[-1])
-        place.reshape(-1)[number] = done + np.arange(number.size)
-        done += number.size
+        table.reshape(-1)[numbers[-1]] = mating.valid(parts[-1])
+        place.reshape(-1)[numbers[-1]] = done + np.arange(at.size)
+        done += at.size
         best, each = table.argmin(axis=0), np.arange(n)
         beside = np.clip(best + np.array([[-1], [1]]), 0, count - 1)
         alone = (place[beside, each] < 0).any(axis=0) | np.isinf(table[best, each])
         asked = (place < 0) & alone
-    return Samples(table, np.concatenate(parts, axis=1), place, float(mating.sheet.module))
+    sample, point = np.divmod(np.concatenate(numbers), n)
+    room = float(mating.sheet.module)
+    return Samples(table, np.concatenate(parts, axis=1), place, sample, point, room)
 
 
 def least_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> LeastSeparation:
     """Give the least separation of points (n, 3) over the cycle; `near` (k, n), if known: the samples near
     which it may be."""
     samples = sampled(mating, points, near)
-    starts = zip(_lowest(mating, samples), _between(mating, points, samples), strict=True)
-    point, (rolls, *rows) = (np.concatenate(both, axis=-1) for both in starts)
+    low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
+    point, (rolls, *rows) = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
     rows, at, way = np.array(rows), rolls[1], np.array(((-1,), (1,)))
     begin, beside, inner = rows[:, 1], rolls[::2], rolls[::2] != at
     _, rate = mating.operation.motion(np.tile(at, 2), np.where(inner, beside, beside[::-1]).ravel())
@@ -337,47 +348,39 @@ def least_separation(mating: Mating, points: FloatArray, near: Mask | None = Non
     return LeastSeparation(least, at, status)
 
 
-def _lowest(mating: Mating, samples: Samples) -> tuple[Integers, FloatArray]:
-    """Give the numbers of points whose lowest samples these are, or others beside which the foot leaves the
-    mating flank lower than that, with rolls and rows (5, 3, n) there, before and after."""
-    table, last = samples.table, len(samples.table) - 1
-    lowest, each = table.min(axis=0), np.arange(table.shape[1])
-    off = np.isinf(table) & (samples.row(DISTANCE) < lowest)
-    aside = np.zeros_like(off)
-    aside[1:] |= off[:-1]
-    aside[:-1] |= off[1:]
-    start = samples.low & aside
-    start[table.argmin(axis=0), each] = np.isfinite(lowest)
-    sample, point = np.nonzero(start)
-    three = np.clip(sample + np.array(((-1,), (0,), (1,))), 0, last)
-    return point, samples.known(mating.rolls, three, point)
-
-
 def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Integers, FloatArray]:
     """Give the numbers of points whose foot is on the mating flank between samples, with rolls and rows
-    (5, 3, n) where it is, and before and after, where it is not.
+    (5, 3, n) where it is, and before and after.
 
-    The margin, the least of several that change evenly, bends down: of either interval beside the middle it
-    is below the line through the other. Halved is that in which this leaves more, while it leaves any."""
-    sample, point = np.nonzero(samples.passing[1:-1])
-    three = samples.known(mating.rolls, sample + np.array(((0,), (1,), (2,))), point)
-    found = [(point[:0], three[..., :0])]
-    for _ in range(HALVINGS):
-        margin, length = np.nan_to_num(three[1 + MARGIN], nan=-samples.room), np.diff(three[0], axis=0)
-        most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
+    The margin, the least of several that change evenly, bends down: on either side of the middle it is below
+    the line through the middle and the other end. It is followed to its greatest while these leave any."""
+    point, three = samples.beside(samples.passing, mating.rolls)
+    found, share = [(point[:0], three[..., :0])], np.linspace(0.0, 1.0, CLOSER)[:, None]
+    for count in range(ROUNDS + 1):
+        margin, length = _known_margin(three, samples.room), np.diff(three[0], axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
         on, going = margin[1] >= 0.0, (margin[1] < 0.0) & (most.max(axis=0) >= 0.0)
         found.append((point[on], three[..., on]))
-        point, three, side = point[going], three[..., going], most[:, going].argmax(axis=0)
-        if not point.size:
+        point, three = point[going], three[..., going]
+        if not point.size or count == ROUNDS:
             break
-        before, middle, after = three.swapaxes(0, 1)
-        roll = 0.5 * (middle[0] + np.where(side == 0, before[0], after[0]))
-        rows = mating.at(points[point], mating.turned(roll, mating.operation.gear_roll(roll)))
-        new = np.concatenate((roll[None], rows))
-        first, second = np.where(side == 0, (new, middle), (middle, new))
-        higher = second[1 + MARGIN] > first[1 + MARGIN]
-        three = np.where(higher, (first, second, after), (before, first, second)).swapaxes(0, 1)
+        (before, _, after), size = three[0], (CLOSER, point.size)
+        roll = (before + share * (after - before)).ravel()
+        gear_roll, _ = mating.operation.motion(roll, roll + STEP)
+        rows = mating.at(np.tile(points[point], (CLOSER, 1)), mating.turned(roll, gear_roll))
+        closer = np.concatenate((roll[None], rows)).reshape(5, *size)
+        margin = _known_margin(closer, samples.room)
+        best = np.clip(margin.argmax(axis=0), 1, CLOSER - 2)
+        away = np.where(margin.max(axis=0) >= 0.0, CLOSER, 1)  # once on the flank, as far as it surely is off
+        three = np.clip(best + away * np.array([[-1], [0], [1]]), 0, CLOSER - 1)
+        three = np.take_along_axis(closer, three[None], axis=1)
     return np.concatenate([own for own, _ in found]), np.concatenate([own for _, own in found], axis=-1)
+
+
+def _known_margin(known: FloatArray, room: float) -> FloatArray:
+    """Give margins of rolls and rows (5, ...), a `room` beyond the flank where there is no foot."""
+    return np.nan_to_num(known[1 + MARGIN], nan=-room)
 
 
 def _way_down(
