@@ -14,10 +14,10 @@ M = P x n of the point P at psi = 0, c its mounting, E and d offset and shaft an
     C = -(M_z N' / N + cos d M_z + E sin d n_z).
 
 There the gear has the roll of the first contact of all teeth, and separations at three rolls, by turning
-(`operation.separation`), tell where the least is, or where an edge of the mate passes before. Where the carrier
-changes the gear's lag is greatest of all near by, and so may be the approach: the change next to that is looked
-at too. An edge of the mate that passes further away is not looked for; there, on ordinary flanks, only compound
-of many hundredths of a millimetre is wiped off.
+(`operation.separation`), tell where the least is, or where an edge of the mate passes before. The least may
+also be where the carrier changes, as the curve of first contacts has a kink there: the next such roll is
+looked at too. Edges of the mate that pass further off than MOST are not followed; what they wipe is
+compound of about a hundredth of a millimetre and more.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _least_at(cycle: MeshCycle, member: int, known: Integers, along: FloatArray)
 
 
 def _nearest_change(cycle: MeshCycle, known: Integers, roll: FloatArray) -> FloatArray:
-    """Give the changes of the carrier nearest to the rolls (cases, points), rad; these, where none changes."""
+    """Give the changes of the carrier nearest to rolls (cases, points), rad; these, if it never changes."""
     pitch, changes = cycle.pitch, cycle.changes.reshape(cycle.status.size, -1)[known]
     nearest, least = roll, np.full(roll.shape, np.inf)
     for change in changes.T[..., None]:

@@ -8,7 +8,9 @@ changes with
 as the foot itself moves square to n: V is the velocity of Q by a turn of its own member, r_P n_y the moment
 of n about the mate's axis, r' and R' are the rates at which the two members turn. The least f is where this
 slope is zero, or where the foot reaches an edge of the mating flank, its `margin` being zero; whichever comes
-first on the way down from the least of the samples. Secants lead there, of both at a time.
+first on the way down from a sample that is lower than those beside it. Secants lead there, of both at a time.
+Near a corner of the mating flank the foot may be on it between samples only: where these allow it, its
+greatest margin is looked for, one more place to go down from.
 
 The pair operates at rolls that are given, or at those of the first contact. A tooth pair's cycle begins
 before its path of contact and ends after it, as its flanks come close and part beyond the place where they
@@ -47,8 +49,8 @@ PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-6, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
 CLOSER, ROUNDS = 10, 4
-"""Rolls at a time, and times, by which a foot on the mating flank is looked for between samples: finds one that
-is there for a hundredth of the step between them."""
+"""Rolls at a time, and times, by which a foot on the mating flank is looked for between samples: one that is
+there for a hundredth of the step between them is found."""
 LAST_STEP = 1e-4
 """Modules below which a step towards a foot is the last: it leaves an error of its square over a radius,
 and of the distance, which is least at the foot, of that squared: 1e-9 mm."""
@@ -261,17 +263,18 @@ class Samples:
     def beside(self, row: Integers, rolls: FloatArray) -> tuple[Integers, FloatArray]:
         """Give the points (l) of rows, and their rolls and rows (5, 3, l) before, there and after."""
         three = self._three(row)
-        return self.point[row], np.concatenate((rolls[None, self.sample[three]], self.rows.take(three, axis=1)))
+        known = rolls[None, self.sample[three]], self.rows.take(three, axis=1)
+        return self.point[row], np.concatenate(known)
 
     @property
     def near(self) -> Mask:
         """Say near which samples (k, n) the least may be: all, if there is none, else the `low` ones, those
         from which the separation falls while the foot leaves the mating flank, and those `passing`. Next to
         samples that were not asked for there is none."""
-        low, found, on = self.low, np.zeros(self.table.shape, dtype=bool), np.isfinite(self.table)
+        low, passing, found = self.low, self.passing, np.zeros(self.table.shape, dtype=bool)
         found[self.sample[low], self.point[low]] = True
-        alone = ~found.any(axis=0)
-        found[self.sample[self.passing], self.point[self.passing]] = True
+        alone, on = ~found.any(axis=0), np.isfinite(self.table)
+        found[self.sample[passing], self.point[passing]] = True
         apart, off = np.append(self.rows[DISTANCE], np.nan)[self.place], (self.place >= 0) & ~on
         falls = off[1:] & on[:-1] & ~(apart[1:] >= apart[:-1]), off[:-1] & on[1:] & ~(apart[:-1] >= apart[1:])
         found[:-1] |= falls[0]
@@ -318,12 +321,12 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
 
 def least_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> LeastSeparation:
     """Give the least separation of points (n, 3) over the cycle; `near` (k, n), if known: the samples near
-    which it may be."""
+    which it may be. It is the least of the ways down from all low samples and all feet between samples."""
     samples = sampled(mating, points, near)
     low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
-    point, (rolls, *rows) = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
-    rows, at, way = np.array(rows), rolls[1], np.array(((-1,), (1,)))
-    begin, beside, inner = rows[:, 1], rolls[::2], rolls[::2] != at
+    point, three = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
+    at, beside, rows, way = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))
+    begin, inner = rows[:, 1], beside != at
     _, rate = mating.operation.motion(np.tile(at, 2), np.where(inner, beside, beside[::-1]).ravel())
     slope = mating.slope(begin, rate.reshape(inner.shape))
     fall, leaves = -way * slope, ~(rows[MARGIN, ::2] >= 0.0)
@@ -365,11 +368,10 @@ def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Inte
         point, three = point[going], three[..., going]
         if not point.size or count == ROUNDS:
             break
-        (before, _, after), size = three[0], (CLOSER, point.size)
-        roll = (before + share * (after - before)).ravel()
+        roll = (three[0, 0] + share * (three[0, 2] - three[0, 0])).ravel()
         gear_roll, _ = mating.operation.motion(roll, roll + STEP)
         rows = mating.at(np.tile(points[point], (CLOSER, 1)), mating.turned(roll, gear_roll))
-        closer = np.concatenate((roll[None], rows)).reshape(5, *size)
+        closer = np.concatenate((roll[None], rows)).reshape(5, CLOSER, point.size)
         margin = _known_margin(closer, samples.room)
         best = np.clip(margin.argmax(axis=0), 1, CLOSER - 2)
         away = np.where(margin.max(axis=0) >= 0.0, CLOSER, 1)  # once on the flank, as far as it surely is off
@@ -380,7 +382,7 @@ def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Inte
 
 def _known_margin(known: FloatArray, room: float) -> FloatArray:
     """Give margins of rolls and rows (5, ...), a `room` beyond the flank where there is no foot."""
-    return np.nan_to_num(known[1 + MARGIN], nan=-room)
+    return np.asarray(np.nan_to_num(known[1 + MARGIN], nan=-room))
 
 
 def _way_down(

@@ -7,16 +7,24 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, contact_pattern, path_of_contact
+from beveloid_geom import Design, Errors, Member, builtin_design, contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import (
+    flank_patch,
+    flank_point,
+    place_at,
+    root_parameter,
+    tip_parameter,
+    trace_parameter,
+)
 from beveloid_geom.operation.least_over_roll import (
     Mating,
     Operation,
     first_contact_operation,
     least_separation,
     mating_of,
+    sampled,
 )
 from beveloid_geom.operation.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation, surface_of
@@ -99,6 +107,62 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     wanted = np.min([apart(mating, points[edge], at) for at in dense], axis=0)
     assert (least[edge] < wanted + 1e-9).all()
     assert (wanted - least[edge] < 2e-2).all()
+
+
+def places(
+    design: Design, flank: str, member: int, depth: tuple[float, ...], face: tuple[float, ...]
+) -> FloatArray:
+    """Points (n, 3) between shares of the depth and of the face, so many of each."""
+    shares = np.meshgrid(*(np.linspace(low, high, int(n)) for low, high, n in (depth, face)))
+    own = design.members[member]
+    l, _, u = place_at(own, flank, shares[0].ravel(), shares[1].ravel())
+    return flank_point(own, flank, l, u)
+
+
+BETWEEN_SAMPLES = {
+    "at a corner of the mate": (
+        table1((0.0002, 0.0002), Errors(-0.134, -2e-4, -0.03, 0.12)),
+        1,
+        (0.07, 0.15, 33),
+        (0.965, 0.985, 9),
+    ),
+    "on the mate twice": (
+        builtin_design("awd-transfer").with_parabola(0.0, -0.0005),
+        0,
+        (0.68, 0.74, 31),
+        (0.99, 1.0, 5),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BETWEEN_SAMPLES)
+def test_what_samples_do_not_see_is_found(name: str) -> None:
+    """Against many rolls, where no sample has the foot on the mate as near as it comes."""
+    design, member, depth, face = BETWEEN_SAMPLES[name]
+    operation, points = first_contact_operation(design, "right"), places(design, "right", member, depth, face)
+    mating = mating_of(design, "right", member, operation)
+    dense = np.linspace(*operation.span, 2001)
+    wanted = np.min([apart(mating, points, at) for at in dense], axis=0)
+    unseen = np.isfinite(wanted) & (sampled(mating, points).table.min(axis=0) > wanted + 5e-3)
+    assert unseen.sum() > 5
+    least = least_separation(mating, points).least[np.isfinite(wanted)]
+    wanted = wanted[np.isfinite(wanted)]
+    assert (least < wanted + 1e-9).all()
+    assert (wanted - least < 5e-3).all()
+
+
+@pytest.mark.parametrize("number", [6, 8])
+def test_samples_may_be_fewer(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    design, flank = table1((-0.0005, -0.0005)), "right"
+    operation = first_contact_operation(design, flank)
+    for member in (0, 1):
+        points = places(design, flank, member, (0.0, 1.0, 41), (0.0, 1.0, 51))
+        wanted = least_separation(mating_of(design, flank, member, operation), points)
+        with monkeypatch.context() as patched:
+            patched.setattr("beveloid_geom.operation.least_over_roll.POSES_PER_PITCH", number)
+            found = least_separation(mating_of(design, flank, member, operation), points)
+        assert np.array_equal(found.status, wanted.status)
+        assert np.allclose(found.least, wanted.least, rtol=0.0, atol=1e-9, equal_nan=True)
 
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001), (0.0005, 0.0005)])
