@@ -77,7 +77,7 @@ def test_ends_of_many_mountings(design: Design, flank: str, times: float) -> Non
 
 def test_ends_begin_at_the_least_separation_of_an_edge() -> None:
     """At the pinion's heel it is where another tooth pair takes over. At the other edges, which only compound
-    of many hundredths of a millimetre marks, it is where an edge of the mate passes, and not looked for."""
+    of many hundredths of a millimetre marks, it is where an edge of the mate passes, roughly known."""
     design, flank, _ = CASES[0]
     cycle, least = mesh_cycle(design, flank, 1), least_along_edges(design, flank)
     near = [Limit.PINION_TIP, Limit.GEAR_TIP, Limit.PINION_TOE, Limit.PINION_HEEL]
