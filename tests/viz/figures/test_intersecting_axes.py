@@ -24,7 +24,7 @@ from beveloid_viz.report.cli import main as render_report
 from beveloid_viz.stage.opengl import require_opengl
 from tests.validation.test_intersecting_axes import DESIGNS, LARGE
 
-from .pages import drawn, words
+from ..pages import drawn, words
 
 WORDS = {
     "fig-01": "axes at 7°, 0 mm apart where nearest, 2162 mm from here",

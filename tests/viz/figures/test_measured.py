@@ -17,8 +17,8 @@ from beveloid_viz.cli import main
 from beveloid_viz.figures.results import deviations
 from beveloid_viz.stage import theme
 
-from .pages import page_of, words
-from .test_print import WIDTHS, assert_printable, in_print
+from ..pages import page_of, words
+from ..test_print import WIDTHS, assert_printable, in_print
 
 ROWS, COLUMNS = 3, 5
 

@@ -34,7 +34,7 @@ from tests.symmetry import mirrored
 from tests.viz.test_snapshots import LIMIT, difference
 
 COMMAND = Path(sys.executable).with_name("render-animation")
-SNAPSHOT = Path(__file__).parent / "snapshots" / "film.png"
+SNAPSHOT = Path(__file__).parents[1] / "snapshots" / "film.png"
 SIZE = (400, 300)
 LONGEST = (
     "148.97\u00b0  (11.999 pitches)",

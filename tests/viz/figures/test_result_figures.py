@@ -40,9 +40,9 @@ from beveloid_viz.parts import charts, motion_graph, posed, solved
 from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 
-from ..cli.running import rows_of, run, strict_json
-from ..symmetry import scaled
-from .pages import drawn, page_of, texts, words
+from ...cli.running import rows_of, run, strict_json
+from ...symmetry import scaled
+from ..pages import drawn, page_of, texts, words
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))

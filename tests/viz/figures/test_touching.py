@@ -14,7 +14,7 @@ from beveloid_geom.status import Verdict
 from beveloid_viz.parts import panels, solved
 from beveloid_viz.parts.panels import Trace
 
-from ..oracle.table1 import table1
+from ...oracle.table1 import table1
 
 MODIFIED = table1((0.001, -0.001))
 

@@ -14,7 +14,7 @@ from beveloid_viz.figures.results import (
 )
 from beveloid_viz.stage.opengl import require_opengl
 
-from .pages import drawn, words
+from ..pages import drawn, words
 
 TABLE = builtin_design()
 UNDERCUT, OVERLAPPING = TABLE.with_parabola(pinion=-0.01), TABLE.with_parabola(pinion=0.01)

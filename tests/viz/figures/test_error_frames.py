@@ -15,8 +15,8 @@ from beveloid_viz.parts import posed
 from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
 
-from ..symmetry import mirrored
-from .pages import recipe_of
+from ...symmetry import mirrored
+from ..pages import recipe_of
 
 ERRORS = Errors(offset=1.7, shaft_angle=0.03, pinion_axial=0.9, gear_axial=-1.3)
 DESIGNS = [builtin_design(), mirrored(builtin_design())]

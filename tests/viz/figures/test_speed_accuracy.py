@@ -19,7 +19,7 @@ from beveloid_viz.figures.methods import speed_accuracy as fig_speed
 from beveloid_viz.stage.scene import Size
 from beveloid_viz.stage.theme import Page
 
-from .pages import page_of, words
+from ..pages import page_of, words
 
 NAN = float("nan")
 SETTINGS: Any = comparison.Settings

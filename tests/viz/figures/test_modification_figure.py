@@ -12,7 +12,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_06_modification as fig
 from beveloid_viz.stage.opengl import require_opengl
 
-from .pages import page_of, words
+from ..pages import page_of, words
 
 
 def polar(points: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from beveloid_geom.cli.commands.errors.statements import statements as command
 from beveloid_geom.studies.claims import AXIAL_ERROR
 from beveloid_viz.stage.theme import Page
 
-from .pages import drawn, texts, words
+from ..pages import drawn, texts, words
 
 TABLE = builtin_design()
 MODIFIED = TABLE.with_parabola(0.001, -0.001)

@@ -14,8 +14,8 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
 from beveloid_viz.stage.layout import Layout, of_size
 
-from ..oracle.table1 import table1
-from .test_print import in_print
+from ...oracle.table1 import table1
+from ..test_print import in_print
 
 
 def depth(point: FloatArray, outline: FloatArray) -> float:
