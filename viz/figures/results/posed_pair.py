@@ -122,11 +122,11 @@ def _draw_paths(over: Overlay, data: PosedFigure) -> None:
     for line in paths_on_teeth(data):
         over.line(line, color=theme.PATH, linewidth=3.0)
     if data.pair.touching:
-        line = line_of_contact(data)
-        if line is not None:
-            over.line(line, color=theme.INK, linewidth=3.0)
+        touched = line_of_contact(data)
+        if touched is not None:
+            over.line(touched, color=theme.INK, linewidth=3.0)
         over.line(data.pair.contact, marker="o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
-        note = "point of contact" if line is None else "line of contact"
+        note = "point of contact" if touched is None else "line of contact"
         over.note(data.pair.contact, note, (60.0, -70.0), color=theme.INK)
 
 
