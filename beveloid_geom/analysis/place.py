@@ -38,8 +38,8 @@ from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
 ON_PARALLEL = (
-    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place:"
-    " give the pair a shaft angle (`beveloid-geom propose`), or see what errors do with"
+    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place"
+    ": give the pair a shaft angle (`beveloid-geom propose`), or see what errors do with"
     " `beveloid-geom pattern --over offset,shaft-angle`"
 )
 
