@@ -38,7 +38,9 @@ from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
 ON_PARALLEL = (
-    "on parallel axes flanks touch along lines, or with parabolas in a point that runs along the face"
+    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place"
+    ": give the pair a shaft angle (`beveloid-geom propose`), or see what errors do with"
+    " `beveloid-geom pattern --over offset,shaft-angle`"
 )
 
 AT = (0.25, 0.5, 0.75)
@@ -169,7 +171,7 @@ def place_path(
     if design.batch_shape:
         raise ValueError("a path is placed of a single design: give its cases one by one")
     if design.pair.shaft_angle == 0.0:
-        raise ValueError(f"a path is placed between axes that cross or intersect: {ON_PARALLEL}")
+        raise ValueError(ON_PARALLEL)
     share = np.array(at, dtype=float)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError(f"at must be shares of the face above 0 and below 1, at least one, got {at}")

@@ -221,7 +221,10 @@ def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
 
 
 def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
-    """Say where the ellipses of a single path are not what Hertz's theory is of."""
+    """Say where the ellipses of a single path are not what Hertz's theory is of, of lines once for all."""
+    if touches_along_lines(found.path.design, found.path.flank):
+        yield Remark(NOTE, "flanks that touch along lines have no ellipse: no pressure")
+        return
     count, lead = found.status.size, f"{found.path.flank} flanks: at"
     past = found.reaches != WHOLE
     if past.any():

@@ -18,19 +18,21 @@ from ..arrays import FloatArray, flank_sign
 from ..design.model import Design
 from ..gear.rack import rack_of
 from .closing import ClosedLayout
-from .frames import common_normal, layout_of
+from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
 
 
 def crossing_as_mounted(design: Design, flank: str) -> FloatArray:
     """Find the crossing angle (rad, batch shape) of the unmodified flanks of a design as laid out, without
-    errors; NaN without common normal."""
+    errors; 0 on parallel axes, NaN without common normal."""
     plain = design.with_parabola(0.0, 0.0)
     layout = layout_of(plain, with_errors=False)
-    axial = [rack_of(member, flank).normal[2] for member in plain.members]
+    racks = [rack_of(member, flank) for member in plain.members]
+    axial = np.array([rack.normal[2] for rack in racks])
+    moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
     branch = mounting_of(plain).branch[0 if flank == "right" else 1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        normal_x = branch * np.sqrt(common_normal(layout, (axial[0], axial[1])).x_squared)
+        normal_x = branch * np.sqrt(normal_of_unmodified(layout, axial, moment).x_squared)
     return _crossing(normal_x * np.abs(layout.sin_angle), axial[0], axial[1])
 
 

@@ -116,8 +116,7 @@ class ClosingReport:
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)
             text += line("lines of action", f"of right and left flanks are {closing.gap:.4f} mm apart")
-            angles = (f"{flank} {math.degrees(angle):.4f} deg" for flank, angle in self.crossing.items())
-            text += line("generators", f"cross at {', '.join(angles)}; 0 is line contact")
+            text += line("generators", _crossing_words(self.crossing))
             text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
@@ -154,6 +153,14 @@ def proposal_like(design: Design) -> str | None:
     """Give the command line that proposes a pair like a single design, tried before it is given."""
     found = next((request for request in requests_like(design) if works(request)), None)
     return command_of(found) if found else None
+
+
+def _crossing_words(crossing: dict[str, float]) -> str:
+    """Say at which angles (rad) by flank generators cross."""
+    if not any(crossing.values()):
+        return "parallel on both flanks without errors: line contact"
+    angles = (f"{flank} {math.degrees(angle):.4f} deg" for flank, angle in crossing.items())
+    return f"cross at {', '.join(angles)}; 0 is line contact"
 
 
 def _pivot_words(design: Design) -> str:

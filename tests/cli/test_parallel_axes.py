@@ -47,6 +47,22 @@ def test_check_has_no_warnings() -> None:
     assert "touch along lines" in " ".join(found.split())
 
 
+@pytest.mark.parametrize("error", ["0.0", "0.01"])
+def test_check_says_in_words_that_generators_are_parallel(error: str, tmp_path: Path) -> None:
+    path, (layout, errors) = tmp_path / "pair.toml", builtin_text(NAME).split("[errors]")
+    tilted = errors.replace("shaft_angle_deg = 0.0", f"shaft_angle_deg = {error}")
+    path.write_text(f"{layout}[errors]{tilted}")
+    found = run("check", path).stdout
+    assert "parallel on both flanks without errors: line contact" in found
+    assert "nan" not in found
+
+
+def test_lines_without_an_ellipse_are_a_note() -> None:
+    found = run("tca", NAME, "--points", "3", "--force", "1000").stdout
+    assert "flanks that touch along lines have no ellipse" in found
+    assert "warning" not in found.lower().replace("no warnings", "")
+
+
 def test_lines_in_text_json_and_csv() -> None:
     design = builtin_design(NAME)
     lines = contact_lines(path_of_contact(design, "left", 5))
@@ -83,7 +99,8 @@ def test_meshes_are_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("place",), "a path is placed between axes that cross or intersect"),
+        (("place",), "so that it has no middle to place: give the pair a shaft angle"),
+        (("place", *PARABOLA), "runs along the whole face, with parabolas too"),
         (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "every error of it puts the contact on an"),
     ],
 )

@@ -8,7 +8,7 @@ from math import degrees, radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Pair, builtin_design, path_of_contact, zero_backlash_layout
+from beveloid_geom import Design, Errors, Pair, builtin_design, path_of_contact, zero_backlash_layout
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.pair.crossing import closed_normal, crossing_as_mounted
@@ -103,3 +103,11 @@ def test_crossed_helical_gears_in_closed_form() -> None:
 def test_without_a_common_normal_there_is_none() -> None:
     lost = replace(builtin_design(), pair=Pair(229.0, radians(5.0)))
     assert np.isnan(crossing_as_mounted(lost, "right"))
+
+
+def test_generators_on_parallel_axes_do_not_cross() -> None:
+    tilted = builtin_design("anti-backlash").with_errors(Errors(shaft_angle=radians(0.01)))
+    for flank in FLANKS:
+        assert crossing_as_mounted(tilted, flank) == 0.0
+    unlike = replace(tilted, gear=replace(tilted.gear, cone_angle=radians(-4.0)))
+    assert np.isnan(crossing_as_mounted(unlike, "right"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.report.operation import operation_report
 from beveloid_geom.studies.claims import MODIFIED
 from beveloid_viz.figures.paper import fig_11_contact_ratio as ratios
-from beveloid_viz.figures.results import sensitivity, tolerance_cloud
+from beveloid_viz.figures.results import posed_pair, sensitivity, tolerance_cloud
 from beveloid_viz.parts import motion_graph, solved
 from beveloid_viz.stage.opengl import require_opengl
 
@@ -22,6 +24,7 @@ WORDS = {
     "fig-04": "midway between the mid-faces on the pitch line",
     "fig-08": "the flanks touch along lines, of which these are some",
     "ease-off": "zero but for rounding",
+    "posed-pair": "in black the line along which the middle one touches as posed",
 }
 
 
@@ -44,6 +47,18 @@ def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
     np.testing.assert_allclose(length, contact_lines(path).length[1:-1], atol=1e-9)
     off = np.linalg.norm(np.cross(points - lines[:, 0], way), axis=-1) / length
     assert off.max() < 1e-9
+
+
+def test_the_posed_pair_touches_along_a_line() -> None:
+    """It leads through the contact that the pair is posed by, from toe to heel."""
+    data = posed_pair.compute(PAIR)
+    line = posed_pair.line_of_contact(data)
+    assert line is not None
+    way = line[1] - line[0]
+    assert np.linalg.norm(np.cross(data.pair.contact - line[0], way)) < 1e-9 * np.linalg.norm(way)
+    assert np.ptp(line[:, 2]) == pytest.approx(float(PAIR.gear.face_width))
+    bent = replace(data, path=solved.solve(PAIR.with_parabola(-1e-3, -1e-3), "right"))
+    assert posed_pair.line_of_contact(bent) is None
 
 
 def test_points_have_no_lines() -> None:

@@ -281,12 +281,12 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             shades=range(LEVELS),
             still=still(data),
             parted=partial(parted, numbers, peaks_of(data)),
-            pressure_remarks=[
+            pressure_remarks=dict.fromkeys(
                 remark
                 for one in data.flanks.values()
                 if one.pressed is not None and one.pressed.pressed is not None
                 for remark in pressure_remarks(one.pressed.pressed)
-            ],
+            ),
             ease_off_grid=EASE_OFF_GRID,
             builtin=BUILTINS,
             clean=quiet(data.remarks),

@@ -29,6 +29,7 @@ NEAR = np.array([-0.12, 0.45, 0.88])
 CLOSE = 4.6
 """Half the height of the close picture, in normal modules."""
 GLASS = 0.45
+LINE = ", in black the line along which the middle one touches as posed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,8 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, {pose}",
         f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
         " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
-        f" the pinion's {flank} flanks.{_export_note(data.pair.design)}",
+        f" the pinion's {flank} flanks{LINE if line_of_contact(data) is not None else ''}."
+        f"{_export_note(data.pair.design)}",
         above=0.25,
         tall=theme.stacked(layout, 5.2),
     )
@@ -120,8 +122,11 @@ def _draw_paths(over: Overlay, data: PosedFigure) -> None:
     for line in paths_on_teeth(data):
         over.line(line, color=theme.PATH, linewidth=3.0)
     if data.pair.touching:
+        touched = line_of_contact(data)
+        if touched is not None:
+            over.line(touched, color=theme.INK, linewidth=3.0)
         over.line(data.pair.contact, marker="o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
-        note = "point of contact"
+        note = "point of contact" if touched is None else "line of contact"
         over.note(data.pair.contact, note, (60.0, -70.0), color=theme.INK)
 
 
@@ -153,6 +158,13 @@ def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
     points, member = data.path.points[0], data.pair.design.pinion
     teeth = (-1, 0, 1) if data.path.found else ()
     return [to_fixed(data.pair.frames[0], posed.on_tooth(points, member, tooth)) for tooth in teeth]
+
+
+def line_of_contact(data: PosedFigure) -> FloatArray | None:
+    """Give both ends (2, 3) in S_f, mm, of the line along which flanks on parallel axes touch as posed, None
+    where they touch in a point."""
+    lines = data.path.contact_lines(0)
+    return to_fixed(data.pair.frames[0], lines[len(lines) // 2]) if len(lines) else None
 
 
 def rows(data: PosedFigure) -> Table:
