@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from ... import results
-from ...options import parabola_options
+from ...options import override_options
 
 
-@results.result_command(parabola_options, csv="one quantity a row")
+@results.result_command(override_options, csv="one quantity a row")
 def check(name: str, design: results.Design) -> results.Result:
     """Say whether a design meshes and how well it closes: offset, shaft angle, backlash.
 
