@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from .operation.backlash import mounted_backlash as mounted_backlash
     from .operation.certificate import certify as certify
     from .operation.first_contact import first_contact as first_contact
+    from .operation.marking.pattern import contact_pattern as contact_pattern
     from .operation.mesh_cycle import MeshCycle as MeshCycle, mesh_cycle as mesh_cycle
-    from .operation.pattern import contact_pattern as contact_pattern
     from .pair.closing import zero_backlash_layout as zero_backlash_layout
     from .pair.mesh_errors import read_design as read_design
     from .shapes.hexahedra import tooth_hexahedra as tooth_hexahedra
@@ -80,7 +80,7 @@ _ROOMS = {
     "operation.certificate": "certify",
     "operation.first_contact": "first_contact",
     "operation.mesh_cycle": "MeshCycle mesh_cycle",
-    "operation.pattern": "contact_pattern",
+    "operation.marking.pattern": "contact_pattern",
     "pair.closing": "zero_backlash_layout",
     "pair.mesh_errors": "read_design",
     "shapes.hexahedra": "tooth_hexahedra",

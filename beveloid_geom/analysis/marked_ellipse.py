@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
-from ..operation.pattern import MemberPattern
+from ..operation.marking.pattern import MemberPattern
 
 FINER = 8
 """Parts into which a cell of a pattern's grid is divided either way."""

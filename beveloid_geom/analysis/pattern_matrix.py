@@ -16,9 +16,9 @@ from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
-from ..operation.least_over_roll import first_contact_operation
+from ..operation.marking.operating_rolls import first_contact_operation
+from ..operation.marking.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..operation.mesh_cycle import mesh_cycle
-from ..operation.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..pair.errors import ALL_NAMES, errors_below, mounted, place_of
 from ..status import FirstStatus
 from ..support.few_lines import few_lines

@@ -18,7 +18,8 @@ from ..contact.placing import Frame, MeshingPair
 from ..design.model import Design, Member
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
-from ..operation.least_over_roll import first_contact_operation, least_separation, mating_of
+from ..operation.marking.least_over_roll import least_separation, mating_of
+from ..operation.marking.operating_rolls import first_contact_operation
 from ..operation.separation import separation
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.elements import VolumeMesh

@@ -21,7 +21,7 @@ from ..design.model import Design
 from ..export import MEMBERS
 from ..gear.flank import flank_patch, trace_parameter
 from ..operation.certificate import certify
-from ..operation.pattern import MemberPattern, contact_pattern
+from ..operation.marking.pattern import MemberPattern, contact_pattern
 from ..shapes.sampling import grid_faces
 from ..status import Status, Verdict
 from .parts import gear_surface

@@ -12,7 +12,7 @@ from ..analysis.marked_ellipse import marked_ellipse
 from ..analysis.pattern_matrix import PatternCell, PatternMatrix
 from ..design.model import Design
 from ..findings.backlash import backlash_report
-from ..operation.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
+from ..operation.marking.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
 from ..status import FirstStatus, PatternStatus
 from .columns import number, scaled
 from .result import Rows

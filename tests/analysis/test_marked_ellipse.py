@@ -8,7 +8,7 @@ import pytest
 from beveloid_geom import contact_pattern
 from beveloid_geom.analysis.marked_ellipse import MarkedEllipse, ellipse_of, marked_ellipse
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.operation.pattern import MemberPattern
+from beveloid_geom.operation.marking.pattern import MemberPattern
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored
 

@@ -12,7 +12,8 @@ from beveloid_geom.analysis.pattern_ends import pattern_ends
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.gear.flank import flank_point, place_at
-from beveloid_geom.operation.least_over_roll import first_contact_operation, least_separation, mating_of
+from beveloid_geom.operation.marking.least_over_roll import least_separation, mating_of
+from beveloid_geom.operation.marking.operating_rolls import first_contact_operation
 from beveloid_geom.pair.errors import mounted
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1

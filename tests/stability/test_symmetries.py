@@ -29,7 +29,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.first_contact import middle_roll
-from beveloid_geom.operation.pattern import MemberPattern
+from beveloid_geom.operation.marking.pattern import MemberPattern
 from beveloid_geom.operation.pieces import SETTLED
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation

@@ -25,7 +25,8 @@ from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash,
 from beveloid_geom.contact.equation import _kept_flanks
 from beveloid_geom.gear.tooth_side import _kept_surface, surface_of
 from beveloid_geom.operation.backlash import _kept_backlash
-from beveloid_geom.operation.least_over_roll import first_contact_operation, mating_of
+from beveloid_geom.operation.marking.least_over_roll import mating_of
+from beveloid_geom.operation.marking.operating_rolls import first_contact_operation
 from beveloid_geom.operation.mesh import _kept_phase
 from beveloid_geom.operation.mesh_cycle import _gauss_points
 from beveloid_geom.operation.search_starts import chart_of, grid_of
@@ -50,7 +51,7 @@ KEPT: dict[str, Callable[[], object]] = {
     "beveloid_geom.operation.backlash._kept_backlash": lambda: _kept_backlash(TABLE),
     "beveloid_geom.operation.mesh._kept_phase": lambda: _kept_phase(TABLE, "right"),
     "beveloid_geom.operation.mesh_cycle._gauss_points": _gauss_points,
-    "beveloid_geom.operation.least_over_roll.Mating.poses": lambda: (
+    "beveloid_geom.operation.marking.least_over_roll.Mating.poses": lambda: (
         mating_of(TABLE, "right", 0, first_contact_operation(TABLE, "right")).poses
     ),
     "beveloid_geom.support.quadratic_step._candidates": lambda: _candidates(4),

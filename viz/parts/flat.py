@@ -17,7 +17,7 @@ from beveloid_geom import ContactPath, Member, Status
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import ContactLines
 from beveloid_geom.gear.flank import flank_point, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.pattern import MemberPattern
+from beveloid_geom.operation.marking.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
 

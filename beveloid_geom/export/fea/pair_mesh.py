@@ -22,7 +22,7 @@ from ...export import MEMBERS
 from ...gear.fillet import tool_round
 from ...gear.flank import flank_point, tip_parameter, trace_parameter
 from ...operation.first_contact import first_contact
-from ...operation.least_over_roll import UnknownOperationError
+from ...operation.marking.operating_rolls import UnknownOperationError
 from ...pair.frames import to_fixed
 from ...shapes.elements import VolumeMesh
 from ...shapes.hexahedra import Cells, cells_of, tooth_hexahedra

@@ -16,7 +16,7 @@ from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.placing import frames_at
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.pattern import ContactPattern
+from beveloid_geom.operation.marking.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation
 from beveloid_geom.report.pattern import pattern_report
 

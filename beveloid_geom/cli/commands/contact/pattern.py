@@ -64,7 +64,7 @@ def pattern(
     pair cannot be assembled; with --over if no cell has a pattern.
     """
     from ....findings.path import first_contact_fault
-    from ....operation.least_over_roll import UnknownOperationError
+    from ....operation.marking.operating_rolls import UnknownOperationError
     from ....report.pattern import pattern_report
 
     sizes = _sizes(over, tolerances)

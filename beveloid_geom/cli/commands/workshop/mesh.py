@@ -206,7 +206,7 @@ def written(request: Request) -> Iterator[Path]:
     """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
     where it cannot be written, where the geometry does not allow it or memory does not suffice;
     ClickException (status 1) where a pattern has no first contact."""
-    from ....operation.least_over_roll import UnknownOperationError
+    from ....operation.marking.operating_rolls import UnknownOperationError
     from ....support.argument import ArgumentError
     from ....support.whole_file import whole_file
 

@@ -11,36 +11,23 @@ slope is zero, or where the foot reaches an edge of the mating flank, its `margi
 first on the way down from a sample that is lower than those beside it. Secants lead there, of both at a time.
 Near a corner of the mating flank the foot may be on it between samples only: where these allow it, its
 greatest margin is looked for, one more place to go down from.
-
-The pair operates at rolls that are given, or at those of the first contact. A tooth pair's cycle begins
-before its path of contact and ends after it, as its flanks come close and part beyond the place where they
-touch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property, partial
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Integers, Mask
-from ..contact.path import path_ends
-from ..design.field_limits import float64_of
-from ..design.model import Design
-from ..gear.perpendicular import EDGE, Sheet, foot_on, sheet_of
-from ..status import FirstStatus, PatternStatus, Status
-from ..support.read_only import read_only
-from .first_contact import middle_roll, spread
-from .mesh_cycle import MeshCycle, mesh_cycle
-from .separation import Pose, pose_of, seen_by_other
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...design.model import Design
+from ...gear.perpendicular import EDGE, Sheet, foot_on, sheet_of
+from ...status import PatternStatus
+from ...support.read_only import read_only
+from ..separation import Pose, pose_of, seen_by_other
+from .operating_rolls import STEP, Operation
 
-RUN_OUT, LEAST_CYCLE = 0.5, 3.0
-"""Pitches before and after the path of contact that belong to the cycle; its least length, pitches."""
-STEP = 1e-7
-"""rad between rolls of which the difference gives a rate."""
 POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
 BESIDE = 1
@@ -61,94 +48,6 @@ ROUNDING = 1e-12
 DISTANCE, MARGIN, OWN, MATE = range(4)
 """Rows of what is known of a point at a pose: its distance from the mating flank and how far the foot lies
 within that, mm; by what the distance changes with the rolls of the own member and of the mate, mm/rad."""
-
-
-class UnknownOperationError(ValueError):
-    """At some rolls the first contact of a pair is not known, whatever is asked of it, for a `reason`."""
-
-    def __init__(self, reason: str) -> None:
-        """Take the reason; the message adds the cure from Python."""
-        self.reason = reason
-        super().__init__(reason)
-
-    def __str__(self) -> str:
-        return f"{self.reason}: give pinion_roll and gear_roll"
-
-
-@dataclass(frozen=True, eq=False)
-class Operation:
-    """Gear rolls (rad) as a function of pinion rolls (rad, any shape) over a `span` (rad) of these, smooth
-    between `kinks` (n,), rad, as far as they are known."""
-
-    span: tuple[float, float]
-    gear_roll: Callable[[FloatArray], FloatArray]
-    kinks: FloatArray = field(default_factory=lambda: np.zeros(0))
-    exact: Callable[[FloatArray, FloatArray], FloatArray] | None = None
-
-    def motion(self, roll: FloatArray, towards: FloatArray) -> FloatArray:
-        """Give the gear's roll (rad) and its rate over the pinion's (2, n) at rolls (n,), rad: the `exact`
-        ones, if known, or by differences. At a kink it is the rate on the side `towards` (n,)."""
-        if self.exact is not None:
-            return self.exact(roll, towards)
-        beside = roll + np.minimum(np.maximum(0.25 * (towards - roll), -STEP), STEP)
-        here, there = self.gear_roll(np.array((roll, beside)))
-        return np.array((here, (there - here) / (beside - roll)))
-
-
-def given_operation(
-    design: Design, pinion_roll: ArrayLike | None, gear_roll: ArrayLike | None
-) -> Operation | None:
-    """Give the operation through given poses of a single design (n,), rad, in the order of the roll, with an
-    even transmission error between them; None without any. Raises ValueError for poses of one member only or
-    without an order."""
-    if pinion_roll is None and gear_roll is None:
-        return None
-    if pinion_roll is None or gear_roll is None:
-        raise ValueError("poses need the rolls of both members: give pinion_roll and gear_roll")
-    roll, other = float64_of("pinion_roll", pinion_roll), float64_of("gear_roll", gear_roll)
-    if roll.ndim != 1 or roll.shape != other.shape or roll.size < 2:
-        raise ValueError(
-            f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"
-        )
-    if not np.isfinite(roll + other).all():
-        raise ValueError("rolls must be finite: leave out poses without an answer")
-    if roll[0] > roll[-1]:
-        roll, other = roll[::-1], other[::-1]
-    if not (np.diff(roll) > 0.0).all():
-        raise ValueError("pinion_roll must rise or fall from pose to pose")
-    ratio = float(design.pinion.teeth) / float(design.gear.teeth)
-    phase = other + ratio * roll
-    span = float(roll[0]), float(roll[-1])
-    return Operation(span, lambda rolls: np.interp(rolls, roll, phase) - ratio * rolls, roll[1:-1])
-
-
-def first_contact_operation(
-    design: Design, flank: str, cycle: MeshCycle | None = None, case: int = 0
-) -> Operation:
-    """Give operating rolls by the first contact of all teeth, over a tooth pair's path of contact and half a
-    pitch or the face's spread either way, three pitches at least. `cycle`: the mesh cycle of the design, or
-    of a batch of which it is the `case`, if it is known. Raises ValueError where the first contact is not."""
-    pitch = 2.0 * np.pi / float(design.pinion.teeth)
-    ends = path_ends(design, flank)
-    start, stop = sorted(ends.pinion_roll.tolist())
-    if ends.status != Status.SOLVED:
-        start = stop = float(middle_roll(design, flank))
-    run_out = max(RUN_OUT, spread(design, flank)) * pitch
-    reach = max(run_out, 0.5 * (LEAST_CYCLE * pitch - stop + start))
-    start, stop = start - reach, stop + reach
-    cycle = mesh_cycle(design, flank, 1) if cycle is None else cycle
-    code, first = cycle.status.flat[case], cycle.start.flat[case]
-    if code != FirstStatus.SOLVED:
-        status = FirstStatus(int(code)).name.lower().replace("_", " ")
-        raise UnknownOperationError(
-            f"the first contact of the {flank} flanks is not known at some rolls ({status})"
-        )
-    turns = np.arange(np.floor((start - first) / pitch), np.ceil((stop - first) / pitch))
-    changes = cycle.changes.reshape(cycle.start.size, -1)[case]
-    kinks = (changes[~np.isnan(changes)] + pitch * turns[:, None]).ravel()
-    gear_roll = partial(cycle.gear_roll, case=case)
-    kinks = kinks[(kinks > start) & (kinks < stop)]
-    return Operation((start, stop), gear_roll, kinks, cycle.motion(case))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,15 +18,9 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     trace_parameter,
 )
-from beveloid_geom.operation.least_over_roll import (
-    Mating,
-    Operation,
-    first_contact_operation,
-    least_separation,
-    mating_of,
-    sampled,
-)
-from beveloid_geom.operation.pattern import ContactPattern
+from beveloid_geom.operation.marking.least_over_roll import Mating, least_separation, mating_of, sampled
+from beveloid_geom.operation.marking.operating_rolls import Operation, first_contact_operation
+from beveloid_geom.operation.marking.pattern import ContactPattern
 from beveloid_geom.operation.separation import separation, surface_of
 from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1
@@ -159,7 +153,7 @@ def test_samples_may_be_fewer(number: int, monkeypatch: pytest.MonkeyPatch) -> N
         points = places(design, flank, member, (0.0, 1.0, 41), (0.0, 1.0, 51))
         wanted = least_separation(mating_of(design, flank, member, operation), points)
         with monkeypatch.context() as patched:
-            patched.setattr("beveloid_geom.operation.least_over_roll.POSES_PER_PITCH", number)
+            patched.setattr("beveloid_geom.operation.marking.least_over_roll.POSES_PER_PITCH", number)
             found = least_separation(mating_of(design, flank, member, operation), points)
         assert np.array_equal(found.status, wanted.status)
         assert np.allclose(found.least, wanted.least, rtol=0.0, atol=1e-9, equal_nan=True)
@@ -181,7 +175,7 @@ def test_feet_are_as_exact_as_distances_need(monkeypatch: pytest.MonkeyPatch) ->
     """On a pair on which steps of a thousandth of a module, left out, move distances by 5e-7 mm."""
     design = cases_of(random_designs("usual", 180, seed=77), 2)
     found = contact_pattern(design, "right").gear.least
-    monkeypatch.setattr("beveloid_geom.operation.least_over_roll.LAST_STEP", 2e-8)
+    monkeypatch.setattr("beveloid_geom.operation.marking.least_over_roll.LAST_STEP", 2e-8)
     assert np.nanmax(np.abs(contact_pattern(design, "right").gear.least - found)) < 1e-9
 
 

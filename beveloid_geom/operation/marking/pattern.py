@@ -20,24 +20,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Integers, Mask
-from ..contact.ellipse import MARKING_SEPARATION
-from ..design.model import Design, Member
-from ..gear.flank import flank_point, place_at
-from ..status import PatternStatus
-from ..support.few_lines import few_lines
-from ..support.marked_area import marked_area
-from .least_over_roll import (
-    LeastSeparation,
-    Mating,
-    Operation,
-    first_contact_operation,
-    given_operation,
-    least_separation,
-    mating_of,
-    sampled,
-    whole,
-)
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...contact.ellipse import MARKING_SEPARATION
+from ...design.model import Design, Member
+from ...gear.flank import flank_point, place_at
+from ...status import PatternStatus
+from ...support.few_lines import few_lines
+from ...support.marked_area import marked_area
+from .least_over_roll import LeastSeparation, Mating, least_separation, mating_of, sampled, whole
+from .operating_rolls import Operation, first_contact_operation, given_operation
 
 CELLS = ((24, 32), (250, 250))
 """Least and greatest numbers of cells along depth and face. The least resolves the strip along a

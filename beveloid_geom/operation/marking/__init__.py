@@ -1,0 +1,1 @@
+"""Where flanks come near each other over the roll, as marking compound shows it."""
