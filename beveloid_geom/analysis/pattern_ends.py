@@ -16,9 +16,9 @@ M = P x n of the point P at psi = 0, c its mounting, E and d offset and shaft an
 There the gear has the roll of the first contact of all teeth, and separations at three rolls, by turning
 (`operation.separation`), tell where the least is, or where an edge of the mate passes before. The least may
 also be where the carrier changes, as the curve of first contacts has a kink there: the next such roll is
-looked at too. An edge of the mate that passes far off is met roughly only: on mountings by errors of a few
-tolerances these ends were told for compound a tenth too thick at 0.01 mm, half as thick again, or not at
-all, above 0.02 mm.
+looked at too. The roll at which a far edge of the mate passes is only estimated: under errors of a few
+tolerances such an end is told as for compound a tenth too thick (at 0.01 mm) or half as thick again (above
+0.02 mm), or is missed.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Commands that print a result: what they do alike is done here.
 
-A new one is one module in `commands`, with a function of a name, a design and its options:
+A new one is one module on a shelf of `commands`, with a function of a name, a design and its options:
 
     @results.result_command(flank_option, override_options, csv="one position a row")
     def mine(name: str, design: results.Design, flank: str) -> results.Result:
         '''One sentence that the list of commands shows.'''
-        from ...report.mine import my_report
+        from ....report.mine import my_report
 
         return my_report(name, design, flank)
 """

@@ -78,16 +78,13 @@ class Advice:
         return replace(design, pinion=pinion, gear=gear, pair=Pair(self.offset, self.shaft_angle))
 
 
-def findings_on(
-    design: Design, closing: Closing | None = None, jam: str | None = None, positions: int = POSITIONS
-) -> tuple[Remark, ...]:
+def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
     """Find all that `check` says of a single design: of layout, teeth and paths on both flanks; `jam` says
-    why it cannot be assembled as mounted (`findings.backlash`), where that is known. What touches earlier is
-    looked for at so many `positions` of each path."""
+    why it cannot be assembled as mounted (`findings.backlash`), where that is known."""
     found: list[Remark] = []
     certifiable = first_contact_fault(design) is None
     for flank in FLANKS:
-        path = path_of_contact(design, flank, positions)
+        path = path_of_contact(design, flank, POSITIONS)
         found += path_remarks(path, certify(path) if certifiable and path.l1.size else None)
     return in_order((*found, *remarks_on(design, closing, jam)))
 

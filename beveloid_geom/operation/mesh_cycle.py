@@ -257,10 +257,10 @@ def cycle_and_pairs(
 
 def conjugate_lines(design: Design, flank: str) -> Mask:
     """Say (batch shape) whether unmodified flanks touch along lines, of all tooth pairs at once."""
-    plain = np.zeros(design.batch_shape, dtype=bool)
+    curved = np.zeros(design.batch_shape, dtype=bool)
     for member in design.members:
-        plain = plain | (np.asarray(member.tool.parabola) != 0.0)
-    return ~plain if plain.all() else np.asarray(touches_along_lines(design, flank) & ~plain)
+        curved = curved | (np.asarray(member.tool.parabola) != 0.0)
+    return ~curved if curved.all() else np.asarray(touches_along_lines(design, flank) & ~curved)
 
 
 @kept(1)

@@ -17,9 +17,9 @@ OFFSET, SHAFT, CROSSING = 0.25, 0.5, 1.0
 LINES = math.radians(3.0)
 """Greatest change of a crossing angle, beyond that, from line contact on."""
 WIDE = math.radians(12.0)
-"""Shaft angle at which few pairs are sensitive to errors."""
+"""Shaft angle (rad) from which on few pairs are sensitive to errors."""
 NEARLY = math.radians(2.0)
-"""Shaft angle up to which axes are nearly parallel, and few pairs are not sensitive to errors."""
+"""Shaft angle (rad) up to which most pairs are, so that parallel axes are tried."""
 HELIX, CONES, SHIFTS = math.radians(20.0), math.radians(6.0), 0.5
 """Greatest changes, rad and modules."""
 

@@ -36,7 +36,8 @@ from .request import Request
 THIN_END = 0.03
 """Modules by which tips may be deeper at the thin end of the face."""
 AMPLE_CLEARANCE = 0.1
-"""Modules above half as many, which this estimate may be too great by."""
+"""Modules of tip clearance over which its reserve rises from 0 to 1, beginning at half of this, by which the
+estimate may be too great."""
 FLANKS = tuple(FLANK_SIGN)
 AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.05
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""

@@ -187,7 +187,7 @@ def _last(request: Request, found: Candidates) -> tuple[Proposal | None, str]:
     values, figures = _looked_at(request, found)
     best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
     design = design_of(request, values[:, best])
-    warnings = [remark.text for remark in findings_on(design, positions=POSITIONS) if remark.level != NOTE]
+    warnings = [remark.text for remark in findings_on(design) if remark.level != NOTE]
     if not warnings:
         return Proposal(design, figures.take([best])), ""
     return None, f"each pair that closes like this has a warning, the best: {warnings[0]}"

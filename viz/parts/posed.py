@@ -28,8 +28,8 @@ RING, LATHE = 49, 121
 
 
 REMOTE = 4.0
-"""Mounting distance over the distance of the members from which the common perpendicular is left out, or is
-drawn nearer."""
+"""Where a mounting distance is more than so many times the distance of the members, the common perpendicular
+is left out of a picture, or drawn nearer to the members."""
 NEARER, BREAK = 2.5, 0.55
 """How far from a toe the common perpendicular is drawn then, and the breaks of the axes: shares of the
 distance of the members."""

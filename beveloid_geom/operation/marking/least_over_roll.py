@@ -262,6 +262,7 @@ def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Inte
         margin, length = _known_margin(three, samples.room), np.diff(three[0], axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
+        most = np.where(np.isnan(most), np.inf, most)  # at the first and the last roll nothing bounds it
         on, going = margin[1] >= 0.0, (margin[1] < 0.0) & (most.max(axis=0) >= 0.0)
         found.append((point[on], three[..., on]))
         point, three = point[going], three[..., going]

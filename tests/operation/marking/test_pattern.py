@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -143,6 +144,22 @@ def test_what_samples_do_not_see_is_found(name: str) -> None:
     wanted = wanted[np.isfinite(wanted)]
     assert (least < wanted + 1e-9).all()
     assert (wanted - least < 5e-3).all()
+
+
+def test_feet_between_the_outermost_samples_are_found() -> None:
+    """Where the roll begins, or ends, with the sample beside a foot that no sample sees."""
+    design, member, depth, face = BETWEEN_SAMPLES["at a corner of the mate"]
+    operation, points = first_contact_operation(design, "right"), places(design, "right", member, depth, face)
+    mating = mating_of(design, "right", member, operation)
+    dense = np.linspace(*operation.span, 2001)
+    table = np.array([apart(mating, points, at) for at in dense])
+    unseen = np.isfinite(table).any(axis=0) & np.isinf(sampled(mating, points).table).all(axis=0)
+    assert unseen.any()
+    points, place = points[unseen], np.searchsorted(mating.rolls, dense[table[:, unseen].argmin(axis=0)])
+    for at in np.unique(place):
+        for rolls in (mating.rolls[at - 1 :], mating.rolls[: at + 1]):
+            found = least_separation(replace(mating, rolls=rolls), points[place == at]).least
+            assert (found < table[:, unseen].min(axis=0)[place == at] + 1e-9).all()
 
 
 @pytest.mark.parametrize("number", [6, 8])
