@@ -60,11 +60,12 @@ def arrow(
 def dimension(
     axes: Axes, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, at: float = 0.5, **style: Any
 ) -> None:
-    """Draw a dimension line between two pixels with its words beside it, `at` a share of it; its arrows stand
-    outside where there is no room for them between."""
+    """Draw a dimension line between two places in the axes with its words beside it, `at` a share of it; its
+    arrows stand outside where there is no room for them between."""
     colour = style.get("color", theme.INK)
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    length, least = float(np.linalg.norm(b - a)), HEADS * axes.figure.dpi / 72.0
+    length = float(np.linalg.norm(np.subtract(*axes.transData.transform((a, b)))))
+    least = HEADS * axes.figure.dpi / 72.0
     if length > least:
         arrow(axes, a, b, colour, 1.2, "<|-|>")
     elif length > 0.0:
