@@ -120,10 +120,7 @@ def pair_mesh(
     """
     roll = float(pose.roll[0]) if roll is None else roll
     _require_teeth(design, pose, roll, teeth)
-    first = first_contact(design, pose.flank, [roll])
-    if first.status[0] != FirstStatus.SOLVED:
-        raise UnknownOperationError(unknown_contact(pose.flank, int(first.status[0])))
-    rolls = np.array([roll, float(first.gear_roll[0])])
+    rolls = _rolls_in_contact(design, pose.flank, roll)
     frames = frames_at(design, *rolls)
     length, width = _contact_size(design, pose, force)
     fine = _touching(design, pose, roll, range(-(teeth // 2), teeth // 2 + 1), BESIDE).tolist()
@@ -138,6 +135,14 @@ def pair_mesh(
         steps.append(depth / rows)
     contacts = _contacts(pose.flank, teeth)
     return PairMesh(pose.flank, rolls, frames, _both(meshes, frames), contacts, width / max(steps))
+
+
+def _rolls_in_contact(design: Design, flank: str, roll: float) -> FloatArray:
+    """Give rolls (2,), rad, of pinion and gear at the first contact. Raises UnknownOperationError."""
+    first = first_contact(design, flank, [roll])
+    if first.status[0] != FirstStatus.SOLVED:
+        raise UnknownOperationError(unknown_contact(flank, int(first.status[0])))
+    return np.array([roll, float(first.gear_roll[0])])
 
 
 def _contacts(flank: str, teeth: int) -> tuple[tuple[str, str], ...]:

@@ -25,9 +25,9 @@ SAME = 1e-9
 STEPS = 201
 """Rolls at which the rigid pair is drawn."""
 NOTE = (
-    "Left: the share of the pinion's torque that one tooth pair carries while it passes through the mesh, a"
+    "(a) The share of the pinion's torque that one tooth pair carries while it passes through the mesh, a"
     " mark for each tooth pair of each deck; dashed where the rigid flanks come into and go out of contact."
-    " Right: the transmission error, gear roll plus N1/N2 pinion roll, of rigid teeth, whichever touches"
+    " (b) The transmission error, gear roll plus N1/N2 pinion roll, of rigid teeth, whichever touches"
     " first, and under the load, each less its own mean; the elastic turn of the pinion times N1/N2 is in it."
 )
 
