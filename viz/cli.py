@@ -152,7 +152,19 @@ def solved_decks(design: Design, path: Path) -> Loaded:
         raise Refusal([f"--loaded: {error}"]) from None
     except OSError as error:
         file = click.format_filename(error.filename or path)
-        raise Refusal([f"--loaded: cannot read {file} ({error.strerror or error}): run ccx first"]) from None
+        cure = "run ccx" if file.endswith(".dat") else "write it with beveloid-geom mesh --part pair"
+        raise Refusal([f"--loaded: cannot read {file} ({error.strerror or error}): {cure} first"]) from None
+
+
+def summary(drawn: Sequence[tuple[Job, Made]], where: str) -> str:
+    """Say what was drawn, a line for each figure, and where it is."""
+    lines = [
+        f"{job.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {job.figure.title}"
+        for job, found in drawn
+    ]
+    kind = f"({drawn[0][0].form.upper()})"
+    what = f"1 figure {kind} and its" if len(lines) == 1 else f"{len(lines)} figures {kind} and their"
+    return "\n".join((*lines, f"{what} {where}")) + "\n"
 
 
 def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -268,12 +280,5 @@ def main(
             done[job.name] = found
             bar.set_postfix_str(job.name, refresh=False)
             bar.update()
-    lines = [
-        f"{job.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {job.figure.title}"
-        for job, found in ((job, done[job.name]) for job in wanted)
-    ]
-    kind = f"({form.upper()})"
-    drawn = f"1 figure {kind} and its" if len(lines) == 1 else f"{len(lines)} figures {kind} and their"
-    seconds = time.perf_counter() - begin
-    lines.append(f"{drawn} numbers (CSV) are in {out.resolve()}, drawn in {seconds:.1f} s")
-    write_out("\n".join(lines) + "\n")
+    where = f"{out.resolve()}, drawn in {time.perf_counter() - begin:.1f} s"
+    write_out(summary([(job, done[job.name]) for job in wanted], f"numbers (CSV) are in {where}"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ from ..export import (
     UNITS,
     writer_of,
 )
+from .options import Refusal
 
 if TYPE_CHECKING:
     from ..contact.placing import Frame, MeshingPair
@@ -88,7 +90,7 @@ class Request:
         """Whether the contact of the flanks is asked for."""
         return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
 
-    @property
+    @cached_property
     def pose(self) -> MeshingPair | None:
         """The pair in mesh where it is asked for; raises as `pose` does."""
         return pose(self.design, self.flank) if self.posed else None
@@ -100,11 +102,20 @@ class Request:
 
     @property
     def each(self) -> list[Request]:
-        """The same by roll of the pinion, if several are asked for: files with numbers."""
+        """The same by roll of the pinion, if several are asked for: files with numbers. Raises Refusal where
+        they reach beyond the path of contact."""
+        from ..export.fea.pair_mesh import rolls_in_mesh
+
         if self.rolls is None:
             return [self]
         assert self.pose is not None  # of a pair
         pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(self.pose.roll[0]))
+        least, greatest = map(math.degrees, rolls_in_mesh(self.pose))
+        beside = min(greatest - middle, middle - least) / pitch
+        if 0.5 - 0.5 / self.rolls > beside:  # pitches from the middle to the last roll
+            text = f"as tooth pair 0 is in mesh over {2.0 * beside:.4g} pitches only, got {self.rolls}"
+            most = int(1.0 / (1.0 - 2.0 * beside))
+            raise Refusal([f"--rolls must be at most {most}, {text}: or give each roll by --roll-deg"])
         digits = len(str(self.rolls))
         return [
             replace(
@@ -240,7 +251,7 @@ def write_contact_part(request: Request, path: Path, bar: Any) -> str:
     fine = f"{pair.across:.2g} elements across the ellipse of contact of {force:.4g} N"
     comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
     write = writer_of(CONTACT_FORMATS, request.suffix)
-    write(path, design, pair, 1e3 * torque, comment)
+    write(path, design, pair, 1e3 * torque, comment, request.rolls or 1)
     told = f"{len(pair.mesh.hexahedra):,} hexahedra {ELEMENT}, {len(pair.mesh.points):,} nodes"
     return f"{told}; {where}, {request.flank} flanks; {fine}; run: {ccx_command(request.out)}"
 

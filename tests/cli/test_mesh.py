@@ -100,6 +100,7 @@ def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
         text = (tmp_path / name).read_text(encoding="ascii")
         assert f"at a roll of {rolls[-1]:.4f} deg" in text
         assert text.count("*CONTACT PAIR") == 3
+        assert '"decks": 2' in text
     assert rolls[1] - rolls[0] == pytest.approx(0.5 * 360.0 / 29.0, abs=2e-4)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["narrow.toml", "p-1.inp", "p-2.inp"]
 

@@ -79,6 +79,8 @@ REFUSED = {
         },
         "--roll-deg nan": "--roll-deg must be a finite number of deg, got nan",
         "--roll-deg 40": "--roll-deg must be between 0.1924 and 20.6876 deg, where tooth pair 0 is",
+        "--offset-error 1 --rolls 7": "--rolls must be at most 6, as tooth pair 0 is in mesh over 0.8484 "
+        "pitches only, got 7: or give each roll by --roll-deg\n",
         "--roll-deg 5 --rolls 3": "--roll-deg and --rolls exclude each other",
         "--roll-deg 5 --teeth 1": "--teeth must be at least 3 for all that touch at this roll, got 1",
         "--teeth 4": "--teeth must be an odd number from 1 to 29 for the pair, got 4",
@@ -256,12 +258,36 @@ def test_a_failed_write_of_hexahedra(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_memory_that_runs_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def much(*_: object) -> None:
+    def much(*_: object, **__: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr("beveloid_geom.export.parts.gear_surface", much)
     line = refused("--part", "pinion", "--out", tmp_path / "a.stl")
     assert line == "Error: not enough memory for --tolerance 0.01: take a larger one\n"
+    monkeypatch.setattr("beveloid_geom.export.fea.pair_mesh.tooth_hexahedra", much)
+    cure = "take a smaller --across or fewer --teeth"
+    line = refused("--part", "pair", "--out", tmp_path / "a.inp")
+    assert line == f"Error: not enough memory for the pair in contact: {cure}\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_of_several_files_the_one_that_fails_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While it is written, and while it takes its place; of neither a part is left."""
+    given = "--part", "pair", "--across", "0.1", "--rolls", "2", "--out", tmp_path / "a.inp"
+    line = "Error: cannot write {} (No space left on device): choose another --out\n"
+
+    def full(*paths: object, **_: object) -> None:
+        raise OSError(28, "No space left on device", *[paths[0], None, paths[1]] * isinstance(paths[1], str))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("beveloid_geom.export.fea.pair_deck.write_pair_deck", full)
+        assert refused(*given) == line.format(tmp_path / "a-1.inp")
+    with monkeypatch.context() as patch:
+        patch.setattr("beveloid_geom.support.whole_file.os.replace", lambda a, b: full(str(a), str(b)))
+        assert refused(*given) == line.format(tmp_path / "a-2.inp")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -67,7 +67,7 @@ def decks(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pair = pair_mesh(
             DESIGN, pose, roll, force=FORCE, across=0.2, cells=Cells(1, 2, 2, 2, 1), bore_radius=80.0
         )
-        write_pair_deck(folder / f"p-{k + 1}.inp", DESIGN, pair, FORCE * lever_of(DESIGN))
+        write_pair_deck(folder / f"p-{k + 1}.inp", DESIGN, pair, FORCE * lever_of(DESIGN), decks=3)
         (folder / f"p-{k + 1}.dat").write_text(printed(pair, shares, TURN * (1.0 + 0.1 * k)))
     return folder / "p.inp"
 
@@ -118,7 +118,14 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
     loaded = [row for row in table if row["kind"] == "loaded"]
     np.testing.assert_allclose([float(row["share"]) for row in loaded], np.ravel(SHARES), atol=1e-7)
     assert [row["tooth_pair"] for row in loaded[:3]] == ["-1", "0", "1"]
-    assert len(table) == 9 + load_sharing.STEPS
+    assert len(table) == 9 + load_sharing.STEPS + 2
+    found = loaded_pair(DESIGN, decks)
+    shares = sorted((float(row["tooth_pair_pitches"]), float(row["share"])) for row in loaded)
+    np.testing.assert_allclose(shares, np.transpose(found.shares), rtol=1e-12)
+    at = [float(row["pitches"]) for row in loaded[::3]]
+    np.testing.assert_allclose(at, found.pitches(found.loaded_rolls), rtol=1e-12)
+    ends = [float(row["pitches"]) for row in table if row["kind"] == "end of path"]
+    np.testing.assert_allclose(ends, found.pitches(found.ends), rtol=1e-12)
     assert (out / "load-sharing.png").stat().st_size > 10_000
 
 
@@ -136,11 +143,32 @@ def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:
         *given, "--design", "marine-gearbox"
     )
     lost = refused("--loaded", str(tmp_path / "none.inp"), "--out", str(tmp_path / "out"))
-    assert "none.inp (No such file or directory): run ccx first" in lost
+    assert "none.inp (No such file or directory): write it with beveloid-geom mesh --part pair" in lost
     assert decks_of(decks) == [decks.with_stem(f"p-{k}") for k in (1, 2, 3)]
     unsolved = tmp_path / "q-1.inp"
     unsolved.write_text(decks.with_stem("p-1").read_text())
-    assert "q-1.dat (No such file" in refused(
-        "--loaded", str(tmp_path / "q.inp"), "--out", str(tmp_path / "o")
-    )
+    given = "--loaded", str(tmp_path / "q.inp"), "--out", str(tmp_path / "o")
+    assert "q-1.dat (No such file or directory): run ccx first" in refused(*given)
     assert not (tmp_path / "out").exists()
+
+
+def copied(decks: Path, folder: Path, *names: str) -> Path:
+    """The first decks, and what was printed for them, under other names."""
+    for k, name in enumerate(names):
+        for suffix in (".inp", ".dat"):
+            source = decks.with_name(f"p-{k + 1}{suffix}")
+            (folder / f"{name}{suffix}").write_text(source.read_text())
+    return folder / "p.inp"
+
+
+def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None:
+    """Two of three, and old ones beside new ones; a deck that has the very name stands for itself."""
+    path = copied(decks, tmp_path, "p-1", "p-2")
+    given = "--loaded", str(path), "--out", str(tmp_path / "out")
+    assert f"there are 2 decks of {path}, written by --rolls 3: remove all and write" in refused(*given)
+    new = copied(decks, tmp_path, "p-1", "p-2", "p-3").with_stem("p-3")
+    new.write_text(new.read_text().replace('"decks": 3', '"decks": 2'))
+    assert f"there are 3 decks of {path}, written by --rolls 2 and 3: remove all" in refused(*given)
+    copied(decks, tmp_path, "p")
+    assert decks_of(path) == [path]
+    assert len(loaded_pair(DESIGN, path).results) == 1

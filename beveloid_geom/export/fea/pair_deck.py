@@ -31,10 +31,16 @@ LEAD = "pair in contact: "
 
 
 def write_pair_deck(
-    path: Path, design: Design, pair: PairMesh, torque: float, comment: Sequence[str] = ()
+    path: Path,
+    design: Design,
+    pair: PairMesh,
+    torque: float,
+    comment: Sequence[str] = (),
+    decks: int = 1,
 ) -> None:
-    """Write the deck of a `torque` (N mm, above 0) on the pinion; lines of `comment` go into the header."""
-    told = json.dumps(facts_of(pair, torque))
+    """Write the deck of a `torque` (N mm, above 0) on the pinion, one of so many `decks` over a pitch; lines
+    of `comment` go into the header."""
+    told = json.dumps({**facts_of(pair, torque), "decks": decks})
     write_model(path, pair.mesh, ELEMENT, _history(design, pair, torque), (*comment, LEAD + told))
 
 

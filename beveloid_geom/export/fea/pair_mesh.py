@@ -22,7 +22,7 @@ from ...export import MEMBERS
 from ...gear.fillet import tool_round
 from ...gear.flank import flank_point, tip_parameter, trace_parameter
 from ...operation.first_contact import first_contact
-from ...operation.marking.operating_rolls import UnknownOperationError
+from ...operation.marking.operating_rolls import UnknownOperationError, unknown_contact
 from ...pair.frames import to_fixed
 from ...shapes.elements import VolumeMesh
 from ...shapes.hexahedra import Cells, cells_of, tooth_hexahedra
@@ -41,7 +41,8 @@ BESIDE = 0.05
 HUB = ("bore", "first side", "last side")
 """Where a member is held by its shaft and by the rest of the gear."""
 ELEMENT = "C3D20"
-"""Faces of elements with 8 nodes are tens of micrometres off the flank: late and soft contact."""
+"""With 8-node elements the plane faces miss the flank by tens of micrometres, so that contact would begin too
+late and be too soft."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,28 +120,36 @@ def pair_mesh(
     """
     roll = float(pose.roll[0]) if roll is None else roll
     _require_teeth(design, pose, roll, teeth)
-    first = first_contact(design, pose.flank, [roll])
-    if first.status[0] != FirstStatus.SOLVED:
-        status = FirstStatus(int(first.status[0])).name.lower().replace("_", " ")
-        raise UnknownOperationError(f"the first contact of the {pose.flank} flanks is not known ({status})")
-    rolls = np.array([roll, float(first.gear_roll[0])])
+    rolls = _rolls_in_contact(design, pose.flank, roll)
     frames = frames_at(design, *rolls)
-    size = _contact_size(design, pose, force)
+    length, width = _contact_size(design, pose, force)
     fine = _touching(design, pose, roll, range(-(teeth // 2), teeth // 2 + 1), BESIDE).tolist()
     meshes, steps = [], []
     for member, frame, own in zip(design.members, frames, (fine, fine[::-1]), strict=True):
-        coarse = _coarse(member, size[0]) if cells is None else cells
-        if tolerance is not None:
-            coarse = cells_of(member, tolerance)
+        beside = _coarse(member, length) if cells is None else cells
+        coarse = beside if tolerance is None else cells_of(member, tolerance)
         depth = _depth(member, pose.flank)
-        rows = max(coarse.flank, min(int(np.ceil(across * depth / size[1])), MOST_ROWS))
+        rows = max(coarse.flank, min(int(np.ceil(across * depth / width)), MOST_ROWS))
         each = [replace(coarse, flank=rows) if touches else coarse for touches in own]
         meshes.append(_placed(member, each, bore_radius, frame))
         steps.append(depth / rows)
-    names = [f"{pose.flank} flank" + (f" {k}" if teeth > 1 else "") for k in range(1, teeth + 1)]
+    contacts = _contacts(pose.flank, teeth)
+    return PairMesh(pose.flank, rolls, frames, _both(meshes, frames), contacts, width / max(steps))
+
+
+def _rolls_in_contact(design: Design, flank: str, roll: float) -> FloatArray:
+    """Give rolls (2,), rad, of pinion and gear at the first contact. Raises UnknownOperationError."""
+    first = first_contact(design, flank, [roll])
+    if first.status[0] != FirstStatus.SOLVED:
+        raise UnknownOperationError(unknown_contact(flank, int(first.status[0])))
+    return np.array([roll, float(first.gear_roll[0])])
+
+
+def _contacts(flank: str, teeth: int) -> tuple[tuple[str, str], ...]:
+    """Give the names of the surfaces of pinion and gear that may touch, by tooth of the pinion."""
+    names = [f"{flank} flank" + (f" {k}" if teeth > 1 else "") for k in range(1, teeth + 1)]
     pinion, gear = ([f"{member} {name}" for name in names] for member in MEMBERS)
-    contacts = tuple(zip(pinion, gear[::-1], strict=True))
-    return PairMesh(pose.flank, rolls, frames, _both(meshes, frames), contacts, size[1] / max(steps))
+    return tuple(zip(pinion, gear[::-1], strict=True))
 
 
 def _require_teeth(design: Design, pose: MeshingPair, roll: float, teeth: int) -> None:

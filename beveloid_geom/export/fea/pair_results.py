@@ -23,12 +23,14 @@ LAST = 2.0
 class PairResult:
     """The pair under a load, in S_f: N, mm, rad.
 
-    `flank`; `rolls` (2,) of pinion and gear where they touch without load; `torque` on the pinion, N mm;
+    `flank`; `decks`: of how many over a pitch it is one; `rolls` (2,) of pinion and gear where they touch
+    without load; `torque` on the pinion, N mm;
     by tooth pair, in the order of the pinion's teeth, `force` (K, 3) on the pinion, N, its moments `moment`
     (K, 2) about the axes of pinion and gear, N mm, and where it acts, `centre` (K, 3), NaN without a force;
     `turn`: how far the pinion turns on under the load while the gear is held, positive as it is driven."""
 
     flank: str
+    decks: int
     rolls: FloatArray
     torque: float
     force: FloatArray
@@ -64,7 +66,8 @@ def read_pair_result(deck: Path) -> PairResult:
     turn = float(moved[1:4] @ lever / (lever @ lever))
     sense = -np.sign(moment[:, 0].sum())
     rolls = np.array([facts["pinion_roll"], facts["gear_roll"]])
-    return PairResult(facts["flank"], rolls, facts["torque"], force, moment, centre, float(sense * turn))
+    turn = float(sense * turn)
+    return PairResult(facts["flank"], facts["decks"], rolls, facts["torque"], force, moment, centre, turn)
 
 
 def _statistics(text: str, pair: list[str], deck: Path) -> FloatArray:

@@ -28,15 +28,21 @@ STEP = 1e-7
 
 
 class UnknownOperationError(ValueError):
-    """At some rolls the first contact of a pair is not known, whatever is asked of it, for a `reason`."""
+    """The first contact of a pair is not known, whatever is asked of it, for a `reason`."""
 
-    def __init__(self, reason: str) -> None:
-        """Take the reason; the message adds the cure from Python."""
+    def __init__(self, reason: str, cure: str = "") -> None:
+        """Take the reason, and the cure from Python, which the message adds."""
         self.reason = reason
-        super().__init__(reason)
+        super().__init__(reason, *[cure] * bool(cure))
 
     def __str__(self) -> str:
-        return f"{self.reason}: give pinion_roll and gear_roll"
+        return ": ".join(self.args)
+
+
+def unknown_contact(flank: str, code: int, where: str = "") -> str:
+    """Say that the first contact of flanks is not known, and why: the `code` of its FirstStatus."""
+    status = FirstStatus(code).name.lower().replace("_", " ")
+    return f"the first contact of the {flank} flanks is not known{where} ({status})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +109,8 @@ def first_contact_operation(
     cycle = mesh_cycle(design, flank, 1) if cycle is None else cycle
     code, first = cycle.status.flat[case], cycle.start.flat[case]
     if code != FirstStatus.SOLVED:
-        status = FirstStatus(int(code)).name.lower().replace("_", " ")
-        raise UnknownOperationError(
-            f"the first contact of the {flank} flanks is not known at some rolls ({status})"
-        )
+        reason = unknown_contact(flank, int(code), " at some rolls")
+        raise UnknownOperationError(reason, "give pinion_roll and gear_roll")
     turns = np.arange(np.floor((start - first) / pitch), np.ceil((stop - first) / pitch))
     changes = cycle.changes.reshape(cycle.start.size, -1)[case]
     kinks = (changes[~np.isnan(changes)] + pitch * turns[:, None]).ravel()

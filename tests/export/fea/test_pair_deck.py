@@ -146,6 +146,14 @@ def test_what_cannot_be_is_refused(roll: float | None, teeth: int, message: str)
         pair_mesh(design, meshing_pair(design), roll, teeth=teeth, force=FORCE)
 
 
+def test_an_unknown_first_contact_is_told_without_arguments_of_others() -> None:
+    design = table1().with_parabola(-0.01)
+    with pytest.raises(
+        ValueError, match=r"^the first contact of the right flanks is not known \(undercut\)$"
+    ):
+        pair_mesh(design, meshing_pair(design), force=FORCE)
+
+
 @with_ccx
 @pytest.mark.parametrize(
     ("flank", "beside"),

@@ -25,9 +25,9 @@ SAME = 1e-9
 STEPS = 201
 """Rolls at which the rigid pair is drawn."""
 NOTE = (
-    "Left: the share of the pinion's torque that one tooth pair carries while it passes through the mesh, a"
+    "(a) The share of the pinion's torque that one tooth pair carries while it passes through the mesh, a"
     " mark for each tooth pair of each deck; dashed where the rigid flanks come into and go out of contact."
-    " Right: the transmission error, gear roll plus N1/N2 pinion roll, of rigid teeth, whichever touches"
+    " (b) The transmission error, gear roll plus N1/N2 pinion roll, of rigid teeth, whichever touches"
     " first, and under the load, each less its own mean; the elastic turn of the pinion times N1/N2 is in it."
 )
 
@@ -87,7 +87,9 @@ class Loaded:
 
 
 def decks_of(path: Path) -> list[Path]:
-    """Find the decks that `mesh --part pair --rolls` wrote for an `--out`, or the one of that name."""
+    """Find the deck of that name, or those that `mesh --part pair --rolls` wrote for this `--out`."""
+    if path.exists():
+        return [path]
     several = [
         one
         for one in path.parent.glob(f"{path.stem}-*{path.suffix}")
@@ -98,8 +100,14 @@ def decks_of(path: Path) -> list[Path]:
 
 def loaded_pair(design: Design, path: Path) -> Loaded:
     """Read the results of the decks of a design. Raises ValueError for decks of another design, of several
-    torques, flanks or numbers of teeth, and as `read_pair_result`; OSError where one cannot be read."""
-    results = sorted((read_pair_result(deck) for deck in decks_of(path)), key=lambda one: float(one.rolls[0]))
+    torques, flanks or numbers of teeth, for more or fewer than were written together, and as
+    `read_pair_result`; OSError where one cannot be read."""
+    decks = decks_of(path)
+    results = sorted((read_pair_result(deck) for deck in decks), key=lambda one: float(one.rolls[0]))
+    counts = sorted({one.decks for one in results})
+    if decks != [path] and counts != [len(decks)]:
+        several = f"{len(decks)} decks of {path}, written by --rolls {' and '.join(map(str, counts))}"
+        raise ValueError(f"there are {several}: remove all and write them anew")
     if len({(one.flank, one.torque, len(one.force)) for one in results}) > 1:
         raise ValueError(
             f"the decks of {path} differ in flank, torque or teeth: write them anew with --rolls"
@@ -148,7 +156,7 @@ def _shares(axes: Axes, found: Loaded) -> None:
         axes.axvline(end, color=theme.GREY, linestyle="--", linewidth=1.2)
     axes.set(
         ylim=(-4.0, 106.0),
-        xlabel="pinion roll from the middle of its path (pitches)",
+        xlabel="pinion roll before the load, from mid-path (pitches)",
         ylabel="share of torque (%)",
     )
     axes.grid(True)
@@ -166,7 +174,7 @@ def _errors(axes: Axes, found: Loaded) -> None:
     low, high = axes.get_ylim()
     room = max(high - low, 1e-3)
     radius = 1e-3 * float(mounting_of(found.design).working_radius[1])  # um for a urad
-    axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll from the middle of its path (pitches)")
+    axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
     axes.set_ylabel("error less its mean (\u00b5rad)")
     axes.grid(True)
     axes.legend(loc="upper left")
@@ -181,12 +189,15 @@ def _swing(error: FloatArray) -> str:
 
 
 def rows(found: Loaded) -> Table:
-    """List tooth pairs and errors by roll: forces and where they act in S_f, then rigid teeth."""
+    """List tooth pairs and errors by roll, in `pitches` from the middle of the path, too: those of a tooth
+    pair without load; forces and where they act in S_f; then rigid teeth, and the ends of their path."""
     header = (
         "kind",
         "pinion_roll_rad",
+        "pitches",
         "error_rad",
         "tooth_pair",
+        "tooth_pair_pitches",
         "share",
         "force_N",
         "x_mm",
@@ -199,8 +210,10 @@ def rows(found: Loaded) -> Table:
         for one, roll, error in zip(found.results, found.loaded_rolls, found.loaded, strict=True):
             pairs = np.arange(len(one.share)) - len(one.share) // 2
             force = np.linalg.norm(one.force, axis=1)
-            yield "loaded", float(roll), float(error), pairs, one.share, force, *one.centre.T
-        yield "rigid", found.rolls, found.rigid, *[""] * (len(header) - 3)
+            at, before = float(found.pitches(roll)), found.pitches(one.rolls[0]) + pairs
+            yield "loaded", float(roll), at, float(error), pairs, before, one.share, force, *one.centre.T
+        yield "rigid", found.rolls, found.pitches(found.rolls), found.rigid, *[""] * (len(header) - 4)
+        yield "end of path", found.ends, found.pitches(found.ends), *[""] * (len(header) - 3)
 
     return header, stacked(cases())
 

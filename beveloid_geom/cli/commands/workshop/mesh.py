@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,17 +51,17 @@ LOAD, LOADED = 1000.0, 6.0
 @dataclass(frozen=True)
 class Kind:
     """Geometry of one kind: its `formats`, the `parts` that it is made of, the words for it in a refusal,
-    and how many default tolerances are one module."""
+    and how many default tolerances are one module, None where it does without."""
 
     formats: dict[str, Any]
     parts: tuple[str, ...]
     words: str
-    steps: float = 600.0
+    steps: float | None = 600.0
 
 
 KINDS = {
     "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
-    "contact": Kind(CONTACT_FORMATS, ("pair",), "the pair in contact"),
+    "contact": Kind(CONTACT_FORMATS, ("pair",), "the pair in contact", None),
     "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
     "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
     "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns", 200.0),
@@ -137,7 +137,7 @@ OPTIONS = block(
 
 
 def kind_of(part: str, suffix: str) -> str:
-    """Find whether a part is written in a format as 'surface', 'volume' or 'solid'. Raises Refusal."""
+    """Find the kind, a key of KINDS, as which a part is written in a format. Raises Refusal."""
     for name, kind in KINDS.items():
         if part in kind.parts and suffix in kind.formats:
             return name
@@ -201,31 +201,37 @@ def check_numbers(request: Request) -> None:
         raise Refusal(faults)
 
 
-@contextmanager
-def written(request: Request) -> Iterator[Path]:
-    """Give a file beside that of the request, which takes its place when all went well. Raises Refusal
-    where it cannot be written, where the geometry does not allow it or memory does not suffice;
-    ClickException (status 1) where a pattern has no first contact."""
-    from ....operation.marking.operating_rolls import UnknownOperationError
-    from ....support.argument import ArgumentError
+def file_beside(out: Path) -> AbstractContextManager[Path]:
+    """Give `whole_file` of a file. Raises Refusal for a folder, and for a file in none."""
     from ....support.whole_file import whole_file
 
-    out, name = request.out, click.format_filename(request.out)
+    if out.is_dir():
+        raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
+    if not out.parent.is_dir():
+        folder = click.format_filename(out.parent)
+        raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
+    return whole_file(out)
+
+
+@contextmanager
+def refused_writing(request: Request) -> Iterator[None]:
+    """Raise Refusal where the file of the request cannot be written, where the geometry does not allow it or
+    memory does not suffice; ClickException (status 1) where a pattern has no first contact."""
+    from ....operation.marking.operating_rolls import UnknownOperationError
+    from ....support.argument import ArgumentError
+
     try:
-        if out.is_dir():
-            raise Refusal([f"--out: {name} is a folder: name a file in it"])
-        if not out.parent.is_dir():
-            folder = click.format_filename(out.parent)
-            raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
-        with refused_values(), whole_file(out) as beside:
-            yield beside
+        with refused_values():
+            yield
     except OSError as error:
         # Libraries that write on their own say no more than that it failed.
         reason = error.strerror or f"{error}, is the disk full?"
+        name = click.format_filename(error.filename2 or request.out)  # the first where it takes its place
         raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
-        fine = f"--tolerance {request.tolerance:g}: take a larger one"
-        cure = "this mesh: take fewer --teeth" if request.tolerance is None else fine
+        cure = "the pair in contact: take a smaller --across or fewer --teeth"
+        if request.tolerance is not None:
+            cure = f"--tolerance {request.tolerance:g}: take a larger one"
         raise Refusal([f"not enough memory for {cure}"]) from None
     except ArgumentError as error:
         raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
@@ -272,9 +278,8 @@ def write_part(
     kind = kind_of(part, suffix)
     module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
     load, teeth = LOAD * (module / LOADED) ** 2, 3 if kind == "contact" else 1
-    defaults = {"tolerance": module / KINDS[kind].steps, "load": load, "teeth": teeth}
-    if kind == "contact":
-        del defaults["tolerance"]
+    steps = KINDS[kind].steps
+    defaults = {"tolerance": None if steps is None else module / steps, "load": load, "teeth": teeth}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
     fields = tuple(dict.fromkeys(field))
     request = Request(source, changed, suffix, kind, fields=fields, **given)
@@ -285,11 +290,16 @@ def write_part(
     from tqdm import tqdm
 
     each = request.each
-    with ExitStack() as files, tqdm(total=2 * len(each), disable=None, leave=False, file=sys.stderr) as bar:
-        told = []
-        for one, beside in [(one, files.enter_context(written(one))) for one in each]:
+    bar = tqdm(total=2 * len(each), disable=None, leave=False, file=sys.stderr)
+    with bar, refused_writing(request), ExitStack() as files:  # which take their places when all are written
+        places, told = [], []
+        for one in each:
+            with refused_writing(one):
+                places.append(files.enter_context(file_beside(one.out)))
+        for one, beside in zip(each, places, strict=True):
             bar.set_description(part)
-            text = WRITE[kind](one, beside, bar)
+            with refused_writing(one):
+                text = WRITE[kind](one, beside, bar)
             told.append(f"{click.format_filename(one.out)}: {text}\n")
     write_out("".join(told))
 
