@@ -72,7 +72,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     """Draw the transmission error less its mean (arcsec) over so many pitches of pinion roll, with edge
     contact and hand-over."""
     first, cycle = report.first, report.cycle
-    edge = np.tile((first.limit[:, 0] >= 0) & ~report.along_lines, pitches)
+    edge = np.tile((first.limit[:, 0] >= 0) & (not report.along_lines), pitches)
     error = np.tile(ARCSEC * (first.transmission_error - float(cycle.mean)), pitches)
     each = np.linspace(0.0, 1.0, first.pinion_roll.size)
     share = np.concatenate([each + pitch for pitch in range(pitches)])
