@@ -133,10 +133,11 @@ def compute(found: Loaded) -> Loaded:
 def draw(found: Loaded, layout: theme.Layout) -> Drawing:
     """Draw load sharing and transmission error beside each other."""
     one, count = found.results[0], len(found.results)
+    rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
         layout,
         "Load sharing and transmission error under load",
-        f"{one.torque / 1e3:.4g} N m on the pinion, {one.flank} flanks; {count} rolls, solved by CalculiX",
+        f"{one.torque / 1e3:.4g} N m on the pinion, {one.flank} flanks; {rolls}, solved by CalculiX",
         NOTE,
         below=0.75,
         above=0.75,
