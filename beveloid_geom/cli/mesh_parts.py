@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import shlex
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -90,7 +89,7 @@ class Request:
         """Whether the contact of the flanks is asked for."""
         return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
 
-    @cached_property
+    @property
     def pose(self) -> MeshingPair | None:
         """The pair in mesh where it is asked for; raises as `pose` does."""
         return pose(self.design, self.flank) if self.posed else None
@@ -108,9 +107,9 @@ class Request:
 
         if self.rolls is None:
             return [self]
-        assert self.pose is not None  # of a pair
-        pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(self.pose.roll[0]))
-        least, greatest = map(math.degrees, rolls_in_mesh(self.pose))
+        posed = pose(self.design, self.flank)
+        pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(posed.roll[0]))
+        least, greatest = map(math.degrees, rolls_in_mesh(posed))
         beside = min(greatest - middle, middle - least) / pitch
         if 0.5 - 0.5 / self.rolls > beside:  # pitches from the middle to the last roll
             text = f"as tooth pair 0 is in mesh over {2.0 * beside:.4g} pitches only, got {self.rolls}"
