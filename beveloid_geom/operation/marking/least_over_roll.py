@@ -32,7 +32,7 @@ POSES_PER_PITCH = 10
 """Poses at which the separation is sampled before it is refined."""
 BESIDE = 1
 """Samples looked at on either side of where the least may be."""
-PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-6, 1e-11
+PASSES, STAND, REACHED, HALVED = 60, 1e-4, 1e-7, 1e-11
 """Evaluations of a way down at most. Shares of the step between samples: the steps with which a standstill
 and an edge are found, as what a secant leaves is far less; and what halving goes down to."""
 CLOSER, ROUNDS = 10, 4
