@@ -162,7 +162,7 @@ def copied(decks: Path, folder: Path, *names: str) -> Path:
 
 
 def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None:
-    """Two of three, and old ones beside new ones; a deck that has the very name stands for itself."""
+    """Two of three, old ones beside new ones, and a single deck beside those of `--rolls`."""
     path = copied(decks, tmp_path, "p-1", "p-2")
     given = "--loaded", str(path), "--out", str(tmp_path / "out")
     assert f"there are 2 decks of {path}, written by --rolls 3: remove all and write" in refused(*given)
@@ -170,5 +170,10 @@ def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None
     new.write_text(new.read_text().replace('"decks": 3', '"decks": 2'))
     assert f"there are 3 decks of {path}, written by --rolls 2 and 3: remove all" in refused(*given)
     copied(decks, tmp_path, "p")
+    assert f"there are both {path} and {path.with_stem('p-1')}: remove what is not meant" in refused(*given)
+
+
+def test_a_single_deck(decks: Path, tmp_path: Path) -> None:
+    path = copied(decks, tmp_path, "p")
     assert decks_of(path) == [path]
     assert len(loaded_pair(DESIGN, path).results) == 1

@@ -150,7 +150,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
-        "Black and grey: frame and members where they belong; blue: displaced by the error in red",
+        "Black and grey: frame and members where they belong; blue: displaced by the error in orange",
         NOTE + posed.far_words(data.pair),
         tall=CELLS.tall(layout, len(PANELS), 5.2),
     )

@@ -43,11 +43,11 @@ EDGE = 0.9
 NOTE = (
     "Deviation of the pinion's flank along its normal from the conjugate of the gear's flank, which has no"
     " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
-    " where the flanks part. Red: path of contact, from the dot to the arrow head. Grey: zero; dash-dotted:"
-    " where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its bar. Level"
-    " lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below: mean, twist,"
-    " slopes and crownings along face and profile of the nearest surface of second order over both from"
-    " \u22121 to 1, and the root mean square of the rest."
+    " where the flanks part. Orange: path of contact, from the dot to the arrow head. Grey: zero;"
+    " dash-dotted: where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its"
+    " bar. Level lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below:"
+    " mean, twist, slopes and crownings along face and profile of the nearest surface of second order over"
+    " both from \u22121 to 1, and the root mean square of the rest."
 )
 
 
@@ -180,7 +180,8 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
         theme.beside(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
-    axes.set(xlim=(-2.1, 2.15), ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + (1.4 if printed else 0.9)))
+    across, over = ((-2.35, 2.55), 1.4) if printed else ((-2.1, 2.15), 0.9)  # room for words
+    axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + over))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:

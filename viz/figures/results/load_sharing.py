@@ -87,15 +87,16 @@ class Loaded:
 
 
 def decks_of(path: Path) -> list[Path]:
-    """Find the deck of that name, or those that `mesh --part pair --rolls` wrote for this `--out`."""
-    if path.exists():
-        return [path]
+    """Find the deck of that name, or those that `mesh --part pair --rolls` wrote for this `--out`. Raises
+    ValueError where there are both."""
     several = [
         one
-        for one in path.parent.glob(f"{path.stem}-*{path.suffix}")
+        for one in sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"))
         if one.stem[len(path.stem) + 1 :].isdigit()
     ]
-    return sorted(several) or [path]
+    if several and path.exists():
+        raise ValueError(f"there are both {path} and {several[0]}: remove what is not meant")
+    return several or [path]
 
 
 def loaded_pair(design: Design, path: Path) -> Loaded:

@@ -32,8 +32,8 @@ SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
 NOTE = (
     "The pinion's flank in the side view, true to scale: {face:g} mm along the axis from toe (left) to heel,"
     " against the radius, tip above. Shaded: where the flanks come within a quarter, a half and all of"
-    " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Red: ellipse of the same"
-    " centre and second moments as the marked area, thin beyond the flank's edges. {meant} Below each:"
+    " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Orange: ellipse of the"
+    " same centre and second moments as the marked area, thin beyond the flank's edges. {meant} Below each:"
     " transmission error of all teeth, share of the cycle that edges carry; centre and half axes of the"
     " ellipse, mm, and its angle to the axial direction."
 )
