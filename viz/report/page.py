@@ -242,13 +242,21 @@ def _swings(results: FlankResults) -> bool:
     return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
 
 
-def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
-    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
-    release = version("beveloid-geom")
-    stamp = {"name": data.name, "version": release, "made": origin.made.isoformat(timespec="seconds")}
+def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
+    """Give the numbers of a page under its design's name, the program's version and the dates."""
+    stamp = {
+        "name": data.name,
+        "version": version("beveloid-geom"),
+        "made": origin.made.isoformat(timespec="seconds"),
+    }
     if origin.written is not None:
         stamp["written"] = origin.written.isoformat(timespec="seconds")
-    numbers = stamp | data.numbers
+    return stamp | data.numbers
+
+
+def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
+    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
+    numbers = _stamped(data, origin)
     return (
         _environment()
         .get_template("report.html")
@@ -271,7 +279,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             positions=POSITIONS,
             quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
             statements=by_statement(numbers.get("statements", [])),
-            version=release,
+            version=numbers["version"],
             origin=origin,
             short_name=PurePath(data.name).name,
             verdict=data.verdict,
