@@ -49,7 +49,7 @@ ON_LIMIT = 1e-9
 """Rounding (rad, modules) beyond a limit that still keeps it."""
 GOLDEN = 1.0757660660868371
 """Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9
-dimensions."""
+dimensions. SciPy's sequences take longer to import than a search takes."""
 SAME = 1e-5
 """Difference (rad, modules) below which two pairs are one."""
 
