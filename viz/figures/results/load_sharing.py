@@ -118,7 +118,7 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     if not np.abs(first.gear_roll - own[:, 1]).max() <= SAME:
         raise ValueError(f"the decks of {path} are not of this design: give theirs with --design")
     pose = meshing_pair(design, flank)
-    half = 0.5 * 2.0 * np.pi / float(design.pinion.teeth)
+    half = np.pi / float(design.pinion.teeth)
     middle, low, high = float(pose.roll[0]), float(own[:, 0].min()), float(own[:, 0].max())
     rolls = np.linspace(min(low, middle - half), max(high, middle + half), STEPS)
     rigid = first_contact(design, flank, rolls).transmission_error
