@@ -16,6 +16,7 @@ from ..contact.path import path_of_contact
 from ..design.model import Design, Pair
 from ..operation.certificate import certify
 from ..pair.closing import Closing, closing_of
+from ..status import Status
 from .layout import (
     FLANKS,
     HELIX_TOLERANCE,
@@ -25,7 +26,7 @@ from .layout import (
     layout_remarks,
     remarks_on,
 )
-from .path import first_contact_fault, path_remarks
+from .path import certificate_remarks, first_contact_fault, path_remarks
 from .remarks import Remark, in_order, quiet, tooth_remarks
 
 POSITIONS = 101
@@ -81,12 +82,19 @@ class Advice:
 def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
     """Find all that `check` says of a single design: of layout, teeth and paths on both flanks; `jam` says
     why it cannot be assembled as mounted (`findings.backlash`), where that is known."""
-    found: list[Remark] = []
-    certifiable = first_contact_fault(design) is None
-    for flank in FLANKS:
-        path = path_of_contact(design, flank, POSITIONS)
-        found += path_remarks(path, certify(path) if certifiable and path.l1.size else None)
-    return in_order((*found, *remarks_on(design, closing, jam)))
+    return in_order(found_on(design, closing, jam))
+
+
+def found_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> Iterator[Remark]:
+    """Find the same one after the other, for those whom the first warning is enough."""
+    yield from remarks_on(design, closing, jam)
+    paths = [path_of_contact(design, flank, POSITIONS) for flank in FLANKS]
+    for path in paths:
+        yield from path_remarks(path)
+    if first_contact_fault(design) is None:
+        for path in paths:
+            if path.ends.status == Status.SOLVED:
+                yield from certificate_remarks(path, certify(path))
 
 
 def advice_on(design: Design) -> tuple[Advice, ...]:
@@ -101,7 +109,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
         advice = _rounded(change, candidate)
         tried = advice.applied_to(plain)
         known_layout = tried in [other.applied_to(plain) for other in found]
-        if not known_layout and quiet(r for r in findings_on(tried) if r not in known):
+        if not known_layout and quiet(r for r in found_on(tried) if r not in known):
             found.append(advice)
         if len(found) == MOST:
             break

@@ -112,12 +112,15 @@ def layout_remarks(
     closing: Closing | None = None,
     flanks: Iterable[str] = FLANKS,
     jam: str | None = None,
+    meshing: bool | None = None,
 ) -> Iterator[Remark]:
     """Say why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
     (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot
-    mesh as laid out there is no pitch point for the other two to hold at."""
+    mesh as laid out there is no pitch point for the other two to hold at. `meshing`: what `meshes` says, if it
+    is known."""
     closing = closing_of(design) if closing is None else closing
-    misfit = [] if meshes(design) else list(_misfit(design, closing))
+    meshing = meshes(design) if meshing is None else meshing
+    misfit = [] if meshing else list(_misfit(design, closing))
     lost = [path for path in _paths(design, flanks) if path.ends.status != Status.SOLVED]
     if misfit:
         if lost:
@@ -202,9 +205,11 @@ def remarks_on(design: Design, closing: Closing | None = None, jam: str | None =
     than OFFSET_TOLERANCE or SHAFT_ANGLE_TOLERANCE), tips run into bottom lands, the tool's rounds
     overlap, an active flank is undercut, a tooth is pointed. Notes: undercut below the active flank,
     a thin tooth tip, a small tip clearance. Raises ValueError for arrays."""
-    found = list(layout_remarks(design, closing, jam=jam))
+    closing = closing_of(design) if closing is None else closing
+    meshing = meshes(design)
+    found = list(layout_remarks(design, closing, jam=jam, meshing=meshing))
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         found += tooth_remarks(name, member)
-    if meshes(design):
+    if meshing:
         found += clearance_remarks(design)
     return in_order(found)

@@ -79,18 +79,21 @@ def first_contact_fault(design: Design) -> str | None:
     return None
 
 
-def path_remarks(path: ContactPath, certificate: Certificate | None) -> tuple[Remark, ...]:
-    """Find what to know about a path on the flanks of a single design: how easily contact is lost, where
-    something else touches earlier, what its numbers do not say. Without such a path nothing: `reason_of`
-    says why."""
+def path_remarks(path: ContactPath) -> Iterator[Remark]:
+    """Find what to know about a path on the flanks of a single design: how easily contact is lost, what its
+    numbers do not say. Without such a path nothing: `reason_of` says why."""
     if path.ends.status != Status.SOLVED:
-        return ()
+        return
     lines = bool(touches_along_lines(path.design, path.flank))
-    found = [(NOTE, ALONG_LINES)] if lines else [*_sensitivity_remarks(path), *loss_remarks(path)]
-    if certificate is not None:
-        found += _certificate_remarks(certificate)
-    found += _path_remarks(path)
-    return tuple(Remark(level, f"{path.flank} flanks: {text}") for level, text in found)
+    found = [(NOTE, ALONG_LINES)] if lines else [*_sensitivity_remarks(path), *_loss_remarks(path)]
+    for level, text in (*found, *_path_remarks(path)):
+        yield Remark(level, f"{path.flank} flanks: {text}")
+
+
+def certificate_remarks(path: ContactPath, certificate: Certificate) -> Iterator[Remark]:
+    """Say where on a path something else touches earlier."""
+    for level, text in _certificate_remarks(certificate):
+        yield Remark(level, f"{path.flank} flanks: {text}")
 
 
 def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,7 +145,7 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     )
 
 
-def loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
+def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Find single errors of the size of a usual tolerance under which no contact is left."""
     design, usual = path.design, USUAL_AT[path.design.errors_at]
     size, names = usual.values(), usual.names

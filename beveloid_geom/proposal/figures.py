@@ -8,8 +8,7 @@ the warning begins and 1 where nothing is left to be said:
     tip clearance                      0.05 ... 0.15 modules, about, where it is least
     margin of undercut                 0 ... 0.2, the least regularity of a flank over its greatest
     shift of the path on its flank     0.25 ... 0.1 of it, under 0.05 mm of offset, 0.01 deg of shaft angle
-    flank left below the path          0 ... 0.05 modules, at its ends: a tip that goes deeper meets a fillet
-    tips deeper at the thin end        0.03 ... 0 modules, where working cones are steeper than those cut
+    flank left below the tips          0 ... 0.05 modules (`tips`)
 
 and the least of them, over both flanks and both members, is the reserve of the pair.
 """
@@ -18,23 +17,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FLANK_SIGN, FloatArray, Mask, Quantity
+from ..contact.path import path_of_contact
 from ..design.model import Design, Member, Pair
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
-from ..gear.flank import root_parameter, tip_radius, tip_thickness, undercut_margin
+from ..gear.flank import tip_radius, tip_thickness, undercut_margin
 from ..pair.closing import ClosedLayout
 from ..pair.crossing import closed_normal
 from .conditions import pair_at
 from .request import Request
+from .tips import left_below_tips
 
-THIN_END = 0.03
-"""Modules by which tips may be deeper at the thin end of the face."""
 AMPLE_CLEARANCE = 0.1
 """Modules of tip clearance over which its reserve rises from 0 to 1, beginning at half of this, by which the
 estimate may be too great."""
@@ -42,37 +42,33 @@ FLANKS = tuple(FLANK_SIGN)
 AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.05
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
 
+Rows: TypeAlias = list[int] | NDArray[np.intp]
+
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Figures of n pairs: `contact_ratio`, `crossing` (rad), `normal_x` and `share` (greatest shift of the
-    path on its flank, over its size) of right and left flanks (2, n); least `clearance` of the tips of pinion
-    and gear where they are deepest, mm, thinnest `tip`, mm, and `margin` of undercut (2, n); `reserve`
-    (n,), and whether it is `possible` that nothing is warned of (n,), whatever the last link says."""
+    """Figures of n pairs: `contact_ratio`, `crossing` (rad) and `normal_x` of right and left flanks (2, n);
+    `margin` of undercut of pinion and gear (2, n); `reserve` (n,), and whether it is `possible` that nothing
+    is warned of (n,): tips that go deeper than the flank may still pass the fillet."""
 
     contact_ratio: FloatArray
     crossing: FloatArray
     normal_x: FloatArray
-    share: FloatArray
-    clearance: FloatArray
-    tip: FloatArray
     margin: FloatArray
     reserve: FloatArray
     possible: Mask
 
-    def take(self, rows: list[int]) -> Figures:
+    def take(self, rows: Rows) -> Figures:
         """Give those of some pairs."""
         return Figures(**{name: values[..., rows] for name, values in vars(self).items()})
 
 
-def laid_out(
-    request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity
-) -> tuple[Design, ClosedLayout]:
+def laid_out(request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity) -> Design:
     """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset
     if there is one, are those that are asked for."""
     design, layout = pair_at(request.members, values)
     offset = layout.offset if offset is None else np.broadcast_to(offset, layout.offset.shape)
-    return Design(design.pinion, design.gear, Pair(offset, shaft_angle)), layout
+    return Design(design.pinion, design.gear, Pair(offset, shaft_angle))
 
 
 def design_of(request: Request, values: FloatArray) -> Design:
@@ -88,33 +84,43 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-class Teeth(NamedTuple):
-    """Of pinion and gear (2, n): least clearance of the tips where they are deepest, mm, thinnest `tip`, mm,
-    and `margin` of undercut; the `reserve` that they leave (n,), -inf where one is not known."""
+@dataclass(frozen=True, eq=False)
+class Teeth:
+    """What is known of n pairs without their paths: `margin` of undercut of pinion and gear (2, n);
+    `crossing` (rad) and `normal_x` of right and left flanks (2, n); the `reserve` that they leave (n,), -inf
+    where one is not known, and whether more is `possible` (n,), as in `Figures`."""
 
-    clearance: FloatArray
-    tip: FloatArray
     margin: FloatArray
+    crossing: FloatArray
+    normal_x: FloatArray
     reserve: FloatArray
+    possible: Mask
 
-    def take(self, rows: Mask) -> Teeth:
+    def take(self, rows: Rows) -> Teeth:
         """Give those of some pairs."""
-        return Teeth(*(values[..., rows] for values in self))
+        return Teeth(**{name: values[..., rows] for name, values in vars(self).items()})
 
 
 def teeth_of(request: Request, values: FloatArray) -> Teeth:
-    """Find what is known of the teeth of pairs (7, n) without their paths."""
+    """Find what is known of pairs (7, n) without their paths."""
     design, layout = pair_at(request.members, values)
     module, members = float(request.members[0].tool.normal_module), design.members
+    sense = np.broadcast_to(design.sense, values.shape[1:])
+    normal_x, crossing = np.stack([closed_normal(layout, flank, sense) for flank in FLANKS], axis=1)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         tip = np.stack([_thinnest(member) for member in members])
         margin = np.stack([np.minimum(*(undercut_margin(m, flank) for flank in FLANKS)) for m in members])
+        left = np.stack(
+            [left_below_tips(design, layout, *each) for each in zip(FLANKS, normal_x, strict=True)]
+        )
     radius, cosine = layout.working_radius, np.cos(layout.cone_angle)
     height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
     depth = radius - np.stack([root_radius(member, 0.0) for member in members])
     clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_lean(request, values, layout))
     links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
-    return Teeth(clearance, tip, margin, _least(links))
+    sound = _least(links)
+    reserve = np.minimum(sound, _least([left.min(axis=0) / (AMPLE_DEPTH * module)]))
+    return Teeth(margin, crossing, normal_x, reserve, sound > 0.0)
 
 
 def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
@@ -134,37 +140,25 @@ def figures_of(
 ) -> Figures:
     """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout
     or in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
-    design, layout = laid_out(request, values, offset, shaft_angle)
-    module, members = float(request.members[0].tool.normal_module), design.members
-    sense = np.broadcast_to(design.sense, values.shape[1:])
-    normals = [closed_normal(layout, flank, sense) for flank in FLANKS]
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        found = [path_sensitivity(design, flank) for flank in FLANKS]
-        shares = [
-            np.nanmax(_filled(shares_of_flank(design, one, usual_sizes())), axis=(-3, -2, -1))
-            for one in found
-        ]
-    lean = _lean(request, values, layout)
-    ratio, share = np.stack([one.contact_ratio for one in found]), np.stack(shares)
-    roots = np.stack([root_parameter(member) for member in members], axis=-1)
-    left = np.stack([one.l[:, ::2] - roots[..., None, :] for one in found])
+    design = laid_out(request, values, offset, shaft_angle)
     (warned, _), (noted, _) = SENSITIVE
-    links = (
-        (ratio - 1.0) / AMPLE_RATIO,
-        teeth.reserve[None],
-        left.min(axis=(-2, -1)) / (AMPLE_DEPTH * module),
-        np.where(layout.shaft_angle > 0.0, (warned - share) / (warned - noted), 1.0),  # no shift along lines
-    )
-    thin_end = 1.0 - np.maximum(-lean, 0.0) / (THIN_END * module)
-    possible = _least(links) > 0.0
-    reserve = np.minimum(_least(links), thin_end)
-    normal_x, crossing = (np.stack([one[k] for one in normals]) for k in (0, 1))
-    return Figures(ratio, crossing, normal_x, share, *teeth[:3], reserve, possible)
+    if np.any(shaft_angle):
+        found = [path_sensitivity(design, flank) for flank in FLANKS]
+        ratio = np.stack([one.contact_ratio for one in found])
+        with np.errstate(invalid="ignore"):
+            share = np.stack([_greatest(shares_of_flank(design, one, usual_sizes())) for one in found])
+    else:  # no shift along lines
+        ratio = np.stack([path_of_contact(design, flank, 2).ends.contact_ratio for flank in FLANKS])
+        share = np.zeros_like(ratio)
+    path = _least(((ratio - 1.0) / AMPLE_RATIO, (warned - share) / (warned - noted)))
+    reserve, possible = np.minimum(teeth.reserve, path), teeth.possible & (path > 0.0)
+    return Figures(ratio, teeth.crossing, teeth.normal_x, teeth.margin, reserve, possible)
 
 
 def _least(links: Sequence[FloatArray]) -> FloatArray:
-    """Find the least (n,) of links (..., n), -inf where one is not known."""
-    return np.asarray(np.min([np.where(np.isnan(link), -np.inf, link).min(axis=0) for link in links], axis=0))
+    """Find the least (n,) of links (..., n), at most 1, -inf where one is not known."""
+    least = [np.where(np.isnan(link), -np.inf, link).min(axis=0) for link in links]
+    return np.asarray(np.minimum(np.min(least, axis=0), 1.0))
 
 
 def _thinnest(member: Member) -> FloatArray:
@@ -172,7 +166,7 @@ def _thinnest(member: Member) -> FloatArray:
     return np.minimum(*(tip_thickness(member, end * np.asarray(member.face_width)) for end in (-0.5, 0.5)))
 
 
-def _filled(shares: FloatArray) -> FloatArray:
-    """Give shares with infinity in place of a path of which none is known."""
-    lost = np.isnan(shares).all(axis=(-3, -2, -1), keepdims=True)
-    return np.where(lost, np.inf, shares)
+def _greatest(shares: FloatArray) -> FloatArray:
+    """Find the greatest (n,) of shares (n, place, member, error), infinity where none is known."""
+    greatest = np.where(np.isnan(shares), -np.inf, shares).max(axis=(-3, -2, -1))
+    return np.where(np.isinf(greatest), np.inf, greatest)

@@ -9,20 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..contact.path import path_of_contact
 from ..design.field_limits import DesignError
 from ..design.model import Design
-from ..findings.advice import findings_on
-from ..findings.path import loss_remarks
-from ..findings.remarks import NOTE, quiet
-from ..operation.certificate import certify
-from ..status import Verdict
+from ..findings.advice import found_on
+from ..findings.remarks import NOTE
 from .candidates import (
     Candidates,
     candidates_of,
@@ -34,20 +30,17 @@ from .candidates import (
     within,
 )
 from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, teeth_of
+from .figures import FLANKS, Figures, Teeth, design_of, figures_of, teeth_of
 from .request import Request, faults_of
 
 MOST = 3
 """Proposals on one request, if no other number is asked for."""
 LITTLE = 0.1
-"""Reserve up to which the estimates that it is made of are not relied on."""
-FAIR = 0.25
-"""Reserve up to which a pair is looked at whole, at all positions of `check`: what cuts does so at few."""
+"""Reserve up to which the figures that it is made of are not relied on, and a pair is looked at whole."""
+LOOKED = 64
+"""Pairs of which paths are looked at, those whose teeth leave most."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
-POSITIONS = 15
-"""Positions of a path at which something that touches earlier is looked for, the most that are searched one
-by one."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles and shifts of which proposals have at least one."""
 SHARES, BETWEEN, TRIES = (0.03, 0.1, 0.3, 1.0), 3, 3
@@ -99,38 +92,50 @@ def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
     if faults := faults_of(request):
         raise DesignError(faults)
     found = candidates_of(request)
-    if proposals := _chosen(request, found, most):
-        return proposals
+    first = _chosen(request, found, most)
+    if first.proposals:
+        return first.proposals
     others = others_found(request)
-    if proposals := _chosen(request, others, most):
-        return proposals
+    second = _chosen(request, others, most)
+    if second.proposals:
+        return second.proposals
     both = Candidates(np.concatenate((found.values, others.values), axis=1))
-    proposal, reason = _last(request, both)
-    if proposal is not None:
-        return (proposal,)
-    raise Refused(reason, _nearest(request))
+    raise Refused(_reason(request, first, second, both), _nearest(request))
 
 
-def _chosen(request: Request, found: Candidates, most: int) -> tuple[Proposal, ...]:
+class Choice(NamedTuple):
+    """Proposals, and what is warned of the first pair that is looked at whole, None if nothing is."""
+
+    proposals: tuple[Proposal, ...] = ()
+    warning: str | None = None
+
+
+def _chosen(request: Request, found: Candidates, most: int) -> Choice:
     """Choose among pairs that close."""
     if not within(request, found).any():
-        return ()
+        return Choice()
     values, figures = _looked_at(request, found)
     seen = _plain(values)
     chosen: list[int] = []
-    doubtful = 0
+    warnings: list[str] = []
     for k in _ranked(request, values, figures):
         if chosen and figures.reserve[k] <= LITTLE:
             break
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
-        if _doubts(design_of(request, values[:, k]), float(figures.reserve[k])):
-            doubtful += 1
-        else:
+        if figures.reserve[k] > LITTLE or (text := _warning_of(design_of(request, values[:, k]))) is None:
             chosen.append(k)
-        if len(chosen) == most or doubtful == DOUBTFUL:
+        else:
+            warnings.append(text)
+        if len(chosen) == most or len(warnings) == DOUBTFUL:
             break
-    return tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
+    proposals = tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
+    return Choice(proposals, next(iter(warnings), None))
+
+
+def _warning_of(design: Design) -> str | None:
+    """Give the first warning of `check`, if there is one."""
+    return next((remark.text for remark in found_on(design) if remark.level != NOTE), None)
 
 
 def _plain(values: FloatArray) -> FloatArray:
@@ -144,53 +149,34 @@ def _plain(values: FloatArray) -> FloatArray:
 
 
 def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
-    """Give the pairs within the limits and their figures; of those of sound teeth alone, if there are any."""
+    """Give the pairs within the limits whose teeth leave most, and their figures."""
     values = found.values[:, within(request, found)]
     teeth = teeth_of(request, values)
-    sound = teeth.reserve > 0.0
-    sound |= ~sound.any()
-    values = values[:, sound]
-    return values, figures_of(request, values, teeth.take(sound), request.offset, request.shaft_angle)
+    rows = _ranked(request, values, teeth)[:LOOKED]
+    values = values[:, rows]
+    return values, figures_of(request, values, teeth.take(rows), request.offset, request.shaft_angle)
 
 
-def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
+def _ranked(request: Request, values: FloatArray, figures: Figures | Teeth) -> list[int]:
     """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
-    equals that one is first whose drive flanks are nearer to line contact, then that of less helix."""
+    equals that one is first whose drive flanks are nearer to line contact, then that of less helix. If there
+    is none, the pair that lacks least: the clearance of tips, for one, is an estimate."""
     drive = figures.crossing[FLANKS.index(request.flank)]
     helix = np.abs(values[2:4]).max(axis=0)
     keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
     if request.least_cones:
         keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
-    return [int(k) for k in np.lexsort(keys) if figures.possible[k]]
+    ranked = [int(k) for k in np.lexsort(keys) if figures.possible[k]]
+    return ranked or [int(np.argmax(figures.reserve))]
 
 
-def _doubts(design: Design, reserve: float) -> bool:
-    """Tell whether there is something to warn of: of a pair with a reserve there only can be where contact is
-    lost and where something touches earlier, of others all that `check` looks at."""
-    for flank in FLANKS:
-        path = path_of_contact(design, flank, POSITIONS)
-        earlier = np.isin(certify(path).verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT))
-        if earlier.any() or (design.pair.shaft_angle > 0.0 and any(loss_remarks(path))):
-            return True
-    return reserve <= FAIR and not quiet(findings_on(design))
-
-
-def _last(request: Request, found: Candidates) -> tuple[Proposal | None, str]:
-    """Look at the pair with the best figures as `check` does, as these are estimates; or say why there is no
-    proposal: no pair closes, the limits leave none, or there is a warning."""
+def _reason(request: Request, first: Choice, second: Choice, both: Candidates) -> str:
+    """Say why there is no proposal: no pair closes, the limits leave none, or there is a warning."""
+    if warning := first.warning or second.warning:
+        return f"each pair that closes like this has a warning, the best: {warning}"
     if unknown_of(request) is None:
-        return None, "as much is given as there is to be found, and it does not fit together"
-    if not found.values.size:
-        return None, "no pair closes like this"
-    if not within(request, found).any():
-        return None, _beyond(request, found.values)
-    values, figures = _looked_at(request, found)
-    best = [*_ranked(request, values, figures), int(np.argmax(figures.reserve))][0]
-    design = design_of(request, values[:, best])
-    warnings = [remark.text for remark in findings_on(design) if remark.level != NOTE]
-    if not warnings:
-        return Proposal(design, figures.take([best])), ""
-    return None, f"each pair that closes like this has a warning, the best: {warnings[0]}"
+        return "as much is given as there is to be found, and it does not fit together"
+    return _beyond(request, both.values) if both.values.size else "no pair closes like this"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
@@ -241,20 +227,22 @@ def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int |
     kept = within(request, found)
     values, owner = found.values[:, kept], owner[kept]
     teeth = teeth_of(request, values)
-    sound = teeth.reserve > LITTLE
-    values, owner, teeth = values[:, sound], owner[sound], teeth.take(sound)
-    if not owner.size:
-        return None
-    shaft_angle = np.array([one.shaft_angle for one in changed])[owner]
-    offset = None
-    if request.offset is not None:
-        offset = np.array([one.offset for one in changed])[owner]
-    hopeful = owner[figures_of(request, values, teeth, offset, shaft_angle).reserve > LITTLE]
-    return numbers[int(hopeful.min())] if hopeful.size else None
+    sound = np.flatnonzero(teeth.reserve > LITTLE)
+    for start in range(0, sound.size, LOOKED):
+        rows = sound[start : start + LOOKED]
+        shaft_angle = np.array([one.shaft_angle for one in changed])[owner[rows]]
+        offset = None
+        if request.offset is not None:
+            offset = np.array([one.offset for one in changed])[owner[rows]]
+        figures = figures_of(request, values[:, rows], teeth.take(rows), offset, shaft_angle)
+        hopeful = owner[rows[figures.reserve > LITTLE]]
+        if hopeful.size:
+            return numbers[int(hopeful[0])]
+    return None
 
 
 def works(request: Request) -> bool:
     """Tell whether there is a proposal on a request."""
     if faults_of(request):
         return False
-    return bool(_chosen(request, candidates_of(request), 1))
+    return bool(_chosen(request, candidates_of(request), 1).proposals)

@@ -15,7 +15,7 @@ from ..design.model import Design
 from ..findings.advice import Advice, advice_on
 from ..findings.backlash import BacklashReport, backlash_report
 from ..findings.layout import layout_remarks
-from ..findings.path import path_remarks, pressure_remarks, reason_of
+from ..findings.path import certificate_remarks, path_remarks, pressure_remarks, reason_of
 from ..findings.remarks import NOTE, Remark, in_order, remarks_data
 from ..operation.certificate import Certificate, certify
 from ..pair.mounting import mounting_of
@@ -228,7 +228,8 @@ def contact_report(
     certificate = certify(path) if certifiable else None
     remarks = [
         *layout_remarks(design, flanks=(flank,), jam=backlash.jam),
-        *path_remarks(path, certificate),
+        *path_remarks(path),
+        *(certificate_remarks(path, certificate) if certificate else ()),
     ]
     if backlash.fault and certified and not reason:
         remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {backlash.fault}"))
