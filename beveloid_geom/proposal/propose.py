@@ -38,7 +38,7 @@ MOST = 3
 LITTLE = 0.1
 """Reserve up to which the figures that it is made of are not relied on, and a pair is looked at whole."""
 LOOKED = 64
-"""Pairs of which paths are looked at, those whose teeth leave most."""
+"""Pairs of which paths are looked at, before all others."""
 DOUBTFUL = 10
 """Pairs with a warning after which it is given up."""
 UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
@@ -149,12 +149,16 @@ def _plain(values: FloatArray) -> FloatArray:
 
 
 def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
-    """Give the pairs within the limits whose teeth leave most, and their figures."""
+    """Give pairs within the limits and their figures: the first by what their teeth leave, all if none of
+    those is sound."""
     values = found.values[:, within(request, found)]
     teeth = teeth_of(request, values)
-    rows = _ranked(request, values, teeth)[:LOOKED]
-    values = values[:, rows]
-    return values, figures_of(request, values, teeth.take(rows), request.offset, request.shaft_angle)
+    ranked = _ranked(request, values, teeth)
+    for rows in (ranked[:LOOKED], ranked):
+        figures = figures_of(request, values[:, rows], teeth.take(rows), request.offset, request.shaft_angle)
+        if len(rows) == len(ranked) or (figures.reserve > LITTLE).any():
+            break
+    return values[:, rows], figures
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures | Teeth) -> list[int]:
