@@ -116,8 +116,8 @@ def layout_remarks(
 ) -> Iterator[Remark]:
     """Say why there is no contact on these flanks of a single design; why it cannot be assembled as mounted
     (`jam`), or else teeth that interfere in the layout; a layout that does not close. Where gears cannot
-    mesh as laid out there is no pitch point for the other two to hold at. `meshing`: what `meshes` says, if it
-    is known."""
+    mesh as laid out there is no pitch point for the other two to hold at. `meshing`: what `meshes` says,
+    where that is known."""
     closing = closing_of(design) if closing is None else closing
     meshing = meshes(design) if meshing is None else meshing
     misfit = [] if meshing else list(_misfit(design, closing))

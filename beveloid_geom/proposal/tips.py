@@ -1,17 +1,17 @@
 """How far tips stay from the fillets of the mate: what is left of the mate's flank below them.
 
-Unmodified flanks that are in contact touch the plane of their common normal from either side: an involute
-helicoid lies, as far as a tooth has it, on its own side of each of its tangent planes. Nothing of one flank
-then reaches into the other; only a fillet, hollow as it is, crosses that plane, where the tip of the mate goes
-deeper than the flank does. A point of the tip edge comes nearest to the mate's flank where it is in mesh, where
+Unmodified flanks in contact lie on either side of the plane that touches both: a section of an involute
+helicoid is an involute, which stays on its own side of each of its tangents for half a turn. So nothing of a
+flank reaches into the other. A fillet is hollow and crosses that plane: what cuts is a tip that goes deeper
+than the flank of the mate. A point X of the tip edge with the outward normal N goes deepest where it is in
+mesh, where the conjugate flank that it would cut has it,
 
-    N.(k_j x X) = -(N_j / N_m) N.(k_m x (X - C)),
+    k_j.(X x N) = -(N_j / N_m) k_m.((X - C) x N),
 
-that of the conjugate flank which the tip would cut on a mate that turns at the constant ratio. With the own
-normal N and moment M = P x n of the point, turned by phi about the own axis, this is A cos(phi) + B sin(phi)
-= D: of both rolls that one is meant at which N is nearer to the common normal. If the flank of the mate goes
-deeper than all these points, no tip meets a fillet; if not it still may pass, by the flanks' parting beside
-their path.
+axes k_j through the origin and k_m through C, numbers of teeth N_j and N_m of its member and the mate. Turned
+by phi about the own axis this is A cos(phi) + B sin(phi) = D. Of both phi that one is meant at which N is
+nearer to the common normal. Where the flank goes deeper than all these points no tip meets a fillet; where it
+does not one still may pass, as flanks part beside the path of contact.
 """
 
 from __future__ import annotations
@@ -20,17 +20,30 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..design.model import Design, Member
-from ..gear.flank import flank_patch, flank_point, root_parameter, tip_parameter, trace_parameter
+from ..gear.flank import (
+    flank_patch,
+    flank_point,
+    root_parameter,
+    tip_parameter,
+    trace_parameter,
+    turned,
+)
 from ..gear.rack import rack_of
 from ..pair.closing import ClosedLayout
 from ..pair.frames import Layout, layout_at, normal_of_unmodified
 
-PLACES = np.linspace(-0.5, 0.5, 7)[:, None]
-"""Of a tip edge, over the narrower face."""
+PLACES = np.linspace(-0.5, 0.5, 7)
+"""Of a tip edge, over the narrower face, from the toe."""
 
 
-def left_below_tips(design: Design, closed: ClosedLayout, flank: str, normal_x: FloatArray) -> FloatArray:
-    """Find how much deeper than the mate's tip edge the active flanks of pinion and gear go.
+def left_below_tips(
+    design: Design,
+    closed: ClosedLayout,
+    flank: str,
+    normal_x: FloatArray,
+    places: FloatArray = PLACES,
+) -> FloatArray:
+    """Find how much deeper than the tip edge of the mate the active flanks of pinion and gear go.
 
     Parameters
     ----------
@@ -39,6 +52,8 @@ def left_below_tips(design: Design, closed: ClosedLayout, flank: str, normal_x: 
     flank : {'right', 'left'}
     normal_x : ndarray, shape (n)
         x component of the common normal.
+    places : ndarray
+        Points of the tip edge, over the narrower face.
 
     Returns
     -------
@@ -46,20 +61,20 @@ def left_below_tips(design: Design, closed: ClosedLayout, flank: str, normal_x: 
         Of pinion and gear, radially, mm, where it is least; negative where a tip goes deeper. NaN where a
         flank does not reach its tip, -inf where a tip is nowhere in mesh.
     """
-    layout, members = (
-        layout_at(closed.offset, design.sense * closed.shaft_angle, design.sense),
-        design.members,
-    )
+    layout = layout_at(closed.offset, design.sense * closed.shaft_angle, design.sense)
+    members = design.members
     racks = [rack_of(member, flank) for member in members]
     axial = np.array([rack.normal[2] for rack in racks])
     moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
-    normal_y = normal_of_unmodified(layout, axial, moment).y
     width = np.minimum(*(np.asarray(member.face_width, dtype=float) for member in members))
     found = []
-    for j, (mate, member) in enumerate(zip(members, members[::-1], strict=True)):
-        position = closed.mounting[::-1] if j == 0 else closed.mounting
-        azimuth = np.arctan2(normal_y[1 - j], normal_x)
-        found.append(_left(layout, member, mate, position, flank, azimuth, PLACES * width).min(axis=0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal_y = normal_of_unmodified(layout, axial, moment).y
+        for j, (mate, member) in enumerate(zip(members, members[::-1], strict=True)):
+            position = closed.mounting[::-1] if j == 0 else closed.mounting
+            azimuth = np.arctan2(normal_y[1 - j], normal_x)
+            z = places[:, None] * width
+            found.append(_left(layout, member, mate, position, flank, azimuth, z).min(axis=0))
     return np.stack(found)
 
 
@@ -72,14 +87,13 @@ def _left(
     azimuth: FloatArray,
     z: FloatArray,
 ) -> FloatArray:
-    """Give what is left (places, n) of the mate's flank below the tip edge of a member in planes z. All is in
-    the member's own fixed frame, in which the axis of the mate goes through (E, 0, 0) along (0, sin d, cos d);
-    `position` (2, n): of member and mate along their axes, mm; `azimuth`: of its own outward normal there."""
+    """Give what is left (places, n), mm, of the mate's flank below the tip edge of a member in planes z, all
+    in its own fixed frame, in which the axis of the mate goes through (E, 0, 0) along (0, sin d, cos d);
+    `position` (2, n): of member and mate along their axes, mm; `azimuth` of its outward normal, rad."""
     l = tip_parameter(member, flank, z)
     tip = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-    (nx, ny, nz), (mx, my, mz) = (
-        np.moveaxis(v, -1, 0) for v in (tip.normal, np.cross(tip.point, tip.normal))
-    )
+    vectors = tip.point, tip.normal, np.cross(tip.point, tip.normal)
+    point, (nx, ny, nz), (mx, my, mz) = (np.moveaxis(vector, -1, 0) for vector in vectors)
     offset, sin_d, cos_d = layout.offset, layout.sin_angle, layout.cos_angle
     cos = sin_d * (my + position[0] * nx) - offset * cos_d * ny
     sin = sin_d * (mx - position[0] * ny) - offset * cos_d * nx
@@ -87,15 +101,10 @@ def _left(
     share = rest / np.hypot(cos, sin)
     turn = np.arccos(np.clip(share, -1.0, 1.0))
     both = np.arctan2(sin, cos) + np.stack((turn, -turn))
-    near = np.cos(both - azimuth + np.arctan2(ny, nx))
-    roll = np.where(near[0] > near[1], *both)
-    x, y, z_own = np.moveaxis(tip.point, -1, 0)
-    x, y, z_own = (
-        np.cos(roll) * x - np.sin(roll) * y - offset,
-        np.sin(roll) * x + np.cos(roll) * y,
-        z_own + position[0],
-    )
-    along, across = sin_d * y + cos_d * z_own, cos_d * y - sin_d * z_own
+    nearness = np.cos(both + np.arctan2(ny, nx) - azimuth)
+    x, y, z = np.moveaxis(turned(np.where(nearness[0] > nearness[1], *both), *point), -1, 0)
+    x, z = x - offset, z + position[0]
+    along, across = sin_d * y + cos_d * z, cos_d * y - sin_d * z
     root = root_parameter(mate)
     start = flank_point(mate, flank, root, trace_parameter(mate, flank, root, along - position[1]))
     left = np.hypot(x, across) - np.hypot(start[..., 0], start[..., 1])

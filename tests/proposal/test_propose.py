@@ -188,7 +188,7 @@ def test_of_equals_that_of_least_helix_is_first() -> None:
 @pytest.mark.parametrize("number", [3, 9, 32])
 def test_pairs_near_the_limits_are_found(number: int) -> None:
     """Of these requests all pairs without warning lie in a corner of the limits, or on a short piece of a
-    curve, where none of round values is; of the second one is close that cuts, which figures do not tell."""
+    curve, where none of round values is."""
     request = list(random_requests(number + 1, seed=1))[number]
     assert_sound(request, propose(request, 1))
 
