@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray, Mask, Quantity
+from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..contact.path import path_of_contact
 from ..design.model import Design, Member, Pair
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
@@ -61,14 +61,6 @@ class Figures:
     def take(self, rows: Rows) -> Figures:
         """Give those of some pairs."""
         return Figures(**{name: values[..., rows] for name, values in vars(self).items()})
-
-
-def laid_out(request: Request, values: FloatArray, offset: Quantity | None, shaft_angle: Quantity) -> Design:
-    """Give the pairs (7, n) of VARIABLES in the layouts in which they close; the shaft angle, and the offset
-    if there is one, are those that are asked for."""
-    design, layout = pair_at(request.members, values)
-    offset = layout.offset if offset is None else np.broadcast_to(offset, layout.offset.shape)
-    return Design(design.pinion, design.gear, Pair(offset, shaft_angle))
 
 
 def design_of(request: Request, values: FloatArray) -> Design:
@@ -131,18 +123,13 @@ def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatAr
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def figures_of(
-    request: Request,
-    values: FloatArray,
-    teeth: Teeth,
-    offset: Quantity | None,
-    shaft_angle: Quantity,
-) -> Figures:
-    """Find the figures of pairs (7, n), whose `teeth` are known, on the members of a request, in its layout
-    or in others: the offset (mm, None as it closes) and the shaft angle (rad)."""
-    design = laid_out(request, values, offset, shaft_angle)
+def figures_of(request: Request, values: FloatArray, teeth: Teeth) -> Figures:
+    """Find the figures of pairs (7, n), whose `teeth` are known, in the layouts in which they close."""
+    design, layout = pair_at(request.members, values)
+    offset = np.zeros_like(layout.offset) if request.offset == 0.0 else layout.offset
+    design = replace(design, pair=Pair(offset, layout.shaft_angle))
     (warned, _), (noted, _) = SENSITIVE
-    if np.any(shaft_angle):
+    if request.shaft_angle > 0.0:
         found = [path_sensitivity(design, flank) for flank in FLANKS]
         ratio = np.stack([one.contact_ratio for one in found])
         with np.errstate(invalid="ignore"):

@@ -155,7 +155,7 @@ def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures
     teeth = teeth_of(request, values)
     ranked = _ranked(request, values, teeth)
     for rows in (ranked[:LOOKED], ranked):
-        figures = figures_of(request, values[:, rows], teeth.take(rows), request.offset, request.shaft_angle)
+        figures = figures_of(request, values[:, rows], teeth.take(rows))
         if len(rows) == len(ranked) or (figures.reserve > LITTLE).any():
             break
     return values[:, rows], figures
@@ -234,12 +234,7 @@ def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int |
     sound = np.flatnonzero(teeth.reserve > LITTLE)
     for start in range(0, sound.size, LOOKED):
         rows = sound[start : start + LOOKED]
-        shaft_angle = np.array([one.shaft_angle for one in changed])[owner[rows]]
-        offset = None
-        if request.offset is not None:
-            offset = np.array([one.offset for one in changed])[owner[rows]]
-        figures = figures_of(request, values[:, rows], teeth.take(rows), offset, shaft_angle)
-        hopeful = owner[rows[figures.reserve > LITTLE]]
+        hopeful = owner[rows[figures_of(request, values[:, rows], teeth.take(rows)).reserve > LITTLE]]
         if hopeful.size:
             return numbers[int(hopeful[0])]
     return None

@@ -106,7 +106,7 @@ def grid_search_solves(request: Request) -> Design | None:
     if not values.size:
         return None
     values = values[:, np.sort(np.unique(np.round(values, 4), axis=1, return_index=True)[1])]
-    figures = figures_of(request, values, teeth_of(request, values), request.offset, request.shaft_angle)
+    figures = figures_of(request, values, teeth_of(request, values))
     possible = np.flatnonzero(figures.possible)
     best = possible[np.argsort(-figures.reserve[possible])][:MOST_CHECKS]
     tried = (design_of(request, values[:, k]) for k in best)

@@ -268,7 +268,7 @@ def test_as_many_are_unknown_as_conditions_fix() -> None:
 
 def all_figures(request: Request, values: FloatArray) -> Figures:
     """Figures of pairs in the layout of the request."""
-    return figures_of(request, values, teeth_of(request, values), request.offset, request.shaft_angle)
+    return figures_of(request, values, teeth_of(request, values))
 
 
 def test_figures_are_those_of_the_single_pair() -> None:
