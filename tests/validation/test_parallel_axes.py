@@ -34,7 +34,10 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
+from beveloid_geom.contact.equation import pairing_of
+from beveloid_geom.contact.parallel.equation import mate_parameter, meet_on_parallel
 from beveloid_geom.contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
+from beveloid_geom.contact.parallel.paths import on_lines
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.closing import closing_of
@@ -210,6 +213,34 @@ def test_lines_end_at_limits(name: str, flank: str) -> None:
             assert np.abs(margin[met]).max(initial=0.0) < 1e-8
     assert lines.length[1:-1].min() > 0.0
     assert (np.diff(lines.pinion_roll) * FLANK_SIGN[flank] > 0.0).all()
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_two_lines_tell_all(name: str, flank: str) -> None:
+    """Against every line solved by itself."""
+    pairing = pairing_of(pair(*ANGLES[name]).with_errors(Errors(offset=0.05, pinion_axial=0.3)), flank)
+    l1 = np.linspace(-3.0, 3.0, 13)[None]
+    l, met = on_lines(pairing)(l1)
+    np.testing.assert_allclose(l[1], mate_parameter(pairing, l1, 0.0 * l1), rtol=0.0, atol=1e-12)
+    each = meet_on_parallel(pairing, l, 0.0 * l1)
+    for part in ("along", "across", "slope", "normal_x", "normal_y", "square", "moment", "own", "start"):
+        np.testing.assert_allclose(
+            getattr(met, part) + 0.0 * l1, getattr(each, part) + 0.0 * l1, rtol=0.0, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("name", ANGLES)
+def test_lines_that_run_along_an_edge_or_a_root(name: str, flank: str) -> None:
+    """The first and the last of a path end somewhere, whatever limit the offset makes them lie on."""
+    offsets = np.linspace(-0.4, 0.6, 41)
+    path = path_of_contact(pair(*ANGLES[name]).with_errors(Errors(offset=offsets)), flank, 5)
+    assert (path.ends.status == Status.SOLVED).all()
+    lines = contact_lines(path)
+    for part in (lines.point, lines.length, lines.pinion_z, lines.gear_r):
+        assert np.isfinite(part).all()
+    if name == "spur":
+        np.testing.assert_allclose(lines.length, 28.0, atol=1e-9)
+    assert lines.length.min() >= 0.0
 
 
 def gap_of_flanks(design: Design, flank: str, rolls: tuple[float, float], z: float, l1: float) -> float:

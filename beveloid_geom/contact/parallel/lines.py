@@ -28,10 +28,10 @@ from ..equation import Pairing, axial_and_radius, limit_margins, pairing_of, rol
 from ..path import ContactPath
 from ..path_polynomial import HEIGHT, POINT, ROWS, rows_of
 from .equation import along_axes, meet_on_parallel
-from .paths import FLAT, LINE, greatest_at, interval, kinds_of, on_lines
+from .paths import LINE, greatest_at, interval, kinds_of, on_lines
 
-AT_TIP = 1e-11
-"""Share of the square of the tip radius up to which lines along a cylinder still end a path."""
+AT_EDGE = 1e-13
+"""`interval`'s spare for the lines at the ends of a path, which lie along an edge but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,16 +132,15 @@ def _line_ends(pairing: Pairing, l1: FloatArray, roll: FloatArray) -> FloatArray
 
     The contacts of one roll have w1 linear in it at each l1; the ends are the least and greatest l1 at
     which that lies within the limits. Along teeth without helix and cone it is l1 that the roll gives."""
-    shape, along = l1.shape, along_axes(pairing)[:, None]
+    shape, along, lines = l1.shape, along_axes(pairing)[:, None], on_lines(pairing)
 
     def at_roll(l1: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Give w1 at the roll and the first and last w1 within the limits, at l1 (cases, lines, samples)."""
-        l, met = on_lines(pairing, l1.reshape(shape[0], -1))
-        ends = interval(pairing, l, met, np.where(along, AT_TIP, FLAT))
-        own, rate = (
-            x.reshape(l1.shape) for x in (roll_angles(pairing, met)[0], met.slope[0] / met.moment[0])
-        )
-        first, last = (x.reshape(l1.shape) for x in ends)
+        l, met = lines(l1.reshape(shape[0], -1))
+        ends = interval(pairing, l, met, AT_EDGE)
+        own = roll_angles(pairing, met)[0]
+        rate = met.slope[0] / met.moment[0] + 0.0 * own
+        own, rate, first, last = (x.reshape(l1.shape) for x in (own, rate, *ends))
         return (roll[..., None] - own) / rate, first, last
 
     def inside(l1: FloatArray) -> FloatArray:
@@ -155,7 +154,7 @@ def _line_ends(pairing: Pairing, l1: FloatArray, roll: FloatArray) -> FloatArray
         found = np.where(np.isnan(found) | along[..., None], start, found)
         w, first, last = (x[..., 0] for x in at_roll(found))
         w = np.where(along, first if way < 0.0 else last, np.clip(w, first, last))
-        l, _ = on_lines(pairing, found[..., 0])
+        l, _ = lines(found[..., 0])
         ends.append(rows_of(pairing, l, meet_on_parallel(pairing, l, w)))
     rows = np.stack(ends, axis=-1)
     swapped = rows[ROWS["pinion_z"], ..., :1] > rows[ROWS["pinion_z"], ..., 1:]
@@ -166,11 +165,11 @@ def _ratios(pairing: Pairing) -> FloatArray:
     """Give transverse contact ratio in the middle of the common face and overlap ratio, (2, cases)."""
     low = (pairing.position - pairing.half_width).max(axis=0)
     high = (pairing.position + pairing.half_width).min(axis=0)
-    pitch = 2.0 * np.pi / pairing.teeth[0]
+    pitch, lines = 2.0 * np.pi / pairing.teeth[0], on_lines(pairing)
 
     def roll(l1: FloatArray) -> FloatArray:
         """Give the pinion's roll of contacts at l1 in the section, NaN beyond root and tip."""
-        l, met = on_lines(pairing, l1)
+        l, met = lines(l1)
         v, square = met.own[2, 0], met.square[0]
         axial, rate = v * met.along[0] + square * met.across[0], v * met.slope[0] + square
         met = meet_on_parallel(pairing, l, (0.5 * (low + high) - axial) / rate)

@@ -15,6 +15,7 @@ none, toe and heel linear, tip cones quadratic.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -46,14 +47,17 @@ BEYOND = 0.02
 BASES = tuple(basis_of(degree) for degree in (20, 40, 100, 200))
 LINE, POINT, NONE = 0, 1, 2
 """How flanks touch."""
+Lines = Callable[[FloatArray], tuple[FloatArray, Meeting]]
+"""As of `on_lines`."""
 
 
 def interval(
-    pairing: Pairing, l: FloatArray, met: Meeting, spare: FloatArray | float = FLAT
+    pairing: Pairing, l: FloatArray, met: Meeting, spare: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
     """Give the range of w1 (cases, positions), mm, within all limits on the lines of fixed l (2, cases,
-    positions), of which `met` is one contact: first > last where none is. A radius that is the same all
-    along a line may pass that of the tip by a share `spare` of its square."""
+    positions), of which `met` is one contact: first > last where none is. A line may lie beyond the root by
+    a share `spare` of the tip radius, and a radius that is the same all along beyond the tip by that of its
+    square."""
     v, square, slope = met.own[2], met.square, met.slope
     c = pairing.position
     # z and the way q along the plane in a section, both linear: value at w1 = 0 and rate.
@@ -65,7 +69,7 @@ def interval(
     low, high = np.minimum(*ends).max(axis=0), np.maximum(*ends).min(axis=0)
     tips = _under_tip(pairing.tip + pairing.taper * z[0], pairing.taper * z[1], q, met.moment / square, spare)
     low, high = np.maximum(low, tips[0].max(axis=0)), np.minimum(high, tips[1].min(axis=0))
-    inside = ((l >= pairing.lowest) & np.isfinite(met.along)).all(axis=0)
+    inside = ((l >= pairing.lowest - spare * pairing.tip) & np.isfinite(met.along)).all(axis=0)
     return np.where(inside, low, np.inf), np.where(inside, high, -np.inf)
 
 
@@ -74,7 +78,7 @@ def _under_tip(
     taper: FloatArray,
     q: tuple[FloatArray, FloatArray],
     arm: FloatArray,
-    spare: FloatArray | float,
+    spare: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Give the range of w in which sqrt((q0 + q1 w)^2 + arm^2) <= tip + taper w: one interval, as the left
     side is convex. Empty ones come out as (inf, -inf)."""
@@ -167,28 +171,47 @@ def _ends_of_lines(pairing: Pairing) -> FloatArray:
     on the flanks; NaN where none lies on them.
 
     At a fixed l1 the roll is linear in w1, so that an end of its `interval` has it."""
-    found = np.empty((2, len(pairing.branch), 2))
+    found, lines = np.empty((2, len(pairing.branch), 2)), on_lines(pairing)
     for end, way in enumerate((-1.0, 1.0)):
-        roll = partial(_extreme_roll, pairing, way)
+        roll = partial(_extreme_roll, pairing, lines, way)
         l1 = greatest_at(roll, pairing.lowest[0], pairing.highest[0], way)
-        found[0, :, end], found[1, :, end] = l1[:, 0], _extreme_on(pairing, way, l1)[0][:, 0]
+        found[0, :, end], found[1, :, end] = l1[:, 0], _extreme_on(pairing, lines, way, l1)[0][:, 0]
     return found
 
 
-def on_lines(pairing: Pairing, l1: FloatArray) -> tuple[FloatArray, Meeting]:
-    """Give l (2, cases, positions), mm, and terms at w1 = 0 of the lines of contact of fixed l1."""
-    l = np.array((l1, mate_parameter(pairing, l1, np.zeros(l1.shape))))
-    return l, meet_on_parallel(pairing, l, np.zeros(l1.shape))
+def on_lines(pairing: Pairing) -> Lines:
+    """Give the function that gives l (2, cases, positions), mm, and terms at w1 = 0 of the lines of contact
+    of fixed l1 (cases, positions), mm. Without parabolas two of them tell all: l2, eta and the point of the
+    rack are linear in l1, everything else stands still."""
+
+    def solved(l1: FloatArray) -> tuple[FloatArray, Meeting]:
+        l = np.array((l1, mate_parameter(pairing, l1, np.zeros(l1.shape))))
+        return l, meet_on_parallel(pairing, l, np.zeros(l1.shape))
+
+    if np.any(pairing.rack.parabola):
+        return solved
+    apart = np.broadcast_to(pairing.rack.pitch_radius, (2, *pairing.branch.shape))[0]
+    (l, met), (far, other) = solved(0.0 * apart), solved(apart)
+
+    def between(l1: FloatArray) -> tuple[FloatArray, Meeting]:
+        share = l1 / apart
+        l2, along, start = (
+            near + share * (end - near)
+            for near, end in ((l[1], far[1]), (met.along, other.along), (met.start, other.start))
+        )
+        return np.array((l1, l2)), replace(met, along=along, start=start)
+
+    return between
 
 
-def _extreme_roll(pairing: Pairing, way: float, l1: FloatArray) -> FloatArray:
-    return _extreme_on(pairing, way, l1)[1]
+def _extreme_roll(pairing: Pairing, lines: Lines, way: float, l1: FloatArray) -> FloatArray:
+    return _extreme_on(pairing, lines, way, l1)[1]
 
 
-def _extreme_on(pairing: Pairing, way: float, l1: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give w1 at which the roll times `way` is greatest on the lines of l1 (cases, positions), mm, the
+def _extreme_on(pairing: Pairing, lines: Lines, way: float, l1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give w1 at which the roll times `way` is greatest on the `lines` of l1 (cases, positions), mm, the
     middle of the line where it is the same all along, and that roll; NaN beyond the limits."""
-    l, met = on_lines(pairing, l1)
+    l, met = lines(l1)
     first, last = interval(pairing, l, met)
     rate = way * met.slope[0] / met.moment[0]
     lost = ~(first <= last)
