@@ -81,8 +81,8 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]
     right, left = (first_contact(design, flank, pinion_roll) for flank in FLANKS)
     own = mounting_of(design).normal_backlash[..., None]
     play = own + lever_of(design) * (right.transmission_error - left.transmission_error)
-    lost = np.isnan(own)
-    if lost.any():  # without a layout to count from: the play nearest to none
+    lost = np.isnan(play)
+    if lost.any():  # without a layout or conjugate flanks to count from: the play nearest to none
         pitch = 2.0 * np.pi / float(design.gear.teeth)
         turn = half_pitch(right.gear_roll - left.gear_roll, pitch)
         play = np.where(lost, lever_of(design) * turn, play)

@@ -11,8 +11,10 @@ import pytest
 from beveloid_geom import (
     Design,
     Errors,
+    Member,
     Pair,
     Tolerances,
+    Tool,
     builtin_design,
     first_contact,
     mounted_backlash,
@@ -115,6 +117,20 @@ def test_what_is_not_known_has_a_name_and_no_number() -> None:
     assert deep.status == FirstStatus.MEETS_BOTTOM
     assert np.isnan(deep.normal)
     assert deep.jammed
+
+
+@pytest.mark.parametrize("degrees", [1e-2, 3e-3])
+def test_edges_alone_stop_flanks_that_share_no_normal(degrees: float) -> None:
+    """Nearly parallel axes: as parallel ones at the distance that they have at the mesh."""
+    tool = Tool(3.0, radians(20.0))
+    pinion = Member(tool, 25, radians(15.0), radians(3.0), 0.0, 28.0)
+    gear = Member(tool, 31, radians(-15.0), radians(-3.0), 0.0, 28.0)
+    design = Design(pinion, gear, Pair(87.3, radians(degrees)))
+    apart = float(mounting_of(design).distance[0]) * np.sin(radians(degrees))
+    parallel = mounted_backlash(replace(design, pair=Pair(float(np.hypot(87.3, apart)), 0.0)))
+    found = mounted_backlash(design)
+    assert found.status == FirstStatus.SOLVED
+    assert 0.4 * degrees < float(parallel.normal - found.normal) < 0.6 * degrees
 
 
 def test_a_layout_without_backlash_is_not_jammed() -> None:
