@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 from scipy.spatial import cKDTree
 
 from beveloid_geom.arrays import FloatArray
@@ -155,3 +156,44 @@ def test_the_rack_is_redrawn_from_its_table() -> None:
     assert len(numbers) == 7
     for number in numbers:
         assert abs(every - number).min() < 1e-3 * number + 1e-12, number
+
+
+SAID = {
+    "fig-01": (
+        r"helix (\S+?)°, cone (\S+?)°",
+        tuple(f"{m}_{angle}_angle" for m in ("pinion", "gear") for angle in ("helix", "cone")),
+    ),
+    "fig-12": (r"shift (\S+) mm", ("pinion_shift_mm", "gear_shift_mm")),
+    "fig-13": (r"shift (\S+) mm", ("pinion_shift_mm", "gear_shift_mm")),
+    "transmission-error": (
+        r"peak to peak (\S+) µrad = \S+ µm\nedges carry (\S+) %; ratio (\S+), running (\S+)",
+        ("peak_to_peak_rad", "edge_share", "contact_ratio", "operating_contact_ratio"),
+    ),
+    "pattern": (r"(\S+) % of the flank, (\S+) mm²", ("area_share", "area_mm2")),
+    "separation": (r"pinion roll (\S+)°, gear roll (\S+)°", ("pinion_roll_rad", "gear_roll_rad")),
+}
+"""What is written beside a picture, and the columns or the quantities that have its numbers."""
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_what_is_written_is_in_the_table(name: str) -> None:
+    """Every number, to its digits, in a column that has one of the names."""
+    pattern, names = SAID[name]
+    header, rows = table(name)
+    if header[0] == "quantity":
+        known = [row[2] for row in rows if row[0] in names]
+    else:
+        known = [row[header.index(column)] for column in names for row in rows]
+    every = np.concatenate([unit * np.abs(np.array(known, dtype=float)) for unit in UNITS])
+    page = recipe_of(name).drawn(data_of(name), of_size((800, 600))).page
+    words = "\n".join([page.subtitle, *(text.get_text() for text in page.findobj(Text))])
+    found = [
+        number
+        for said in re.findall(pattern, words)
+        for number in ([said] if isinstance(said, str) else said)
+    ]
+    assert len(found) >= len(names)
+    for number in found:
+        size = abs(float(number.replace("\u2212", "-")))
+        digits = number.partition(".")[2]
+        assert np.nanmin(np.abs(every - size)) <= 0.5001 * 10.0 ** -len(digits), number

@@ -231,13 +231,23 @@ def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
 
 
 def rows(data: PairFigure) -> Table:
-    """List layout and pose."""
-    pair = data.pair
-    named = (("mounting", "mm", pair.position), ("roll", "rad", pair.roll))
+    """List layout, members and pose."""
+    pair, members = data.pair, data.pair.design.members
+    named = (
+        ("teeth", "1", [member.teeth for member in members]),
+        ("helix_angle", "rad", [member.helix_angle for member in members]),
+        ("cone_angle", "rad", [member.cone_angle for member in members]),
+        ("mounting", "mm", pair.position),
+        ("roll", "rad", pair.roll),
+    )
     return quantities(
         ("offset", "mm", pair.foot[1, 0]),
         ("shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))),
-        *((f"{m}_{name}", unit, v[k]) for k, m in enumerate(solved.MEMBERS) for name, unit, v in named),
+        *(
+            (f"{m}_{name}", unit, float(v[k]))
+            for k, m in enumerate(solved.MEMBERS)
+            for name, unit, v in named
+        ),
         *vector("contact_{}_f", "mm", pair.contact),
     )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -255,15 +254,24 @@ def _detail(path: SolvedPath, zero: SolvedPath, column: int, lines: int) -> str:
     ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ") if column else ""
     if path is zero or not zero.found:
         return ratio
-    shift = path.middle(column)[2] - zero.middle(column)[2]
-    return f"shift {theme.signed(shift, 1)} mm\n{ratio}".rstrip()
+    return f"shift {theme.signed(_shift(path, zero, column), 1)} mm\n{ratio}".rstrip()
+
+
+def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:
+    """Give the shift (mm) along the face of the pinion (0) or gear (1), NaN unless both paths are found."""
+    both = path.found and zero.found
+    return float(path.middle(member)[2] - zero.middle(member)[2]) if both else np.nan
 
 
 def rows(data: MisalignmentFigure) -> Table:
     """List every position of every path on both members."""
-    cases = [(modified, sign * data.case.shown + 0.0) for modified in ("no", "yes") for sign in SIGNS]
-    header = "modified", f"{data.case.field}_error_{data.case.unit}"
-    return solved.table(header, zip(cases, chain(*data.paths), strict=True))
+    header = "modified", f"{data.case.field}_error_{data.case.unit}", "pinion_shift_mm", "gear_shift_mm"
+    paths = (
+        ((modified, sign * data.case.shown + 0.0, *(_shift(path, own[1], member) for member in (0, 1))), path)
+        for modified, own in zip(("no", "yes"), data.paths, strict=True)
+        for sign, path in zip(SIGNS, own, strict=True)
+    )
+    return solved.table(header, paths)
 
 
 RECIPES = {f"fig-{case.number:02d}": Recipe(partial(compute, case), draw, rows) for case in CASES}

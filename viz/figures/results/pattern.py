@@ -53,7 +53,8 @@ PAIRS = (-1, 0, 1)
 @dataclass(frozen=True, eq=False)
 class Layer:
     """Values (nl, nz) in micrometres over a flank's points and normals (nl, nz, 3), own frame, mm,
-    where they stand, `l` and `z` in mm; with the path and the rings to be drawn over them."""
+    where they stand, `l` and `z` in mm; with the path and the rings to be drawn over them, what is said
+    under them, and the `numbers` of the figure's `measures`."""
 
     l: FloatArray
     z: FloatArray
@@ -63,6 +64,7 @@ class Layer:
     trace: Trace
     rings: tuple[FloatArray, ...]
     under: str
+    numbers: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class BandFigure:
-    """Columns of flanks painted in bands of one quantity, µm."""
+    """Columns of flanks painted in bands of one quantity, µm; `measures` name what is said of each flank."""
 
     title: str
     subtitle: str
@@ -88,6 +90,7 @@ class BandFigure:
     quantity: str
     bands: tuple[float, ...]
     colours: tuple[str, ...]
+    measures: tuple[str, ...]
     columns: tuple[Column, ...]
 
 
@@ -117,6 +120,7 @@ def compute_pattern(design: Design) -> BandFigure:
         "least separation over the cycle (\u00b5m)",
         PATTERN_BANDS,
         BLUES,
+        ("area_mm2", "area_share"),
         tuple(columns),
     )
 
@@ -130,7 +134,9 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
         normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
         under = f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2"
         rings = _rings(design, flank, path, number)
-        layers.append(Layer(side.l, side.z, side.points, normals, 1e3 * side.least, trace, rings, under))
+        numbers = float(side.area), float(side.area_share)
+        values = 1e3 * side.least
+        layers.append(Layer(side.l, side.z, side.points, normals, values, trace, rings, under, numbers))
     return layers[0], layers[1]
 
 
@@ -177,6 +183,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
+        ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
             Column(f"tooth pair {heading}", design, flank, own, reason, pair)
             for heading, own, pair in zip(headings, layers, PAIRS, strict=True)
@@ -201,7 +208,7 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
         near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
         under = near if nearest > TOUCHING else "in contact"
     trace = Trace(path.points[number], width=0.7)
-    return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under)
+    return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose)
 
 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
@@ -282,11 +289,11 @@ def rows(data: BandFigure) -> Table:
         for column in data.columns:
             for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
                 values = (part.ravel() for part in (layer.l, layer.z, layer.values))
-                yield *solved.parabolas(column.design), column.pair, column.flank, name, *values
+                who = *solved.parabolas(column.design), column.pair, column.flank, name
+                yield *who, *values, *layer.numbers
 
-    return (*solved.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"), stacked(
-        cases()
-    )
+    header = *solved.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"
+    return (*header, *data.measures), stacked(cases())
 
 
 RECIPES = {

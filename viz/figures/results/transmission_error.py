@@ -124,24 +124,28 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
 
 def rows(data: tuple[Case, ...]) -> Table:
     """List what runs over one cycle, a tooth pair alone, and the amplitudes."""
-    header = (*PARABOLAS, "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm")
+    curves = "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm"
+    of_cycle = "peak_to_peak_rad", "edge_share", "contact_ratio", "operating_contact_ratio"
+    header = (*PARABOLAS, *curves, "carried_by", "tooth_pair", *of_cycle)
 
     def cases() -> Rows:
         """Give the columns of every case."""
         for case in data:
             who, graph = parabolas(case.design), case.graph
             if graph is None:
-                yield *who, case.reason, *[""] * (len(header) - 1)
+                yield *who, case.reason, *[""] * (len(header) - len(PARABOLAS) - 1)
                 continue
-            first, share, radius = graph.report.first, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
+            report, share, radius = graph.report, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
+            cycle, first = report.cycle, report.first
+            said = float(cycle.peak_to_peak), float(cycle.edge_share), report.eq16, report.operating
             runs = first.transmission_error - graph.mean
-            yield *who, "runs", share, "", runs, "", radius, graph.report.carriers, first.pair
+            yield *who, "runs", share, "", runs, "", radius, report.carriers, first.pair, *said
             edges = ["edge" if edge else "flanks" for edge in graph.edge.tolist()]
-            yield *who, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0
-            amplitudes = np.abs(graph.report.cycle.harmonics)
-            yield *who, "amplitude", "", 1 + np.arange(amplitudes.size), "", amplitudes, radius, "", ""
+            yield *who, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0, *said
+            amplitudes = np.abs(cycle.harmonics)
+            yield *who, "amplitude", "", 1 + np.arange(amplitudes.size), "", amplitudes, radius, "", "", *said
 
-    return (*header, "carried_by", "tooth_pair"), stacked(cases())
+    return header, stacked(cases())
 
 
 RECIPES = {"transmission-error": Recipe(compute, draw, rows)}
