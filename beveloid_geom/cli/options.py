@@ -235,6 +235,12 @@ def changed_design(design: Design, changes: Mapping[str, float | None]) -> Desig
     speaks of the options."""
     from ..design.file import DesignError, override
 
+    # With one of four replaced by their equals about the perpendicular the other three would stay.
+    if design.errors_at == "mesh" and any(vars(design.errors).values()):
+        for name, *_ in OVERRIDES[:-2]:
+            if changes.get(name) is not None:
+                where = "is about the common perpendicular, the errors of the design are at the mesh"
+                raise Refusal([f"{option_name(name)} {where}: change [errors] of its file"])
     try:
         return override(design, **changes)
     except DesignError as error:

@@ -124,7 +124,11 @@ _POSITIVE = ((_ANY, "give a positive length in mm"),)
 _OFFSET = ((_ANY, "give the distance of the axes in mm, 0 where they intersect"),)
 _MODULES = ((_ANY, "it counts in normal modules, not in mm"),)
 _PRESSURE = ((0.0, "it is positive on both flanks"), (_ANY, "tools usually have 14.5 to 30 deg"))
-_TEETH = ((0.0, "a member has at least one tooth"), (_ANY, "a rack is not covered by this model"))
+_TEETH = (
+    (-1.0, "internal gears are not covered"),
+    (0.0, "a member has at least one tooth"),
+    (_ANY, "a rack is not covered by this model"),
+)
 _HELIX = ((_ANY, "measure it from the axis, right hand positive; the lead angle is 90 deg less it"),)
 _CONE = (
     (_ANY, "it is half the angle of the pitch cone, positive if the tooth grows towards the heel at +z"),

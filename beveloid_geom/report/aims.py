@@ -211,7 +211,10 @@ class PlaceReport:
         )
         letters = {"pinion_mounting": "dw1", "gear_mounting": "dw2"}
         for k, share in enumerate(found.at):
-            if words := [f"{letters[name]} = {z[k]:.6f} mm" for name, z in distances_of(found).items()]:
+            distances = [
+                (letters[name], z[k]) for name, z in distances_of(found).items() if np.isfinite(z[k])
+            ]
+            if words := [f"{letter} = {z:.6f} mm" for letter, z in distances]:
                 text += line(f"at {100.0 * share:g} %", ", ".join(words))
         return text + "".join(line("note", note) for k in range(found.at.size) for note in self._notes(k))
 

@@ -117,6 +117,18 @@ def test_a_file_says_which_errors_are_meant(tmp_path: Path) -> None:
     )
 
 
+def test_an_option_about_the_other_place_is_refused(tmp_path: Path) -> None:
+    """It would leave the axial errors that the file's error at the mesh is made of: 8 mm on such a pair."""
+    turned = written(tmp_path, "straight", more='[errors]\nat = "mesh"\nin_plane_deg = 0.02\n')
+    for option in ("--shaft-angle-error-deg", "--pinion-axial-error"):
+        result = run("tca", turned, option, "0.01")
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert result.stderr.startswith(f"Error: {option} is about the common perpendicular")
+    plain = written(tmp_path, "straight", more='[errors]\nat = "mesh"\n')
+    assert run("tca", plain, "--offset-error", "0.01", "--no-certify").exit_code == 0
+    assert run("tca", turned, "--parabola-pinion", "-0.0001", "--no-certify").exit_code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -76,6 +76,14 @@ def test_what_is_out_of_reach_is_said_in_a_line_with_the_nearest() -> None:
     assert max(map(len, result.stdout.splitlines())) <= 100
 
 
+def test_a_place_that_cannot_be_assembled_has_no_mounting_distances() -> None:
+    result = run("place", "--by", "P,G", "--at", "25", "--at", "75")
+    assert "at 25 %            dw1 = " in result.stdout
+    assert "at 75 %" not in result.stdout
+    assert "75 % centred in profile takes P" in result.stdout
+    assert "nan" not in result.stdout
+
+
 def test_where_the_pair_jams_it_is_said() -> None:
     data, text = (run("place", "--at", "25", *form) for form in (("--json",), ()))
     (place,) = strict_json(data.stdout)["places"]

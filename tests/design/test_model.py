@@ -110,7 +110,7 @@ BAD: list[tuple[str, str, object, str]] = [
     ("Member", "teeth", "29", f"teeth must be a whole number, got '29': {WHOLE}"),
     ("Member", "teeth", 29.5, f"teeth must be a whole number, got 29.5: {WHOLE}"),
     ("Member", "teeth", True, f"teeth must be a whole number, got true: {WHOLE}"),
-    ("Member", "teeth", -29, "teeth must be between 1 and 2000, got -29: a member has at least one tooth"),
+    ("Member", "teeth", -29, "teeth must be between 1 and 2000, got -29: internal gears are not covered"),
     ("Pair", "offset", np.True_, f"offset must be a number, got true: {NUMBER}"),
     ("Pair", "offset", None, f"offset must be a number, got None: {NUMBER}"),
     ("Pair", "offset", 229 + 0j, f"offset must be a number, got (229+0j): {NUMBER}"),
