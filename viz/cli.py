@@ -207,7 +207,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     type=click.Choice(["png", "pdf", "svg"]),
     default="png",
     show_default=True,
-    help="PDF and SVG have type and lines as such, and 3D pictures in them.",
+    help="PDF has type and lines as such, SVG its type as outlines; 3D pictures stand in them.",
 )
 @option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or a built-in design's name.", metavar="FILE")
 @click.option(

@@ -190,6 +190,8 @@ def test_files_have_their_true_size(tmp_path: Path) -> None:
         assert image.info["dpi"] == pytest.approx((300.0, 300.0), abs=0.02)
         height_mm = image.height / 300.0 * 25.4
     pdf = (tmp_path / "fig-11.pdf").read_bytes()
+    assert b"/CIDFontType2" in pdf
+    assert b"/Type3" not in pdf
     box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
     svg = (tmp_path / "fig-11.svg").read_bytes()
     size = re.search(rb'width="([\d.]+)pt" height="([\d.]+)pt"', svg)

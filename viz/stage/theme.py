@@ -70,6 +70,7 @@ STYLE = {
     "lines.linewidth": 2.5,
     "mathtext.default": "regular",
     "mathtext.fontset": "dejavusans",
+    "pdf.fonttype": 42,  # TrueType: journals refuse Type 3
     "text.color": INK,
     "xtick.color": GREY,
     "xtick.labelcolor": INK,
