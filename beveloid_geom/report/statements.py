@@ -71,7 +71,7 @@ def _entry(one: Statement) -> str:
     said = {"says": one.statement, "by": one.measure, "found": one.why}
     for label, words in said.items():
         lines += textwrap.wrap(
-            words[0].upper() + words[1:],
+            words if words[1].isdigit() else words[0].upper() + words[1:],  # a1 stays
             WIDTH,
             initial_indent=f"      {label:<6}",
             subsequent_indent=" " * 12,

@@ -376,7 +376,7 @@ CASES = {
         {},
         ("for a normal backlash of 0.1 mm", "move the pinion +", "left flanks: middle of the path at z ="),
     ),
-    "statements": Case(LEFT, statements, {}, ("does not hold", "left flanks")),
+    "statements": Case(LEFT, statements, {}, ("does not hold", "left flanks", "says a1 > 0 > a2")),
     "check": Case(
         MODIFIED,
         check,
