@@ -57,7 +57,7 @@ class BacklashReport:
         assert self.found is not None  # it is known
         at = f"least at a pinion roll of {math.degrees(float(self.found.pinion_roll)):.4f} deg"
         stops = ", ".join(f"on the {flank} {_stop(getattr(self.found, flank))}" for flank in FLANKS)
-        return f"{self.normal:.6f} mm with errors and parabolas, {at}: {stops}"
+        return f"{self.normal:z.6f} mm with errors and parabolas, {at}: {stops}"
 
 
 def _stop(first: FirstContact) -> str:

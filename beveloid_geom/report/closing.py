@@ -115,17 +115,17 @@ class ClosingReport:
         if meshes(self.design):  # without contact there is no pitch point for them to hold at
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)
-            text += line("lines of action", f"of right and left flanks are {closing.gap:.4f} mm apart")
+            text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
             text += line("generators", _crossing_words(self.crossing))
-            text += line("normal backlash", f"{closing.normal_backlash:.4f} mm")
+            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
-                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+.4f}) at this shaft angle"
+                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+z.4f}) at this shaft angle"
                 text += line("closes at", at)
             if not math.isnan(closing.shaft_angle):
                 angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
-                text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+.4f}) at this offset")
+                text += line("closes at", f"shaft angle = {angle:.4f} deg ({less:+z.4f}) at this offset")
         if not isinstance(ideal, str):
             axes = (
                 f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"

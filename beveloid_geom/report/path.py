@@ -201,7 +201,7 @@ class ContactReport:
             text += line("certified", f"{count} nothing on this side touches earlier")
         backlash = float(mounting_of(self.design).normal_backlash)
         if not math.isnan(backlash):
-            text += line("normal backlash", f"{backlash:.6f} mm without errors and parabolas")
+            text += line("normal backlash", f"{backlash:z.6f} mm without errors and parabolas")
         text += line("as mounted", f"backlash {self.backlash.line}")
         return text + remark_lines(self.remarks) + advice_lines(self.advice)
 
