@@ -149,7 +149,7 @@ def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
 def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
     design = builtin_design().with_errors(Errors(offset=offset))
     page, rows = drawn("sliding", design)
-    assert words(page).count("no contact: the path of contact does not meet") == 2 * lost
+    assert words(page).count("no path on the flanks: the path of contact does not meet") == 2 * lost
     assert texts(page).count("pitch point") == 2 - lost
     known = [row for row in rows if not row["reason"]]
     assert len(rows) - len(known) == 2 * lost

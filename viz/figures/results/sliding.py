@@ -84,7 +84,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
             columns.append((speed, specific))
         else:
             for axes in (speed, specific):
-                theme.say(axes, f"no contact: {curves[0].report.reason}", 46)
+                theme.say(axes, f"no path on the flanks: {curves[0].report.reason}", 46)
     for row in range(2 if columns else 0):
         limits = np.array([pair[row].get_ylim() for pair in columns])
         for pair in columns:
