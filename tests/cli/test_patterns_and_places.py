@@ -76,6 +76,7 @@ def test_what_is_out_of_reach_is_said_in_a_line_with_the_nearest() -> None:
     assert max(map(len, result.stdout.splitlines())) <= 100
 
 
+@pytest.mark.slow
 def test_a_place_that_cannot_be_assembled_has_no_mounting_distances() -> None:
     result = run("place", "--by", "P,G", "--at", "25", "--at", "75")
     assert "at 25 %            dw1 = " in result.stdout
