@@ -61,6 +61,17 @@ def test_the_posed_pair_touches_along_a_line() -> None:
     assert posed_pair.line_of_contact(bent) is None
 
 
+def test_lines_of_contact_are_lines_of_the_page() -> None:
+    """As many on each member's flank, from end to end: a thin tube that leans a little is drawn in steps."""
+    require_opengl()
+    page, _ = drawn("fig-08", PAIR)
+    black = [line for axes in page.axes for line in axes.lines if line.get_solid_capstyle() == "butt"]
+    drawn_lines = [np.column_stack(line.get_data()) for line in black]
+    ends = [np.ptp(points, axis=0) for points in drawn_lines if points.shape == (2, 2)]
+    upright = [reach for reach in ends if 0.0 < reach[0] < 0.05 * reach[1]]
+    assert len(upright) >= 2 * solved.LINES - 2
+
+
 def test_points_have_no_lines() -> None:
     assert not len(solved.solve(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
     assert not len(solved.solve(builtin_design(), "right").contact_lines(1))

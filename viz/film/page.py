@@ -172,8 +172,10 @@ def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], li
         page.text(left + 0.5 * step, high, f"{MEMBERS[row]}'s flank", ha="center", va="top")
         edge = theme.inches(page, 0.3)
         box = theme.place(page, left, bottom - edge, step, top - bottom + 2.0 * edge)
-        traces = [Trace(film.path.points[row], width=0.6), *panels.line_traces(film.path, row)]
+        traces = [Trace(film.path.points[row], width=0.6)]
         drawn = panels.draw_flank(page, box, design, row, flank, view, traces, float(px_per_mm))
+        if drawn:
+            panels.draw_lines(drawn, film.path, row)
         found.append(drawn)
         balls.append(_balls(drawn.axes if drawn else theme.overlay(page, box)))
     return found, balls

@@ -19,6 +19,7 @@ from beveloid_geom.status import FirstStatus
 
 from ..stage import theme
 from .charts import SMALLEST
+from .solved import ratio_words
 
 REACH, STEPS = 3, 64
 """Pitches to either side over which a tooth pair is followed, and rolls of a pitch."""
@@ -126,4 +127,4 @@ def words(graph: MotionGraph) -> str:
     share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} %"
     if report.along_lines:
         share = "lines of contact carry"
-    return f"{text}\n{share}; ratio {report.eq16:.3f}, running {report.operating:.3f}"
+    return f"{text}\n{share}; {ratio_words(report.eq16, report.operating)}"

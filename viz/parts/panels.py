@@ -25,7 +25,7 @@ from ..stage import theme
 from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
-from . import annotate
+from . import annotate, solved
 from .solved import MEMBERS, SolvedPath
 from .viewpoint import Look, scale_bars
 
@@ -178,6 +178,11 @@ def dashed(points: FloatArray, pattern: Sequence[float]) -> Iterable[FloatArray]
         yield np.stack([np.interp(at, along, column) for column in points.T], axis=-1)
 
 
+def dashed_circle(points: FloatArray, radius: float) -> Iterable[FloatArray]:
+    """Give the dashes of a closed line (n, 3) drawn with tubes of a `radius`, mm."""
+    return dashed(points, [length * 2.0 * radius for length in DASHED])
+
+
 def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     """Make a tube, a ball where the path enters, and an arrow head where it leaves; they stand towards the
     viewer, so that none of them is buried in the flank."""
@@ -186,7 +191,7 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     radius *= trace.width
     points = view.place(trace.points) + np.array([0.0, 0.0, (1.0 + trace.lift) * radius])
     if trace.bare:
-        return [Tube(points, trace.colour, radius)]
+        return [Tube(apart(points, radius), trace.colour, radius)]
     first = np.ones(len(points), dtype=bool) if trace.first is None else trace.first
     enters, leaves = (1.0 if end else SMALL for end in (first[0], first[-1]))
     head = 8.0 * leaves * radius
@@ -209,17 +214,22 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     return items
 
 
+def apart(points: FloatArray, least: float) -> FloatArray:
+    """Leave out points (n, 3) of a line nearer than `least`, mm, to the one before, but not the last one: a
+    tube that turns back within its own width sticks out."""
+    kept = [0]
+    for number in range(1, len(points)):
+        if np.linalg.norm(points[number] - points[kept[-1]]) >= least:
+            kept.append(number)
+    kept = kept[:-1] if 0 < kept[-1] < len(points) - 1 else kept
+    return points[list(dict.fromkeys((*kept, len(points) - 1)))]
+
+
 def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> list[Trace]:
     """Make the lines on pinion (0) or gear (1) along which edges touch first; as wide, high and coloured as
     `look`, if given."""
     look = look or Trace(path.points[member], EDGE, lift=1.5)
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
-
-
-def line_traces(path: SolvedPath, member: int) -> list[Trace]:
-    """Make the lines of contact on pinion (0) or gear (1), if flanks touch along lines."""
-    lines = path.contact_lines(member)
-    return [Trace(line, theme.INK, width=LINE, lift=2.0, bare=True) for line in lines]
 
 
 def lines_drawn(paths: Iterable[SolvedPath]) -> str:
@@ -269,6 +279,14 @@ def draw_flank(
     items: list[Item] = [surface(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)
     return show_items(page, box, view, items, px_per_mm, limits)
+
+
+def draw_lines(panel: Panel, path: SolvedPath, member: int) -> None:
+    """Draw the lines of contact on pinion (0) or gear (1), if flanks touch along lines, over the picture: so
+    thin a tube, all but upright, is drawn in steps."""
+    for line in path.contact_lines(member):
+        look: dict[str, Any] = {"color": theme.INK, "linewidth": LINE * 2.0 * LINE_POINTS}
+        panel.axes.plot(*panel.place(line).T, solid_capstyle="butt", **look)
 
 
 def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
@@ -407,8 +425,7 @@ def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
 
 def ratios(path: SolvedPath) -> str:
     """Give both contact ratios of a path, that of Eq. 16 and that in operation."""
-    running = path.touching.ratio if path.touching else float("nan")
-    return f"ratio {path.ratio:.3f}, running " + (f"{running:.3f}" if np.isfinite(running) else "unknown")
+    return solved.ratio_words(path.ratio, path.touching.ratio if path.touching else float("nan"))
 
 
 def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:

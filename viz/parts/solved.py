@@ -8,7 +8,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Errors, Status, certify, mesh_cycle, path_of_contact
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Errors,
+    MeshCycle,
+    Status,
+    certify,
+    mesh_cycle,
+    path_of_contact,
+)
 from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import Codes, FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
@@ -90,12 +99,14 @@ class Touching:
 @dataclass(frozen=True, eq=False)
 class SolvedPath:
     """The path of one case: the design, the path, and its points (n, 3) on pinion and gear in
-    their own frames; empty if nothing was found. What is `touching` first, if that was asked for."""
+    their own frames; empty if nothing was found. What is `touching` first, if that was asked for, and over
+    the `rest` of a pitch where the path is shorter than one."""
 
     design: Design
     path: ContactPath
     points: tuple[FloatArray, FloatArray]
     touching: Touching | None = None
+    rest: Touching | None = None
 
     @property
     def found(self) -> bool:
@@ -124,11 +135,14 @@ class SolvedPath:
 
     def edge_lines(self, member: int) -> list[FloatArray]:
         """Give lines (n, 3) on pinion (0) or gear (1), own frame, mm, along which edges touch first."""
-        if self.touching is None:
-            return []
-        part, pair = self.design.members[member], self.touching.first.pair
-        edges = [set(name.split(" on ")) - {""} for name in self.touching.edges]
-        l, z = self.touching.places(member)
+        parts = (part for part in (self.touching, self.rest) if part)
+        return [line for part in parts for line in self._edge_lines(part, member)]
+
+    def _edge_lines(self, touching: Touching, member: int) -> list[FloatArray]:
+        """Give those of what touches at the rolls of the path, or over the rest of a pitch."""
+        part, pair = self.design.members[member], touching.first.pair
+        edges = [set(name.split(" on ")) - {""} for name in touching.edges]
+        l, z = touching.places(member)
         points = flank_point(part, self.path.flank, l, trace_parameter(part, self.path.flank, l, z))
         goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
         cuts = np.flatnonzero(~goes_on) + 1
@@ -211,6 +225,11 @@ def _plain(value: float) -> str:
     return f"{value:.7f}".rstrip("0").rstrip(".").replace("-", "\u2212")
 
 
+def ratio_words(path: float, running: float) -> str:
+    """Say both contact ratios, that of Eq. 16 and that in operation, NaN where it is not known."""
+    return f"ratio {path:.3f}, running " + (f"{running:.3f}" if np.isfinite(running) else "unknown")
+
+
 def limit_name(code: int) -> str:
     """Give 'gear tip' and the like for the code of a limit; '' for none, -1."""
     return str(Limit(code)) if code >= 0 else ""
@@ -228,7 +247,8 @@ def solve(design: Design, flank: str, points: int = 101, touching: bool = False)
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
     seen = touching_first(path, points) if touching else None
-    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]), seen)
+    rest = touching_beyond(path, points, seen.ratio) if seen else None
+    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]), seen, rest)
 
 
 def touching_first(path: ContactPath, points: int) -> Touching:
@@ -238,14 +258,32 @@ def touching_first(path: ContactPath, points: int) -> Touching:
         certificate = certify(path)
         return Touching(certificate.verdict, certificate.first, ratio)
     cycle = mesh_cycle(path.design, path.flank)
-    first = cycle.at(cycle.start + cycle.pitch * np.linspace(0.0, 1.0, points))
-    return Touching(np.full(points, np.int8(Verdict.NOT_SOLVED)), first, ratio)
+    return _over(cycle, cycle.start + cycle.pitch * np.linspace(0.0, 1.0, points), ratio)
+
+
+def touching_beyond(path: ContactPath, points: int, ratio: float) -> Touching | None:
+    """Find what touches first from where a path leaves to where that of the next tooth pair enters, at so
+    many `points` a pitch, with the contact `ratio` of all teeth; None without a path, or where it is a pitch
+    long."""
+    own = float(path.ends.contact_ratio)
+    if not 0.0 < own < 1.0:
+        return None
+    enter, leave = path.ends.pinion_roll.tolist()
+    cycle = mesh_cycle(path.design, path.flank)
+    enters_next = enter + np.copysign(float(cycle.pitch), leave - enter)
+    return _over(cycle, np.linspace(leave, enters_next, 2 + int(points * (1.0 - own))), ratio)
+
+
+def _over(cycle: MeshCycle, rolls: FloatArray, ratio: float) -> Touching:
+    """Give what touches first at rolls (n,), rad, of a mesh cycle without positions of a path."""
+    return Touching(np.full(rolls.size, np.int8(Verdict.NOT_SOLVED)), cycle.at(rolls), ratio)
 
 
 def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:
     """List every position of paths on both members, led by the values of the `case`, the names of which are
     given, and what touches first there if that is known. A path that was not found gives one row a member
-    that says so, or those of what touches instead."""
+    that says so, or those of what touches instead; one shorter than a pitch also those of what touches over
+    the rest of it."""
     listed = list(paths)
     header = (*case, "member", *COLUMNS, *(TOUCHING if any(path.touching for _, path in listed) else ()))
     return header, (row for values, path in listed for row in _rows(values, path))
@@ -268,6 +306,11 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
         rows = zip(path.status, columns.tolist(), first or [()] * len(columns), strict=True)
         for index, (status, values, told) in enumerate(rows):
             yield [*case, member, status_name(status), index, *values, *ends, *told]
+        if solved.rest is not None:
+            void = [*case, member, status_name(Status.OFF_FLANK), ""]
+            rolls = solved.rest.first.pinion_roll.tolist()
+            rest = zip(rolls, _first_columns(solved.rest, number), strict=True)
+            yield from ([*void, roll, *[""] * 8, *ends, *told] for roll, told in rest)
 
 
 def _first_columns(touching: Touching | None, member: int) -> list[tuple[object, ...]]:

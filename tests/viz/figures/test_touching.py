@@ -8,7 +8,7 @@ import io
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, certify
+from beveloid_geom import Design, Errors, builtin_design, certify, mesh_cycle
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.status import Verdict
 from beveloid_viz.parts import panels, solved
@@ -61,7 +61,41 @@ def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
     assert path.edge_lines(1)
 
 
-@pytest.mark.parametrize("design", [MODIFIED, table1(errors=Errors(shaft_angle=np.radians(0.05)))])
+SHORT = builtin_design("anti-backlash").with_parabola(-0.0004, -0.0004)
+
+
+def test_edges_carry_where_a_path_is_shorter_than_a_pitch() -> None:
+    """The gear's toe and heel, over just the share of the cycle that edges carry."""
+    path = solved.solve(SHORT, "right", touching=True)
+    assert path.touching is not None
+    assert path.rest is not None
+    assert not any(path.touching.edges)
+    assert set(path.rest.edges[1:-1]) == {"gear toe", "gear heel"}
+    rolls = path.rest.first.pinion_roll
+    cycle = mesh_cycle(SHORT, "right")
+    np.testing.assert_allclose(np.ptp(rolls), cycle.edge_share * cycle.pitch, rtol=1e-9)
+    half = 0.5 * float(SHORT.gear.face_width)
+    assert sorted({float(z) for line in path.edge_lines(1) for z in np.round(line[:, 2], 9)}) == [-half, half]
+    assert solved.solve(MODIFIED, "right", touching=True).rest is None
+
+
+def test_no_tube_turns_back_within_its_own_width() -> None:
+    line = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.05, 1.5, 0.0], [0.0, 3.0, 0.0], [0.0, 3.2, 0.0]])
+    np.testing.assert_array_equal(panels.apart(line, 1.0), line[[0, 2, 4]])
+    np.testing.assert_array_equal(panels.apart(line[:2], 1.0), line[:2])
+    np.testing.assert_array_equal(panels.apart(line[:1], 1.0), line[:1])
+    np.testing.assert_array_equal(panels.apart(line, 0.0), line)
+
+
+def test_a_ratio_that_is_not_known_is_said_in_words() -> None:
+    assert solved.ratio_words(1.5, float("nan")) == "ratio 1.500, running unknown"
+
+
+@pytest.mark.parametrize(
+    "design",
+    [MODIFIED, table1(errors=Errors(shaft_angle=np.radians(0.05))), SHORT],
+    ids=("modified", "away", "short"),
+)
 def test_the_table_holds_what_is_drawn(design: Design) -> None:
     path = solved.solve(design, "right", touching=True)
     header, body = solved.table(("case",), [((1,), path)])

@@ -19,7 +19,7 @@ TEXT = 0.35, 0.85  # inches: a line under a pinion's flank, three under a gear's
 ANGLES = (
     "Under a flank stand length and angle of the path in the side view, z along the axis against the radius:"
     " the angle that of the chord to the axial direction, positive if z rises with the radius."
-    f" {panels.WHAT_TOUCHES.format(edges='blue lines')}"
+    f" {panels.WHAT_TOUCHES.format(edges='solid blue lines')}"
 )
 
 
@@ -95,11 +95,11 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         """Draw one flank, with words under it."""
         path, row = data.paths[cell.column], cell.row
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
-        traces += panels.line_traces(path, row)
         where = page, cell.box, path.design, row, flank, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
         if drawn is None:
             return None
+        panels.draw_lines(drawn, path, row)
         cell.say(page, _under(path, row))
         return drawn.picture
 

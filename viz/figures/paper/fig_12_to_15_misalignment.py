@@ -175,10 +175,10 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
                     *panels.edge_traces(path, column, look.on_edge),
                 )
             ]
-            traces += panels.line_traces(paths[1], column)
             design = paths[1].design
             drawn = panels.draw_flank(page, box, design, column, flank, view, traces, px_per_mm, 0.85)
             if drawn is not None:
+                panels.draw_lines(drawn, paths[1], column)
                 _path_labels(drawn, case, paths, column)
                 pictures[f"{member}-{name}"] = drawn.picture
     return Drawing(page, pictures)
