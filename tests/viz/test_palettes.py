@@ -1,4 +1,5 @@
-"""Colours that carry numbers: monotonic in grey, and drawn as in their legend."""
+"""Colours that carry numbers: monotonic in grey, and drawn as in their legend; no two things told by colour
+alone."""
 
 from __future__ import annotations
 
@@ -9,16 +10,18 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.text import Annotation
 
 from beveloid_geom import Design, builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_viz.figures.results import pattern as fig_pattern
+from beveloid_viz.figures.paper import fig_02_rack, fig_04_meshing, fig_11_contact_ratio
+from beveloid_viz.figures.results import pattern as fig_pattern, tolerance_cloud, transmission_error
 from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts import map_panel, panels
+from beveloid_viz.parts import cutter, map_panel, panels
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.scene import Camera, Paint, Scene, grid_surface, render
+from beveloid_viz.stage.scene import Camera, Paint, Scene, Tube, grid_surface, render
 
 BANDS = {
     **{
@@ -58,6 +61,49 @@ def test_diverging_and_cyclic_colours_are_not() -> None:
     for name in ("PuOr", "twilight_shifted"):
         steps = np.diff(lightness(mpl.colormaps[name](np.linspace(0.0, 1.0, 65))[:, :3]))
         assert steps.min() < 0.0 < steps.max()
+
+
+def test_a_cloud_is_darker_than_metal_and_a_wider_one_lighter() -> None:
+    (_, wide, _), (_, narrow, _) = tolerance_cloud.CLOUDS
+    assert lightness([wide])[0] > lightness(theme.METALS).max() + 10.0
+    assert lightness([narrow])[0] < lightness(theme.METALS).min() - 20.0
+
+
+def test_bars_and_marks_differ_without_colours() -> None:
+    assert len(set(transmission_error.HATCHES)) == len(transmission_error.COLOURS)
+    assert len(set(fig_11_contact_ratio.EDGES.values())) == 2
+
+
+def test_working_pitch_circles_are_dashed() -> None:
+    """Reference circles are whole."""
+    tubes = [
+        item
+        for item in fig_04_meshing._items(fig_04_meshing.compute(builtin_design()), 1.0)
+        if isinstance(item, Tube)
+    ]
+    count = {
+        colour: sum(item.colour == colour for item in tubes) for colour in (*fig_04_meshing.INKS, theme.RED)
+    }
+    assert [count[ink] for ink in fig_04_meshing.INKS] == [1, 1]
+    assert count[theme.RED] > 50
+
+
+def test_the_radius_of_the_round_ends_on_it() -> None:
+    """The tip of its arrow lies on the straight tool's profile."""
+    data = fig_02_rack.compute(builtin_design())
+    with theme.style():
+        page = fig_02_rack.draw(data, of_size((1600, 1200))).page
+    (axes,) = page.axes
+    (cross,) = (line for line in axes.lines if line.get_marker() == "+")
+    centre = np.array([np.ravel(cross.get_xdata())[0], np.ravel(cross.get_ydata())[0]])
+    arrows = (note for note in axes.texts if isinstance(note, Annotation))
+    (tip,) = (note.xy for note in arrows if note.xyann == tuple(centre))
+    profile = cutter.profile(data.profiles[0], data.module, 3)
+    profile = profile[np.append(True, np.diff(profile, axis=0).any(axis=1))]
+    ways = np.diff(profile, axis=0)
+    share = np.clip(((tip - profile[:-1]) * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
+    off = np.linalg.norm(profile[:-1] + share[:, None] * ways - tip, axis=1).min()
+    assert off < 1e-3 * data.module
 
 
 @pytest.mark.parametrize("slope", [0.0, -0.6, -1.5])

@@ -18,7 +18,8 @@ from ..stage.scene import Camera, Item, Picture, Scene, render
 
 Offset = tuple[float, float]
 """To the right and up, in points of the page."""
-HALO = 3.0
+HALO, RIM = 3.0, 1.0
+"""Points of white around words, twice, and on either side of lines."""
 CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
 SIDEWAYS = 0.5
 """Sine of the slope from upright beyond which words stand beside an arrow, not over it."""
@@ -37,8 +38,13 @@ REACHES, TURNS = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
     """Write words at a pixel, with a white rim so that they stay readable on metal."""
     settings = {"fontsize": theme.LABEL, "ha": "center", "va": "center", "color": theme.INK, **style}
-    rim = [withStroke(linewidth=HALO, foreground="white")]
-    theme.beside(axes, pixel, words, offset, path_effects=rim, zorder=5, **settings)
+    halo = [withStroke(linewidth=HALO, foreground="white")]
+    theme.beside(axes, pixel, words, offset, path_effects=halo, zorder=5, **settings)
+
+
+def rim(width: float) -> list[withStroke]:
+    """Give a line of a `width` (points) a white rim, so that it is told from metal without colours, too."""
+    return [withStroke(linewidth=width + 2.0 * RIM, foreground="white")]
 
 
 def note(axes: Axes, pixel: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
@@ -52,7 +58,7 @@ def arrow(
 ) -> None:
     """Draw an arrow between two pixels."""
     look = {"arrowstyle": ends, "color": colour, "linewidth": width, "mutation_scale": 7.0 + 5.0 * width}
-    look |= {"shrinkA": 0.0, "shrinkB": 0.0}
+    look |= {"shrinkA": 0.0, "shrinkB": 0.0, "path_effects": rim(width)}
     start, end = (tuple(np.asarray(pixel, dtype=float)) for pixel in (tail, head))
     axes.annotate("", end, start, annotation_clip=False, zorder=4, arrowprops=look)
 

@@ -65,7 +65,7 @@ LABELS = (
     ("Newton on F", 2, "{:g}", ((9, 1, "left"), (-9, 1, "right"))),
     ("Newton on F", 3, "{:g}", ((9, -3, "left"), (-9, -3, "right"))),
     ("one equation, path", -1, "{:,.0f}", ((-6, -20, "left"), (-6, 10, "left"))),
-    ("one equation, given l1", 0, "batch 1", ((8, -20, "center"), (8, 10, "center"))),
+    ("one equation, given l1", 0, "batch 1", ((8, 10, "center"), (8, -20, "center"))),
     ("mesh alone", 0, "{:g} mm", ((-2, 9, "right"), (-2, 9, "left"), (9, 6, "left"), (9, -4, "left"))),
     ("mesh alone", -1, "{:g} mm", ((6, -17, "right"), (6, 9, "center"), (-9, -17, "left"))),
     ("five equations, cold", 0, "xtol {:g}", ((0, 9, "center"), (9, 6, "left"), (-9, 0, "right"))),

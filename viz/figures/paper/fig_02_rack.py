@@ -144,9 +144,9 @@ def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
     annotate.dimension(axes, (-half, below), (half, below), f"$s_0${space}", (0.0, -14.0), **blue)
     if tip.radius > 0.0:
         centre = np.array([-tip.centre[1], tip.centre[0]])
-        turn = np.radians(-118.0)
+        turn = np.radians(-62.0)  # on this side of the tooth its round is the other's mirror image
         rim = centre + tip.radius * np.array([np.cos(turn), np.sin(turn)])
-        axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5)
+        axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5, zorder=5)
         annotate.arrow(axes, centre, rim, theme.RED, 1.2)
         words = f"tip round {float(tool.tip_radius):g} $m_n$"
         annotate.text(axes, rim, words, (0.0, -22.0), color=theme.RED)

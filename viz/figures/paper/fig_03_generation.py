@@ -210,9 +210,10 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     rim = place + radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
     over.line(rim, color=theme.INK, linewidth=1.4, dashes=(12, 3, 2, 3))
     line = np.stack((slid + 2.4 * np.pi * data.module * y, slid - 2.4 * np.pi * data.module * y))
-    over.line(line, color=FRAME_COLOURS["c"], linewidth=1.4, dashes=(12, 3, 2, 3))
+    rimmed: dict[str, Any] = {"linewidth": 1.4, "path_effects": annotate.rim(1.4)}
+    over.line(line, color=FRAME_COLOURS["c"], dashes=(12, 3, 2, 3), **rimmed)
     over.dimension(place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), at=0.62, ha="right")
-    over.line(place, place + radius * turned[0], color=theme.RED)
+    over.line(place, place + radius * turned[0], color=theme.RED, **rimmed)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
     over.arrow_along(curve, theme.RED)
     over.label(curve[16], "$\\varphi$", (0.0, 12.0), color=theme.RED, fontsize=theme.HEADING)

@@ -13,7 +13,7 @@ from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.frames import layout_of, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of
 
-from ...parts import posed, solved
+from ...parts import panels, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
@@ -135,7 +135,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         layout,
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
-        " (blue) and gear (brown), working pitch circles (orange)",
+        " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair without errors. {_where_p_is(data)} $S_1$ and $S_2$ stand at mid-face, at roll 0."
         " The paper puts them $b_c$ nearer to the toe, in the"
         " section where the profile shift is zero and the reference cone has the radius $r_P$."
@@ -191,7 +191,8 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
         if data.found:
             z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
             working = float(data.mounting.working_radius[number])
-            items.append(Tube(_ring(data, number, working, z), theme.RED, 1.2 * radius))
+            pieces = panels.dashed_circle(_ring(data, number, working, z), 1.2 * radius)
+            items += [Tube(piece, theme.RED, 1.2 * radius) for piece in pieces]
     if data.found:
         items.append(Tube(data.mounting.pitch_point[None], theme.RED, 4.5 * radius))
     return items

@@ -14,7 +14,7 @@ from beveloid_geom.design.model import unchecked
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
-from ...parts import annotate, posed, solved
+from ...parts import annotate, panels, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
@@ -150,7 +150,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
-        "Black and grey: frame and members where they belong; blue: displaced by the error in orange",
+        "Black and grey: frame and members where they belong; blue, dashed: displaced by the error in orange",
         NOTE + posed.far_words(data.pair),
         tall=CELLS.tall(layout, len(PANELS), 5.2),
     )
@@ -214,8 +214,12 @@ def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, came
     for which, frame, colour in places:
         member = data.design.members[which]
         items += posed.blank(member, frame, colour, BORE * posed.shaft_radius(member), 0.3)
-        rim = theme.GREY if colour == theme.STEEL else MOVED_INK
-        items += [Tube(to_fixed(frame, ring), rim, radius) for ring in posed.rings(member)]
+        rings = [to_fixed(frame, ring) for ring in posed.rings(member)]
+        if colour == theme.STEEL:
+            items += [Tube(ring, theme.GREY, radius) for ring in rings]
+        else:
+            pieces = (piece for ring in rings for piece in panels.dashed_circle(ring, radius))
+            items += [Tube(piece, MOVED_INK, radius) for piece in pieces]
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, data, index, nominal, moved)
     return over.picture

@@ -24,6 +24,7 @@ from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
 POINTS, EVERY = 161, slice(None, None, 16)
 """Coefficients at which Eq. 16 is evaluated, and those of them at which the mesh cycle is solved."""
+EDGES = {"right": "^", "left": "v"}
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 EDGE = 0.25
 """Share of an axis from its ends where words stand on the inner side of their place."""
@@ -128,15 +129,12 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     beside.set(ylim=(-5.0, 105.0), ylabel="edges (%)")
     for flank in reversed(FLANKS):
         colour, width, every = *LOOKS[flank][:2], a[EVERY]
-        running: dict[str, Any] = {
-            "color": colour,
-            "linestyle": "",
-            "markersize": 4.5 if width > 2.0 else 8.5,
-        }
+        running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
+        running["markersize"] = 4.5 if width > 2.0 else 8.5
         lines += axes.plot(every, data.ratio[flank][index], marker="o", label=f"{flank}, running", **running)
         running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
         lines += beside.plot(
-            every, 100.0 * data.edges[flank][index], marker="^", label=f"{flank}, edges", **running
+            every, 100.0 * data.edges[flank][index], marker=EDGES[flank], label=f"{flank}, edges", **running
         )
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")

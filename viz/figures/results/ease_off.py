@@ -45,7 +45,7 @@ NOTE = (
     " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
     " where the flanks part. Orange: path of contact, from the dot to the arrow head. Grey: zero;"
     " dash-dotted: where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its"
-    " bar. Level lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below:"
+    " bar. Level lines: over the face, z from toe to heel, and the profile, $l_1$ from root to tip. Below:"
     " mean, twist, slopes and crownings along face and profile of the nearest surface of second order over"
     " both from \u22121 to 1, and the root mean square of the rest."
 )
@@ -188,7 +188,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw level lines over the flank, z by l, with the path."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
-        theme.say(axes, "zero but for rounding", 12, backgroundcolor="white")
+        theme.say(axes, "zero but for rounding", 24, 0.12, backgroundcolor="white")
         values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
@@ -210,6 +210,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
     axes.set_xlabel("$z$ (mm)", labelpad=2.0)
     axes.set_ylabel("$l_1$ (mm)", labelpad=1.0)
+    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))  # wider words reach into the next panel
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 

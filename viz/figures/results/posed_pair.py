@@ -12,7 +12,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
-from ...parts import posed, solved
+from ...parts import annotate, posed, solved
 from ...parts.annotate import Overlay
 from ...parts.posed import PosedPair
 from ...parts.recipe import Drawing, Recipe, Table
@@ -120,7 +120,7 @@ def _label(over: Overlay, data: PosedFigure) -> None:
 def _draw_paths(over: Overlay, data: PosedFigure) -> None:
     """Draw the paths over everything: the flanks in contact are seen from behind."""
     for line in paths_on_teeth(data):
-        over.line(line, color=theme.PATH, linewidth=3.0)
+        over.line(line, color=theme.PATH, linewidth=3.0, path_effects=annotate.rim(3.0))
     if data.pair.touching:
         touched = line_of_contact(data)
         if touched is not None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from beveloid_geom import Design, Status, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
@@ -53,7 +54,7 @@ CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
 CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 7.8
 """Inches in print: of clouds beside charts, and over them, and of what stands on a flank where clouds are
 beside charts, and over them."""
-CLOUDS = ((5.0, theme.GREEN, 0.07), (1.0, theme.BLUE, 0.08))
+CLOUDS = ((5.0, "white", 0.12), (1.0, theme.BLUE, 0.08))
 """Times the tolerances, colour and opacity of the paths drawn, the lowest first."""
 NOTE = (
     "Drawn are {drawn} mountings (seed {seed}) of the design {which}, and in black none of the errors. These"
@@ -371,7 +372,7 @@ def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
     handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
     handles.append(Line2D([], [], label="no path on the flanks", **black))
     drawn = [
-        Line2D([], [], color=hue, linewidth=6.0, alpha=0.6, label=f"{factor:g} \u00d7 tolerances")
+        Patch(facecolor=hue, edgecolor=theme.GREY, linewidth=0.8, label=f"{factor:g} \u00d7 tolerances")
         for factor, hue, _ in reversed(CLOUDS)
     ]
     theme.legend(page, handles, 4, 1.15, fontsize=theme.SMALL)

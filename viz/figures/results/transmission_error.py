@@ -21,6 +21,7 @@ from ...stage import theme
 from ...stage.layout import Cells
 
 COLOURS = (theme.GREEN, theme.BLUE, theme.ORANGE)
+HATCHES = ("...", "", "///")
 """Of the cases."""
 HOLLOW = 0.0002
 """1/mm: both coefficients of the last case, at Table 1's module."""
@@ -111,7 +112,8 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
         values = MICRO * np.abs(case.graph.report.cycle.harmonics)
         at = orders + (place - 0.5 * (len(known) - 1)) * width
         name = f"({'abc'[data.index(case)]})"
-        axes.bar(at, values, width=0.9 * width, color=case.colour, label=name)
+        look: dict[str, Any] = {"color": case.colour, "edgecolor": "white", "linewidth": 0.0}
+        axes.bar(at, values, 0.9 * width, hatch=HATCHES[data.index(case)], label=name, **look)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, HARMONICS + 0.6)
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1e-6))
