@@ -49,6 +49,8 @@ Texts: TypeAlias = tuple[float, float]
 THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
 """Width of a path, and size of its ends, where something else touches earlier, as shares; colour of edges
 that touch instead."""
+HEAD = 8.0
+"""Length of an arrow's head in half widths of a path; one is as large only where all of it is contact."""
 LINE = 0.4
 """Width of a line of contact as a share of a path's."""
 LINES_DRAWN = (
@@ -193,9 +195,9 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     if trace.bare:
         return [Tube(apart(points, radius), trace.colour, radius)]
     first = np.ones(len(points), dtype=bool) if trace.first is None else trace.first
-    enters, leaves = (1.0 if end else SMALL for end in (first[0], first[-1]))
-    head = 8.0 * leaves * radius
     left = np.linalg.norm(points - points[-1], axis=1)
+    enters, leaves = (1.0 if all(end) else SMALL for end in (first[:1], first[left < HEAD * radius]))
+    head = HEAD * leaves * radius
     neck = int(np.argmax(left < 0.9 * head))
     vector = points[-1] - points[max(neck - 1, 0)]
     size = float(np.linalg.norm(vector))

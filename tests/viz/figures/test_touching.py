@@ -13,6 +13,7 @@ from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.status import Verdict
 from beveloid_viz.parts import panels, solved
 from beveloid_viz.parts.panels import Trace
+from beveloid_viz.stage.scene import Arrow
 
 from ...oracle.table1 import table1
 
@@ -85,6 +86,17 @@ def test_no_tube_turns_back_within_its_own_width() -> None:
     np.testing.assert_array_equal(panels.apart(line[:2], 1.0), line[:2])
     np.testing.assert_array_equal(panels.apart(line[:1], 1.0), line[:1])
     np.testing.assert_array_equal(panels.apart(line, 0.0), line)
+
+
+def test_a_head_is_large_only_where_all_of_it_is_contact() -> None:
+    view = panels.flank_view(MODIFIED.pinion, "right")
+    assert view is not None
+    points = view.middle + np.linspace(-20.0, 20.0, 101)[:, None] * np.array([0.0, 0.0, 1.0])
+    for last, size in ((101, 1.0), (40, 1.0), (1, panels.SMALL), (0, panels.SMALL)):
+        first = np.arange(101) >= 101 - last
+        head = panels.trace_items(Trace(points, first=first), view, 1.0)[-1]
+        assert isinstance(head, Arrow)
+        assert np.linalg.norm(head.vector) == pytest.approx(size * panels.HEAD, rel=0.05)
 
 
 def test_a_ratio_that_is_not_known_is_said_in_words() -> None:
