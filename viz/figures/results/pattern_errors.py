@@ -160,7 +160,8 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
     for width, within in ((0.7, False), (2.0, True)):
-        ring = Ellipse(*shape, angle=np.degrees(one.angle), fill=False, edgecolor=theme.RED, linewidth=width)
+        look: dict[str, Any] = {"fill": False, "edgecolor": theme.RED, "clip_on": within}
+        ring = Ellipse(*shape, angle=np.degrees(one.angle), linewidth=width, **look)
         axes.add_patch(ring)
         if within:
             ring.set_clip_path(Polygon(rim, transform=axes.transData))
