@@ -17,7 +17,8 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_02_rack, fig_04_meshing, fig_11_contact_ratio
 from beveloid_viz.figures.results import pattern as fig_pattern, tolerance_cloud, transmission_error
 from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts import cutter, map_panel, panels
+from beveloid_viz.parts import cutter, map_panel
+from beveloid_viz.parts.viewpoint import flank_views
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.layout import of_size
 from beveloid_viz.stage.opengl import require_opengl
@@ -152,7 +153,7 @@ def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure
     for k, column in enumerate(data.columns):
         for number, layer in enumerate(column.layers or ()):
             picture = drawing.pictures[f"{('pinion', 'gear')[number]}-{k}"]
-            view = panels.flank_views(column.design, column.flank, fig_pattern.STRETCH, outside=True)[number]
+            view = flank_views(column.design, column.flank, fig_pattern.STRETCH, outside=True)[number]
             assert view is not None
             counted = np.interp(layer.values, data.bands, np.arange(len(data.bands)))
             inside = (np.abs(counted % 1.0 - 0.5) < 0.25) & (counted < len(colours))

@@ -54,7 +54,16 @@ BUILT_IN = {name: builtin_design(name) for name in ("awd-transfer", "marine-gear
 """Axes that intersect far away, and parallel ones."""
 ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13")
 """Figures that are laid out of these designs, too."""
-QUICK = ("fig-02", "fig-09", "sensitivity", "transmission-error")
+LEAST_SHARES = {
+    "fig-05": 0.14,
+    "fig-07": 0.145,
+    "fig-12": 0.2,
+    "fig-13": 0.19,
+    "fig-14": 0.2,
+    "separation": 0.15,
+}
+"""Of the page, what surfaces cover in print."""
+QUICK = ("fig-02", "fig-05", "fig-09", "sensitivity", "transmission-error")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -117,6 +126,23 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
     data = recipe.compute((DESIGNS | BUILT_IN)[design])
     for width in WIDTHS:
         assert_printable(recipe.drawn(data, in_print(width)).page, width)
+
+
+@pytest.mark.parametrize(
+    ("name", "least"),
+    [
+        pytest.param(*case, id=case[0], marks=() if case[0] in QUICK else pytest.mark.slow)
+        for case in LEAST_SHARES.items()
+    ],
+)
+def test_surfaces_fill_the_page(name: str, least: float) -> None:
+    """At every width surfaces, with what lies on them, cover this share of the page, words included."""
+    recipe = recipe_of(name)
+    data = recipe.compute(TABLE)
+    for width in WIDTHS:
+        drawing = recipe.drawn(data, in_print(width))
+        covered = sum(int((one.image.min(axis=-1) < 250).sum()) for one in drawing.pictures.values())
+        assert covered / np.prod(drawing.page.canvas.get_width_height()) > least, f"{width:g} mm"
 
 
 def test_faults_are_seen() -> None:

@@ -14,7 +14,7 @@ from matplotlib.text import Annotation
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
-from beveloid_viz.parts import panels, viewpoint
+from beveloid_viz.parts import viewpoint
 
 CASES = [(number, flank) for number in (0, 1) for flank in ("right", "left")]
 
@@ -34,7 +34,7 @@ def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) 
     """The heel is on top and nothing is mirrored; as in the paper the tip is on the right, and right flanks
     are seen from the metal; else all are seen from outside."""
     middle, tip, normal = at_mid_face(number, flank)
-    view = panels.flank_view(builtin_design().members[number], flank, outside=outside)
+    view = viewpoint.flank_view(builtin_design().members[number], flank, outside=outside)
     assert view is not None
     assert np.linalg.det(view.axes) == pytest.approx(1.0)
     assert view.axes[1, 2] > 0.5

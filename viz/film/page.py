@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from beveloid_geom.report.columns import ARCSEC
 
-from ..parts import annotate, charts, panels
+from ..parts import annotate, charts, panels, viewpoint
 from ..parts.panels import Panel, Trace
 from ..parts.solved import MEMBERS
 from ..stage import theme
@@ -160,8 +160,8 @@ def _words(axes: Axes, box: Box) -> tuple[Text, ...]:
 def _flanks(page: Page, film: Film, high: float) -> tuple[list[Panel | None], list[tuple[Line2D, Line2D]]]:
     """Draw both flanks with their path, and the balls on them."""
     design, flank = film.motion.design, film.motion.flank
-    views = panels.flank_views(design, flank, panels.STRETCH)
-    span = panels.greatest_span(views)
+    views = viewpoint.flank_views(design, flank, panels.STRETCH)
+    span = viewpoint.greatest_span(views)
     width, height = page.canvas.get_width_height()
     step, bottom = 0.5 * (END - SIDE), FLANKS + theme.inches(page, 0.35)
     top = high - theme.inches(page, 0.6)

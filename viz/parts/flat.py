@@ -22,8 +22,8 @@ from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
 
 from ..stage import theme
-from .panels import FlankView, flank_view
 from .solved import LINES, points_on
+from .viewpoint import FlankView, flank_view
 
 FACE, DEPTH = 25, 9
 """Points along the sides of an outline."""

@@ -16,18 +16,17 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from matplotlib.axes import Axes
 
-from beveloid_geom import Design, Member, sample_flank
+from beveloid_geom import Design, sample_flank
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.shapes.sampling import grid_faces
 
 from ..stage import theme
 from ..stage.layout import Cells
 from ..stage.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
 from ..stage.theme import Box, Page
-from . import annotate, solved
-from .solved import MEMBERS, SolvedPath
-from .viewpoint import Look, scale_bars
+from . import annotate
+from .solved import MEMBERS, SolvedPath, both_ratios
+from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_bars
 
 LINE_POINTS = 2.6
 """Half the width of a path, in points of the page."""
@@ -68,37 +67,6 @@ WHAT_TOUCHES = (
 
 
 @dataclass(frozen=True, eq=False)
-class FlankView:
-    """Axes of the picture (rows: to the right, to the heel, to the viewer) in a member's own
-    frame, the point in the middle, how much wider than long the flank is drawn, and whether it is the right
-    or left one, seen from outside.
-
-    `bounds` (2, 2): least and greatest x and y, mm, stretched; `frame` (3, 3, 3): points at
-    root, mid-depth, tip by toe, mid-face, heel there."""
-
-    axes: FloatArray
-    middle: FloatArray
-    stretch: float
-    flank: str
-    outside: bool
-    bounds: FloatArray
-    frame: FloatArray
-
-    @property
-    def span(self) -> FloatArray:
-        """Width and height of the flank as drawn, mm, stretched."""
-        return np.asarray(self.bounds[1] - self.bounds[0])
-
-    def place(self, points: FloatArray) -> FloatArray:
-        """Give points (..., 3) of the own frame in the frame of the picture, mm."""
-        return np.asarray((points - self.middle) @ self.axes.T * (self.stretch, 1.0, 1.0))
-
-    def turn(self, normals: FloatArray) -> FloatArray:
-        """Give outward normals (..., 3) as seen from the viewer's side."""
-        return np.asarray(normals @ self.axes.T * (1.0 if self.outside else -1.0))
-
-
-@dataclass(frozen=True, eq=False)
 class Trace:
     """A path on a flank: `points` (n, 3) in the member's own frame, entering first, of which the `first`
     (n,) are first contacts, None for all; the others are drawn thin. A `bare` one has no ends marked."""
@@ -110,52 +78,6 @@ class Trace:
     lift: float = 0.0
     first: Mask | None = None
     bare: bool = False
-
-
-def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool = False) -> FlankView | None:
-    """Look square on to the middle of the active flank, from the side from which its tip is on the right or,
-    if so asked, from `outside`; None if the flank does not reach its tip."""
-    half = 0.5 * float(member.face_width)
-    z = np.array([-half, 0.0, half])
-    tip = tip_parameter(member, flank, z)
-    if not np.isfinite(tip).all():
-        return None
-    share = np.linspace(0.0, 1.0, 9)[:, None]
-    l = root_parameter(member) + share * (tip - root_parameter(member))
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-    normal = patch.normal[4, 1]
-    up = np.array([0.0, 0.0, 1.0]) - normal[2] * normal
-    up /= np.linalg.norm(up)
-    right = np.cross(up, normal)
-    outside = outside or bool(right @ (patch.point[-1, 1] - patch.point[0, 1]) > 0.0)
-    side = 1.0 if outside else -1.0
-    axes = np.stack((side * right, up, side * normal))
-    view = FlankView(axes, patch.point[4, 1], stretch, flank, outside, np.zeros((2, 2)), patch.point[::4])
-    seen = view.place(patch.point)
-    bounds = np.stack((seen.min(axis=(0, 1)), seen.max(axis=(0, 1))))[:, :2]
-    return replace(view, bounds=bounds, frame=seen[::4])
-
-
-def flank_views(design: Design, flank: str, stretch: float, outside: bool = False) -> list[FlankView | None]:
-    """Give the views of pinion and gear."""
-    return [flank_view(member, flank, stretch, outside) for member in design.members]
-
-
-def looks_of(views: Iterable[FlankView | None]) -> list[Look]:
-    """Give the flanks seen, and whether from outside, each once."""
-    return list(dict.fromkeys((view.flank, view.outside) for view in views if view is not None))
-
-
-def shared_scale(
-    page: Page, views: Sequence[Sequence[FlankView | None]], width: float, height: float
-) -> float:
-    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
-    width and height, shares of the page, and draw the scale."""
-    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
-    px_per_mm = float(min(room.size / greatest_span(chain(*views))))
-    stretch = next((view.stretch for view in chain(*views) if view), STRETCH)
-    scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
-    return px_per_mm
 
 
 def surface(points: FloatArray, normals: FloatArray, view: FlankView, colour: str) -> Surface:
@@ -349,13 +271,13 @@ class Cell:
 def flanks_tall(layout: theme.Layout, count: int, text: Texts, stretch: float = STRETCH) -> float:
     """Give the inches in print that `flank_rows` of so many columns take."""
     width = CELLS.width(layout, count)
-    words = HEADING + sum(_texts(layout, count, text)) + 4.0 * LABEL
+    words = HEADING + sum(text) + 4.0 * LABEL
     flank = min(3.0 * width / stretch, 3.6)
     return CELLS.tall(layout, count, words + 2.0 * flank)
 
 
-def _texts(layout: theme.Layout, count: int, text: Texts) -> Texts:
-    """Give the inches of words under flanks, `text` where a column has room for them."""
+def texts(layout: theme.Layout, count: int, text: Texts) -> Texts:
+    """Give the inches of words under flanks, which break where a column is narrow, `text` where it is not."""
     width = CELLS.width(layout, count)
     more = 1.0 if width > 2.8 else 1.35 if width > 2.2 else 1.8
     return more * text[0], more * text[1]
@@ -370,23 +292,25 @@ def flank_rows(
     draw: Callable[[Cell], Picture | None],
     outside: bool = False,
     stretch: float = STRETCH,
+    share: float = FLANK_SHARE,
 ) -> dict[str, Picture]:
     """Draw a row of pinion flanks over a row of gear flanks, all to one scale, between two heights (shares of
     the page), by calling `draw` for each, in the paper's view or from `outside`. `columns` are headings,
-    designs and flanks; `text` inches are left for words under a pinion's and a gear's flank. Where a page is
+    designs and flanks; `text` inches are left for words under a pinion's and a gear's flank, and the widest
+    takes a `share` of a column's width. Where a page is
     too narrow, further columns follow under the first. In a row the first flank of each side names its
     limits. The pictures by member and column."""
     seen = (flank_views(design, flank, stretch, outside) for _, design, flank in columns)
     views = list(zip(*seen, strict=True))
     spans = np.stack([greatest_span(row) for row in views])
     beside = CELLS.columns(page.layout, len(columns))
-    under = np.array([theme.inches(page, length) for length in _texts(page.layout, len(columns), text)])
+    under = np.array([theme.inches(page, length) for length in text])
     page_width, page_height = page.canvas.get_width_height()
     starts, block = theme.rows(low, high, -(-len(columns) // beside))
     width = (RIGHT - LEFT) / beside
     around = under + theme.inches(page, 2.0 * LABEL)
     room = (block - theme.inches(page, HEADING) - around.sum()) * page_height
-    px_per_mm = float(min(room / spans[:, 1].sum(), FLANK_SHARE * width * page_width / spans[:, 0].max()))
+    px_per_mm = float(min(room / spans[:, 1].sum(), share * width * page_width / spans[:, 0].max()))
     spare = 0.5 * (room - px_per_mm * float(spans[:, 1].sum())) / page_height
     scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
     heights = around + spare + px_per_mm * spans[:, 1] / page_height
@@ -425,12 +349,6 @@ def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
     )
 
 
-def ratios(path: SolvedPath) -> str:
+def ratios(path: SolvedPath) -> tuple[str, str]:
     """Give both contact ratios of a path, that of Eq. 16 and that in operation."""
-    return solved.ratio_words(path.ratio, path.touching.ratio if path.touching else float("nan"))
-
-
-def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:
-    """Give the greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
-    spans = [view.span for view in views if view is not None]
-    return np.max(spans, axis=0) if spans else np.ones(2)
+    return both_ratios(path.ratio, path.touching.ratio if path.touching else float("nan"))

@@ -225,9 +225,14 @@ def _plain(value: float) -> str:
     return f"{value:.7f}".rstrip("0").rstrip(".").replace("-", "\u2212")
 
 
+def both_ratios(path: float, running: float) -> tuple[str, str]:
+    """Write both contact ratios, that of Eq. 16 and that in operation, NaN where it is not known."""
+    return f"{path:.3f}", f"{running:.3f}" if np.isfinite(running) else "unknown"
+
+
 def ratio_words(path: float, running: float) -> str:
-    """Say both contact ratios, that of Eq. 16 and that in operation, NaN where it is not known."""
-    return f"ratio {path:.3f}, running " + (f"{running:.3f}" if np.isfinite(running) else "unknown")
+    """Say both contact ratios, as `both_ratios` takes them."""
+    return "ratio {}, running {}".format(*both_ratios(path, running))
 
 
 def limit_name(code: int) -> str:

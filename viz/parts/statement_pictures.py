@@ -312,7 +312,7 @@ def _strip(axes: Axes, rows: Sequence[str], name: str, scale: float, lines: Line
     axes.tick_params(axis="y", length=0.0)
     axes.axhline(0.5, color=theme.PALE, lw=0.8)
     if not any(np.isfinite(line[name]) for line in lines):
-        theme.say(axes, NOTHING, 24, fontsize=theme.SMALL, backgroundcolor="white")
+        theme.say(axes, "no path", fontsize=theme.SMALL, backgroundcolor="white")
 
 
 def _draw_smaller(axes: Axes, lines: Lines) -> None:

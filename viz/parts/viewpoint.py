@@ -1,15 +1,18 @@
-"""What says how flanks are seen: a tooth with an eye, and scales along and across."""
+"""How flanks are seen, square on, and what says so: a tooth with an eye, and scales along and across."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, Polygon
 
+from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
 
 from ..stage import theme
 from ..stage.theme import Page
@@ -26,14 +29,86 @@ EYE, EYE_AT = 0.15, 0.86
 MIDDLE = 0.5 * (HALF_TIP + HALF_ROOT)
 
 
+@dataclass(frozen=True, eq=False)
+class FlankView:
+    """Axes of the picture (rows: to the right, to the heel, to the viewer) in a member's own
+    frame, the point in the middle, how much wider than long the flank is drawn, and whether it is the right
+    or left one, seen from outside.
+
+    `bounds` (2, 2): least and greatest x and y, mm, stretched; `frame` (3, 3, 3): points at
+    root, mid-depth, tip by toe, mid-face, heel there."""
+
+    axes: FloatArray
+    middle: FloatArray
+    stretch: float
+    flank: str
+    outside: bool
+    bounds: FloatArray
+    frame: FloatArray
+
+    @property
+    def span(self) -> FloatArray:
+        """Width and height of the flank as drawn, mm, stretched."""
+        return np.asarray(self.bounds[1] - self.bounds[0])
+
+    def place(self, points: FloatArray) -> FloatArray:
+        """Give points (..., 3) of the own frame in the frame of the picture, mm."""
+        return np.asarray((points - self.middle) @ self.axes.T * (self.stretch, 1.0, 1.0))
+
+    def turn(self, normals: FloatArray) -> FloatArray:
+        """Give outward normals (..., 3) as seen from the viewer's side."""
+        return np.asarray(normals @ self.axes.T * (1.0 if self.outside else -1.0))
+
+
+def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool = False) -> FlankView | None:
+    """Look square on to the middle of the active flank, from the side from which its tip is on the right or,
+    if so asked, from `outside`; None if the flank does not reach its tip."""
+    half = 0.5 * float(member.face_width)
+    z = np.array([-half, 0.0, half])
+    tip = tip_parameter(member, flank, z)
+    if not np.isfinite(tip).all():
+        return None
+    share = np.linspace(0.0, 1.0, 9)[:, None]
+    l = root_parameter(member) + share * (tip - root_parameter(member))
+    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    normal = patch.normal[4, 1]
+    up = np.array([0.0, 0.0, 1.0]) - normal[2] * normal
+    up /= np.linalg.norm(up)
+    right = np.cross(up, normal)
+    outside = outside or bool(right @ (patch.point[-1, 1] - patch.point[0, 1]) > 0.0)
+    side = 1.0 if outside else -1.0
+    axes = np.stack((side * right, up, side * normal))
+    view = FlankView(axes, patch.point[4, 1], stretch, flank, outside, np.zeros((2, 2)), patch.point[::4])
+    seen = view.place(patch.point)
+    bounds = np.stack((seen.min(axis=(0, 1)), seen.max(axis=(0, 1))))[:, :2]
+    return replace(view, bounds=bounds, frame=seen[::4])
+
+
+def flank_views(design: Design, flank: str, stretch: float, outside: bool = False) -> list[FlankView | None]:
+    """Give the views of pinion and gear."""
+    return [flank_view(member, flank, stretch, outside) for member in design.members]
+
+
+def looks_of(views: Iterable[FlankView | None]) -> list[Look]:
+    """Give the flanks seen, and whether from outside, each once."""
+    return list(dict.fromkeys((view.flank, view.outside) for view in views if view is not None))
+
+
+def greatest_span(views: Iterable[FlankView | None]) -> FloatArray:
+    """Give the greatest width and height (mm, as drawn) of flanks; 1 mm if there are none."""
+    spans = [view.span for view in views if view is not None]
+    return np.max(spans, axis=0) if spans else np.ones(2)
+
+
 def scale_bars(page: Page, px_per_mm: float, stretch: float, looks: Sequence[Look] = ()) -> None:
     """Draw the scale along and across the flanks, at the lower right of the page, and beside it from where
     they are seen."""
     width, height = page.canvas.get_width_height()
     high, inch = theme.inches(page, 1.0), theme.inches(page, 1.0) * height / width
+    foot = 0.0 if page.layout.printed else theme.inches(page, 0.15)
     length = theme.round_length(1.3 * inch * width / (px_per_mm * stretch))
     across, along = length * px_per_mm * stretch, length * px_per_mm
-    box = theme.place(page, 1.0 - 1.75 * inch, theme.inches(page, 0.15), 1.4 * inch, high)
+    box = theme.place(page, 1.0 - 1.75 * inch, foot, 1.4 * inch, high)
     axes = theme.overlay(page, box)
     x, y = 0.0, 0.68 * box.height
     axes.plot([x, x, x + across], [y - along, y, y], color=theme.INK, linewidth=2.5, clip_on=False)
@@ -43,7 +118,7 @@ def scale_bars(page: Page, px_per_mm: float, stretch: float, looks: Sequence[Loo
     ):
         theme.beside(axes, at, f"{length:g} mm {way}", offset, ha=ha, va=va, fontsize=theme.SMALL)
     if looks:
-        box = theme.place(page, 1.0 - 5.15 * inch, theme.inches(page, 0.15), 2.2 * inch, high)
+        box = theme.place(page, 1.0 - 5.15 * inch, foot, 2.2 * inch, high)
         sketch(theme.overlay(page, box), looks, box.height)
 
 

@@ -58,9 +58,20 @@ def test_each_error_lies_between_its_two_frames() -> None:
         np.testing.assert_allclose(end - start, size * way, rtol=0.0, atol=1e-12)
 
 
-def test_one_camera_sees_all_panels() -> None:
+def test_all_panels_have_one_direction_and_one_scale() -> None:
+    """And in each all of both members, displaced or not, is seen, and the largest picture is filled."""
     require_opengl()
     drawing = recipe_of("fig-05").drawn(fig.compute(builtin_design()), of_size((400, 300)))
-    cameras = [picture.camera for picture in drawing.pictures.values()]
-    assert len(cameras) == 4
-    assert all(camera is cameras[0] for camera in cameras)
+    pictures = list(drawing.pictures.values())
+    assert len(pictures) == 4
+    free = []
+    for picture in pictures:
+        for name in ("direction", "up", "half_height"):
+            first, own = (getattr(one.camera, name) for one in (pictures[0], picture))
+            np.testing.assert_array_equal(own, first)
+        seen = (picture.image != 255).any(axis=-1)
+        room = np.concatenate([np.flatnonzero(seen.any(axis=axis))[[0, -1]] for axis in (0, 1)])
+        assert (np.array([room[0], room[2]]) > 0).all()
+        assert (np.array([room[1], room[3]]) < np.array(seen.shape)[::-1] - 1).all()
+        free.append(1.0 - (room[[1, 3]] - room[[0, 2]] + 1.0) / np.array(seen.shape)[::-1])
+    assert 0.05 < np.min(free) < 0.1  # a margin of 0.04 on either side

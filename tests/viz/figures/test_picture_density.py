@@ -18,7 +18,7 @@ from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from beveloid_geom import builtin_design, sample_flank
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
-from beveloid_viz.parts import panels, posed
+from beveloid_viz.parts import panels, posed, viewpoint
 from beveloid_viz.stage import theme
 from beveloid_viz.stage.opengl import require_opengl
 from beveloid_viz.stage.scene import MESH_PX, Scene, render
@@ -57,7 +57,7 @@ def pair_at(size: tuple[int, int], pixels: float) -> Scene:
 def flank_at(size: tuple[int, int], pixels: float) -> Scene:
     """A flank as in Figs. 7 to 10, larger."""
     member = builtin_design().pinion
-    view = panels.flank_view(member, "right", STRETCHED)
+    view = viewpoint.flank_view(member, "right", STRETCHED)
     assert view is not None
     px_per_mm = 0.92 * float(np.min(size / view.span))
     grid = sample_flank(member, "right", pixels / (px_per_mm * STRETCHED))

@@ -119,7 +119,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     lines = [c for axes in page.axes for c in axes.collections if isinstance(c, LineCollection)]
     assert len(lines) == 2 * 2 * 2
     assert max(len(one.get_paths()) for one in lines) == 20
-    assert "all 200 mountings have a path, 0 of them ended by another limit" in words(page)
+    assert "all 200 mountings have a path, 0 ended by another limit" in words(page)
     assert len(table) == 2 * 2 * (200 + len(fig_cloud.FACTORS))
 
 

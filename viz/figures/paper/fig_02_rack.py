@@ -164,8 +164,9 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
         for letter, way in zip("xy", np.array((x, y)), strict=True):
             tip = (place, 0.0) + length * module * way
+            below = (-9.0, -13.0) if name == "n" and letter == "y" else (0.0, 0.0)  # off l_j
             annotate.arrow(axes, (place, 0.0), tip, colour, 2.2)
-            annotate.text(axes, tip, f"${letter}_{{{name}}}$", (13.0 * way[0], 13.0 * way[1]), **style)
+            annotate.text(axes, tip, f"${letter}_{{{name}}}$", tuple(13.0 * way + below), **style)
         axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
         annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 

@@ -276,7 +276,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
         names,
         colour,
         f"S_{index}{also.format('S')}",
-        (12.0, 14.0),
+        ((-14.0, 12.0), (14.0, -16.0))[number],
     )
 
 

@@ -25,7 +25,7 @@ from ...stage.scene import Camera, Item, Picture, Tube, fit_camera
 BORE = 1e-3  # of a shaft: none is seen
 MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
 """Colours of what is displaced: metal, and lines."""
-DRAWN_SHARE, TRIAD = 0.46, 0.3
+DRAWN_SHARE, TRIAD = 0.46, 0.26
 """Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
 NEARER = 1.5
 """By what these are larger where the common perpendicular is drawn nearer than it is."""
@@ -68,11 +68,11 @@ PANELS = (
     Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
 )
 NOTE = (
-    "All four panels are seen from one place, that of Fig. 4. $S_e$ is $S_g$ moved along the common"
-    " perpendicular away from the pinion, $S_\\delta$ is $S_f$ turned about it so that the shaft angle grows,"
-    " $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along their axes towards the heels. As $S_1$ and"
-    " $S_2$ in Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face. Members are drawn as they are before their"
-    " teeth are cut; displacements are much exaggerated."
+    "All panels are seen in the direction of Fig. 4, at one scale; axes have the colour of their frame."
+    " $S_e$ is $S_g$ moved along the common perpendicular away from the pinion, $S_\\delta$ is $S_f$ turned"
+    " about it so that the shaft angle grows, $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along"
+    " their axes towards the heels. As $S_1$ and $S_2$ in Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face."
+    " Members are drawn as they are before their teeth are cut; displacements are much exaggerated."
 )
 
 
@@ -146,25 +146,32 @@ def _scale(pair: PosedPair) -> float:
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
-    """Draw a panel for each error, all from one camera."""
+    """Draw a panel for each error, all seen in one direction and at one scale."""
+    one_column = CELLS.columns(layout, len(PANELS)) == 1
+    cells = replace(CELLS, down=0.1) if one_column else CELLS
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Black and grey: frame and members where they belong; blue, dashed: displaced by the error in orange",
         NOTE + posed.far_words(data.pair),
-        tall=CELLS.tall(layout, len(PANELS), 5.2),
+        tall=cells.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
-    places = CELLS.boxes(layout, len(PANELS), page.get_figheight(), low, high)
+    places = cells.boxes(layout, len(PANELS), page.get_figheight(), low, high)
     title, aside = theme.inches(page, 0.9 if layout.printed else 0.62), 0.0
-    if CELLS.columns(layout, len(PANELS)) == 1:
+    if one_column:
         title, aside = 0.0, ASIDE_IN_PRINT
     boxes = [
         theme.place(page, left + aside * width, bottom, (1.0 - aside) * width, height - title)
         for left, bottom, width, height in places
     ]
-    camera = fit_camera(_reach(data), posed.VIEW, posed.UP, boxes[0].size, 0.04)
-    for index, (panel, box, place) in enumerate(zip(PANELS, boxes, places, strict=True)):
+    own = [
+        fit_camera(_reach(data, frames), posed.VIEW, posed.UP, boxes[0].size, 0.04)
+        for frames in data.displaced
+    ]
+    half_height = max(camera.half_height for camera in own)
+    cameras = [replace(camera, half_height=half_height) for camera in own]
+    for index, (panel, box, place, camera) in enumerate(zip(PANELS, boxes, places, cameras, strict=True)):
         left, bottom, width, height = place
         corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
         _heading(page, corner, (aside or 0.95) * width, data, index)
@@ -172,9 +179,9 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _reach(data: ErrorFigure) -> FloatArray:
-    """Give points (n, 3) in S_f that all panels must show, mm: origins and tip circles."""
-    frames = [data.seen(frames) for frames in (data.nominal, *data.displaced)]
+def _reach(data: ErrorFigure, displaced: dict[str, Frame]) -> FloatArray:
+    """Give points (n, 3) in S_f that a panel must show, mm: origins and tip circles."""
+    frames = [data.seen(frames) for frames in (data.nominal, displaced)]
     members = [(member, own[f"d{j + 1}"]) for own in frames for j, member in enumerate(data.design.members)]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
     return np.concatenate((*rings, *([origin for _, origin in own.values()] for own in frames)))
@@ -237,18 +244,16 @@ def _annotate(
         _axis(over, data, moved, panel.member, MOVED_INK)
     before, after = nominal[panel.before], moved[panel.after]
     length = TRIAD * _scale(data.pair)
-    names = [[f"{letter}_{{{own}}}" for letter in "xyz"] for own in (panel.before, panel.after)]
     tilted = panel.key == "shaft_angle"
-    if tilted:  # the axis about which it turns is one
-        names[0][0], names[1][0] = f"{names[0][0]}, {names[1][0]}", ""
+    names = "xyz", ("", "y", "z") if tilted else "xyz"  # the axis about which it turns is one
     looks = (before, theme.INK, panel.before), (after, MOVED_INK, panel.after)
     for (frame, colour, name), own in zip(looks, names, strict=True):
         over.triad(frame[1], frame[0].T, length, own, colour, f"S_{{{name}}}", TITLES[name])
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:
-        reach = 1.9 * length
-        arc = annotate.arc(before[1], before[0][:, 2], after[0][:, 2], reach)
+        arc = annotate.arc(before[1], before[0][:, 2], after[0][:, 2], 2.6 * length)
+        over.line(arc[0], before[1], arc[-1], color=theme.RED, linewidth=0.9)
         over.arrow_along(arc, theme.RED, 2.2)
         over.label(arc[16], words, (-24.0, 0.0), **style)
         return

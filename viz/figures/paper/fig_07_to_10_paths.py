@@ -81,6 +81,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
+    text = panels.texts(layout, COLUMNS, TEXT)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",
@@ -88,7 +89,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         f" parabola coefficients $a_1$ of the pinion, $a_2$ = {sign}$a_1$ of the gear, mm$^{{\u22121}}$",
         f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}{panels.lines_drawn(data.paths)}",
         columns=viewpoint.COLUMNS,
-        tall=panels.flanks_tall(layout, COLUMNS, TEXT),
+        tall=panels.flanks_tall(layout, COLUMNS, text),
     )
 
     def panel(cell: Cell) -> Picture | None:
@@ -104,7 +105,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         return drawn.picture
 
     columns = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
-    return Drawing(page, panels.flank_rows(page, columns, low, high, TEXT, panel))
+    return Drawing(page, panels.flank_rows(page, columns, low, high, text, panel))
 
 
 def _under(path: SolvedPath, row: int) -> str:
@@ -112,7 +113,11 @@ def _under(path: SolvedPath, row: int) -> str:
     if not path.found:
         return f"no path on the flanks:\n{path.reason}" if row else "no path"
     own = f"{path.length(row):.1f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
-    return "\n".join((own, " \u2192 ".join(path.ends), panels.ratios(path)) if row else (own,))
+    return "\n".join(
+        (own, " \u2192 ".join(path.ends), "ratio {}, running {}".format(*panels.ratios(path)))
+        if row
+        else (own,)
+    )
 
 
 def rows(data: PathFigure) -> Table:

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.errors import mounted
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
 from ...parts import panels, solved, viewpoint
-from ...parts.panels import Panel, Trace
+from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Table
 from ...parts.solved import SolvedPath
 from ...stage import theme
-from ...stage.layout import Cells
 from ...stage.scene import Picture
 
-STRETCH = 4.0
+STRETCH, NARROW_STRETCH = 4.0, 3.0
+"""How many times as large across as along flanks are drawn, and on a narrow page."""
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -48,14 +46,12 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
-CELLS = Cells(left=0.96, right=0.16, across=0.0, down=0.15, most=2, least=3.5)
-NAMES = 0.3  # inches over a panel for its name, where they stand one under another
-BESIDE, BROKEN = 3.1, 2.1
-"""Inches of a panel for labels on the right of the flank, and for those with the ratios in two lines."""
-SHORT = 18
-"""Characters of a line beside a flank where there is little room."""
+ROW, TABLE, ENDS = 0.21, 2.45, (0.22, 0.48, 0.71, 1.0)
+"""Inches from line to line of the table of a flank, and its width; shares of it at which columns end."""
+FLANK_SHARE = 0.6
+"""Of the width of a column, that of the widest flank where a table stands beside it."""
 NOTE = (
-    "The shift of a path is that at mid-roll, of its middle along the face, positive to the heel. Members"
+    "Shift (mm): of the middle of a path, at mid-roll, along the face, positive to the heel. Members"
     f" stay mounted as without errors. {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
 )
 CHOSEN = (
@@ -136,61 +132,52 @@ def compute(case: ErrorCase, design: Design, flank: str = "right") -> Misalignme
 
 
 def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
-    """Draw pinion flanks left, gear flanks right; without modification above, with it below."""
+    """Draw a row of pinion flanks over a row of gear flanks; on the left without modification, on the right
+    with it."""
     case, flank = data.case, data.flank
+    stretch = STRETCH if layout.width > theme.NARROW else NARROW_STRETCH
+    lost = max(sum(not path.found for path in paths) for paths in data.paths)
+    text = (ROW * (len(SIGNS) + 1), ROW * (len(SIGNS) + 1 + 2 * lost)) if layout.printed else (0.0, 0.0)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
-        f"{flank.capitalize()} flanks, the pinion drives; {case.name} of \u00b1{case.label(1.0)[1:]}",
-        panels.how_drawn(flank, STRETCH) + NOTE + case.note + panels.lines_drawn(data.without_error),
+        f"{flank.capitalize()} flanks, the pinion drives",
+        panels.how_drawn(flank, stretch) + NOTE + case.note + panels.lines_drawn(data.without_error),
         above=0.3,
         columns=viewpoint.COLUMNS,
-        tall=CELLS.tall(layout, 4, 3.9),
+        tall=panels.flanks_tall(layout, len(data.paths), text, stretch),
     )
-    one_column = CELLS.columns(layout, 4) == 1
-    over = theme.inches(page, CELLS.down)
-    places = CELLS.boxes(layout, 4, page.get_figheight(), low, high - over)
-    views = [panels.flank_views(paths[1].design, flank, STRETCH) for paths in data.paths]
-    _, _, width, own_height = places[0]
-    own_height -= theme.inches(page, NAMES) * one_column
-    words = BROKEN if layout.printed and not one_column else BESIDE
-    share = 1.0 - words / CELLS.width(layout, 4)
-    px_per_mm = panels.shared_scale(page, views, share * width, own_height)
     _legend(page, case)
-    pictures: dict[str, Picture] = {}
-    for row, (name, paths) in enumerate(zip(("without", "with"), data.paths, strict=True)):
-        own = places[2 * row : 2 * row + 2]
-        _row_heading(page, 0.5 * (own[0][1] + own_height + own[-1][1]), name, paths[1].design)
-        for column, (member, (left, bottom, _, _)) in enumerate(zip(solved.MEMBERS, own, strict=True)):
-            view = views[row][column]
-            box = theme.place(page, left, bottom, (share + 0.12) * width, own_height)
-            if row == 0 or one_column:
-                x, y = left + (0.5 * share + 0.06) * width, bottom + own_height + over
-                page.text(x, y, member.capitalize(), ha="center", va="bottom", fontsize=theme.HEADING)
-            traces = [
-                trace
-                for path, look in zip(paths, LOOKS, strict=True)
-                for trace in (
-                    Trace(path.points[column], look.colour, look.dashes, look.width, look.lift, path.first),
-                    *panels.edge_traces(path, column, look.on_edge),
-                )
-            ]
-            design = paths[1].design
-            drawn = panels.draw_flank(page, box, design, column, flank, view, traces, px_per_mm, 0.85)
-            if drawn is not None:
-                panels.draw_lines(drawn, paths[1], column)
-                _path_labels(drawn, case, paths, column)
-                pictures[f"{member}-{name}"] = drawn.picture
-    return Drawing(page, pictures)
 
+    def panel(cell: Cell) -> Picture | None:
+        """Draw one flank with its three paths, and a line under it on each."""
+        paths, row = data.paths[cell.column], cell.row
+        if not layout.printed:  # tables stand on the right of the flanks, not under them
+            cell = replace(cell, box=replace(cell.box, width=cell.box.width - round(TABLE * page.dpi)))
+        traces = [
+            trace
+            for path, look in zip(paths, LOOKS, strict=True)
+            for trace in (
+                Trace(path.points[row], look.colour, look.dashes, look.width, look.lift, path.first),
+                *panels.edge_traces(path, row, look.on_edge),
+            )
+        ]
+        where = page, cell.box, paths[1].design, row, flank, cell.view
+        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
+        if drawn is None:
+            return None
+        panels.draw_lines(drawn, paths[1], row)
+        _table(page, cell, case, paths)
+        return drawn.picture
 
-def _row_heading(page: theme.Page, y: float, name: str, design: Design) -> None:
-    values = "$a_1$ = $a_2$ = 0" if name == "without" else solved.coefficients(design)
-    style: dict[str, Any] = {"rotation": 90, "va": "center", "ha": "center"}
-    page.text(
-        0.32 / page.layout.width, y, f"{name.capitalize()} modification", fontsize=theme.HEADING, **style
+    values = "$a_1$ = $a_2$ = 0", solved.coefficients(data.paths[1][1].design)
+    names = (
+        f"{word} modification, {own}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
+        for word, own in zip(("Without", "With"), values, strict=True)
     )
-    page.text(0.656 / page.layout.width, y, values, fontsize=theme.SMALL, color=theme.GREY, **style)
+    columns = [(name, paths[1].design, flank) for name, paths in zip(names, data.paths, strict=True)]
+    share = panels.FLANK_SHARE if layout.printed else FLANK_SHARE
+    return Drawing(page, panels.flank_rows(page, columns, low, high, text, panel, False, stretch, share))
 
 
 def _legend(page: theme.Page, case: ErrorCase) -> None:
@@ -201,60 +188,42 @@ def _legend(page: theme.Page, case: ErrorCase) -> None:
     theme.legend(page, handles, 3, 0.8, handlelength=2.8)
 
 
-def _path_labels(drawn: Panel, case: ErrorCase, paths: tuple[SolvedPath, ...], column: int) -> None:
-    """Write error and shift on the right of the flank, led to the path's tip end; beside the gear's also the
-    ratios, which are the pair's."""
-    axes, picture, view = drawn.axes, drawn.picture, drawn.view
-    x = float(picture.project([view.bounds[1, 0], 0.0, 0.0])[0])
-    point = axes.figure.dpi / 72.0
-    ends = [_tip_end(drawn, path.points[column]) if path.found else None for path in paths]
-    found = [end[1] for end in ends if end is not None]
-    spare = picture.image.shape[0] * 0.5 if not found else max(found)
-    wanted = [spare if end is None else end[1] for end in ends]
-    lines = (2, 4 if CELLS.columns(drawn.page.layout, 4) > 1 and drawn.page.layout.printed else 3)[column]
-    gap = 6.0 + 15.0 * lines  # points
-    order = np.argsort(np.array(wanted) - 1e-3 * np.array(SIGNS), kind="stable")
-    lowest = picture.image.shape[0] - 44.0 * point
-    heights = spread(np.array(wanted)[order], gap * point, 24.0 * point, lowest)
-    for index, y in zip(order, heights, strict=True):
-        text, detail = case.label(SIGNS[index]), _detail(paths[index], paths[1], column, lines)
-        style: dict[str, Any] = {"color": LOOKS[index].colour, "annotation_clip": False, "ha": "left"}
-        start = (x + 34.0 * point, y)
-        axes.annotate(text, start, va="bottom", fontsize=theme.LABEL, fontweight="bold", **style)
-        axes.annotate(detail, (start[0], y + 2.0 * point), va="top", fontsize=theme.SMALL, **style)
-        end = ends[index]
-        if end is not None:
-            line = [end[0] + 6.0 * point, start[0] - 4.0 * point], [end[1], y]
-            axes.plot(*line, color=LOOKS[index].colour, linewidth=1.0, clip_on=False)
+def _table(page: theme.Page, cell: Cell, case: ErrorCase, paths: tuple[SolvedPath, ...]) -> None:
+    """Write under a flank, or beside it, how far each path is shifted, and for the gear's also the ratios,
+    which are the pair's, and why there is no path."""
+    (middle, y), width = cell.under, min(cell.width / page.dpi, TABLE) / page.layout.width
+    left = middle - (0.5 if cell.row else 0.55 * ENDS[1]) * width
+    if not page.layout.printed:
+        left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
+        y += theme.inches(page, 0.5 * cell.box.height / page.dpi + 2.0 * ROW)
+    lines = [("error", "shift", *(("ratio", "running") if cell.row else ()))]
+    lines += [
+        _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.row)
+        for sign, path in zip(SIGNS, paths, strict=True)
+    ]
+    colours = theme.GREY, *(look.colour for look in LOOKS)
+    for number, (line, colour) in enumerate(zip(lines, colours, strict=True)):
+        for at, word in zip(ENDS, line, strict=False):
+            place = left + at * width, y - theme.inches(page, ROW * number)
+            page.text(*place, word, color=colour, ha="right", va="top", fontsize=theme.SMALL)
+    reasons = [
+        f"{case.label(sign)}: {path.reason}"
+        for sign, path in zip(SIGNS, paths, strict=True)
+        if not path.found
+    ]
+    if reasons and cell.row:
+        below = left + 0.5 * width, y - theme.inches(page, ROW * len(lines))
+        pixels = width * page.layout.width * page.dpi
+        replace(cell, under=below, width=pixels).say(page, "\n".join(reasons))
 
 
-def spread(wanted: FloatArray, gap: float, low: float, high: float) -> FloatArray:
-    """Find heights nearest to those wanted (ascending) that keep `gap` between them, within limits."""
-    heights = np.array(wanted, dtype=float)
-    for _ in range(50):
-        close = np.diff(heights) < gap - 1e-9
-        for i in np.nonzero(close)[0]:
-            lack = 0.5 * (gap - (heights[i + 1] - heights[i]))
-            heights[i : i + 2] += (-lack, lack)
-    heights += max(0.0, low - heights[0])
-    heights -= max(0.0, heights[-1] - high)
-    return heights
-
-
-def _tip_end(drawn: Panel, points: FloatArray) -> FloatArray:
-    ends = drawn.place(points[[0, -1]])
-    return np.asarray(ends[np.argmax(ends[:, 0])])
-
-
-def _detail(path: SolvedPath, zero: SolvedPath, column: int, lines: int) -> str:
-    """Say, in so many lines with the error's own, how far a path is shifted, and of the pair its ratios."""
+def _line(error: str, path: SolvedPath, zero: SolvedPath, row: int) -> tuple[str, ...]:
+    """Give the words on a path on pinion (0) or gear (1) in the line of its table."""
     if not path.found:
-        reason = textwrap.fill(path.reason, SHORT) if lines > 3 else path.reason
-        return f"no path:\n{reason}" if column else "no path"
-    ratio = panels.ratios(path).replace(", ", ",\n" if lines > 3 else ", ") if column else ""
-    if path is zero or not zero.found:
-        return ratio
-    return f"shift {theme.signed(_shift(path, zero, column), 1)} mm\n{ratio}".rstrip()
+        return error, "", "no path"
+    shift = _shift(path, zero, row)
+    told = "" if path is zero else theme.signed(shift, 1) if np.isfinite(shift) else "unknown"
+    return error, told, *(panels.ratios(path) if row else ())
 
 
 def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:

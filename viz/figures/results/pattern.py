@@ -21,9 +21,10 @@ from beveloid_geom.operation.separation import separation
 from beveloid_geom.report.pattern import pattern_report
 
 from ...parts import panels, solved, viewpoint
-from ...parts.panels import Cell, FlankView, Trace
+from ...parts.panels import Cell, Trace
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
 from ...parts.solved import SolvedPath
+from ...parts.viewpoint import FlankView
 from ...stage import theme
 from ...stage.scene import Item, Paint, Picture
 
@@ -216,7 +217,8 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     stretch = STRETCH if layout.width > theme.NARROW else IF_NARROW
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
-    tall = panels.flanks_tall(layout, len(data.columns), TEXT, stretch) + BAR
+    text = panels.texts(layout, len(data.columns), TEXT)
+    tall = panels.flanks_tall(layout, len(data.columns), text, stretch) + BAR
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
@@ -242,7 +244,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
 
     columns = [(column.heading, column.design, column.flank) for column in data.columns]
     bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, TEXT, panel, True, stretch))
+    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, text, panel, True, stretch))
 
 
 def _rim(grid: FloatArray) -> FloatArray:

@@ -34,9 +34,10 @@ NOTE = (
     " against the radius, tip above. Shaded: where the flanks come within a quarter, a half and all of"
     " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Orange: ellipse of the"
     " same centre and second moments as the marked area, thin beyond the flank's edges. {meant} Below each:"
-    " transmission error of all teeth, share of the cycle that edges carry; centre and half axes of the"
-    " ellipse, mm, and its angle to the axial direction."
+    " transmission error of all teeth, share of the cycle that edges carry"
 )
+ELLIPSE = "; centre and half axes of the ellipse, mm, and its angle to the axial direction"
+"""What narrow pages leave to the table."""
 
 MEANT = {
     "perpendicular": "E: error of the offset, \u03a3: of the shaft angle; the trade's P and G, axial errors,"
@@ -91,7 +92,9 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         f"Right flanks (top) and left ones (bottom) of the pinion, {coefficients(data[0].design)}",
         NOTE.format(
             film=film, face=float(data[0].design.pinion.face_width), meant=MEANT[data[0].design.errors_at]
-        ),
+        )
+        + (ELLIPSE if layout.width > theme.NARROW else "")
+        + ".",
         below=0.05,
         above=0.3,
         tall=len(data) * (count * row + 0.1),
@@ -119,8 +122,8 @@ def _width(layout: theme.Layout, count: int) -> float:
 
 
 def _under(layout: theme.Layout) -> float:
-    """Give the inches for words under a flank: two lines, or more where a page is narrow."""
-    return 0.44 if layout.width > theme.NARROW else 1.3
+    """Give the inches for words under a flank: two lines."""
+    return 0.44 if layout.width > theme.NARROW else 0.52
 
 
 def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, high: float) -> None:
@@ -147,7 +150,9 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         _cell(axes, cell, found.separation)
         at = left + 0.5 * own, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
-        theme.fill(text, _words(found, k, cell), own * page.layout.width * page.dpi)
+        theme.fill(
+            text, _words(found, k, cell, page.layout.width > theme.NARROW), own * page.layout.width * page.dpi
+        )
 
 
 def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
@@ -183,15 +188,14 @@ def _rim(grid: FloatArray) -> FloatArray:
     return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
-def _words(found: PatternMatrix, k: int, cell: PatternCell) -> str:
-    """Say transmission error, edges and the ellipse of a cell."""
+def _words(found: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
+    """Say transmission error, edges and, where a page is wide, the ellipse of a cell."""
     one = cell.ellipses[0]
     swing, edges = ARCSEC * found.cycle_peak_to_peak.flat[k], 100.0 * found.edge_share.flat[k]
-    return (
-        f"TE {swing:.2f}\u2033, edges {edges:.0f} %\n"
-        f"z {theme.signed(one.z, 1)}, r {one.r:.1f}; {one.major:.1f} \u00d7 {one.minor:.1f},"
-        f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
-    )
+    shape = f"z {theme.signed(one.z, 1)}, r {one.r:.1f}; {one.major:.1f} \u00d7 {one.minor:.1f},"
+    shape += f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
+    told = f"TE {swing:.2f}\u2033", f"edges {edges:.0f} %"
+    return "\n".join((", ".join(told), shape) if wide else told)
 
 
 def rows(data: tuple[Block, ...]) -> Table:

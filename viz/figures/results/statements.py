@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
+
+from matplotlib.text import Text
 
 from beveloid_geom import Design
 from beveloid_geom.studies.claims import LITTLE, NOTICEABLE, Case
@@ -13,9 +16,9 @@ from beveloid_geom.studies.statement_verdicts import Claim, Statement, Verdict
 from beveloid_geom.studies.statements import is_papers, paper_statements, without_its_own
 
 from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.statement_pictures import PICTURES, Lines, few_ticks
+from ...parts.statement_pictures import PICTURES, Line, Lines, few_ticks
 from ...stage import theme
-from ...stage.layout import Cells
+from ...stage.layout import ROOM, Cells
 from ...stage.theme import Page
 
 FLANK = "right"
@@ -45,34 +48,36 @@ WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "M6": ("axial errors of \u00b10.5 mm", ("path hardly moves", "ratio hardly changes")),
 }
 """A few words for what a statement speaks of, and for each of its claims."""
-CELLS = Cells(left=0.85, right=0.35, across=0.9, down=0.0, most=4, least=1.8)
-NARROW = Cells(left=0.6, right=0.16, across=0.6, down=0.0, most=4, least=0.75)
+CELLS = Cells(left=1.0, right=0.35, across=0.9, down=0.0, most=4, least=1.8)
+NARROW = Cells(left=0.7, right=0.16, across=0.56, down=0.0, most=4, least=0.75)
 """The same on a narrow page, without names of axes."""
 TO_WORDS = {"screen": 0.72, "wide": 0.72, "narrow": 0.46}
 """Inches from the left edge of the words of a cell to its picture, by the page."""
 INDENT = 0.37
 """Inches from the number of a statement to its verdict."""
-ROOMS = {"screen": (0.86, 0.53), "wide": (1.1, 0.53), "narrow": (1.62, 0.3)}
-"""Inches over a picture for its words, and under it for its axis, by the page."""
+UNDER = {"screen": 0.53, "wide": 0.53, "narrow": 0.34}
+"""Inches under a picture for its axis, by the page."""
+GAP, TALLEST, SPARE = 0.14, 1.15, 0.8
+"""Inches between the words of a row of cells and their pictures, the highest of these in print, and what the
+page has more for them than others."""
 WHOLE = 26
 """Letters of a claim up to which it stands in one line."""
 NOTE = (
     "The paper's words can be measured in several ways; \u201c4 of 8\u201d says in how many a claim holds. a1"
-    " and a2 are the parabola coefficients of pinion and gear, 1/mm. Paths are the pinion's in the side view,"
-    " the dot is in the middle of their roll: in C1 to C4 dashed without coefficient, thick the greatest; in"
-    " M1, M2 solid without error; in M3 dashed unmodified, with lengths in mm. F6: metal against the"
-    " involute. R: Eq. 16, dashed without toe and heel, dotted where it starts. D1: turn of the path over the"
-    " range of each, and by coefficient. M4, M5: mean shift in 14 ways, circles along the face, squares"
-    " square to the path, triangles at mid-roll."
-    f" M6: bars stand at {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
+    " and a2 are the parabola coefficients of pinion and gear, 1/mm. F6: metal against the involute over r of"
+    " the pinion, mm. C1 to C4, M1 to M3: paths of the pinion in the side view, r over z, mm, toe left;"
+    " the dot is in the middle of the roll; C: dashed without coefficient, thick the greatest; M1 (mm), M2"
+    " (deg): solid without error; M3: dashed unmodified, lengths in mm. R: Eq. 16 over a1, dashed without toe"
+    " and heel, dotted where it starts. D1: turn of the path in C1, C4, C2, C3 as a share of the most, over"
+    " the range of each, and by coefficient. M4, M5: mean shift in 14 ways, modified by unmodified: circles"
+    " along the face, squares square to the path, triangles at mid-roll. M6: change, %; bars stand at"
+    f" {100 * NOTICEABLE:g} % of the face and {100 * LITTLE:g} % of the ratio."
 )
 SHORT = (
-    " Of F6 speaks Fig. 6, of C1 to C4 Figs. 7 to 10, of R1 to R4 Fig. 11, of D1 section 4.1, of M1 to M6"
-    " Figs. 12 to 15. Axes, to the right and up: F6 r of the pinion and metal (mm); C1 to C4, M1 to M3 z, toe"
-    " to heel, and r (mm); R1 to R4 a of the pinion (1/mm) and ratio; D1 cases C1, C4, C2, C3 and turn of the"
-    " most; M4, M5 modified by unmodified; M6 change (%)."
+    " F6 is of Fig. 6, C1 to C4 of Figs. 7 to 10, R1 to R4 of Fig. 11, D1 of section 4.1, M1 to M6 of"
+    " Figs. 12 to 15."
 )
-"""What narrow pages say in the caption instead of over and under each picture."""
+"""What narrow pages say in the caption instead of over each picture."""
 OTHER = " Coefficients and errors are the paper's, whatever the pair."
 LOST = " A claim is not known (?) where some of its paths are not on the flanks or have no such measure."
 
@@ -104,32 +109,48 @@ def draw(data: Board, layout: theme.Layout) -> Drawing:
     """Draw a cell for each statement."""
     count = len(data.cells)
     kind = "screen" if not layout.printed else "wide" if layout.width > theme.NARROW else "narrow"
-    (over, under), aside = ROOMS[kind], TO_WORDS[kind]
-    cells = replace(NARROW if kind == "narrow" else CELLS, down=over + under)
+    narrow, under, aside = kind == "narrow", UNDER[kind], TO_WORDS[kind]
+    cells = NARROW if narrow else CELLS
     cells = cells if layout.printed else replace(cells, left=aside + theme.MARGIN)
     verdicts = Counter(cell.statement.verdict for cell in data.cells)
-    note = NOTE + (SHORT if kind == "narrow" else "") + ("" if data.papers else OTHER)
+    note = NOTE + (SHORT if narrow else "") + ("" if data.papers else OTHER)
     note += LOST if Verdict.NOT_KNOWN in verdicts else ""
     page, low, high = theme.new_page(
         layout,
         "The paper's sixteen statements, judged",
         _summary(data, verdicts),
         note,
-        below=0.45,
-        above=over,
-        tall=cells.tall(layout, count, 0.56 if kind == "narrow" else 1.15),
+        tall=ROOM + SPARE,
     )
-    panels = theme.panels(page, cells, count, low, high)
-    for cell, axes in zip(data.cells, panels, strict=True):
-        PICTURES[cell.statement.id].draw(axes, cell.lines)
+    page_height, columns = page.get_figheight(), cells.columns(layout, count)
+    boxes = cells.boxes(layout, count, page_height, low, high)
+    words = [
+        _words(page, cell.statement, left - aside / layout.width, left + width, narrow)
+        for cell, (left, _, width, _) in zip(data.cells, boxes, strict=True)
+    ]
+    over = [GAP + max(_height(page, own) for own in words[k : k + columns]) for k in range(0, count, columns)]
+    height = ((high - low) * page_height - sum(over)) / len(over) - under
+    height = min(height, TALLEST) if layout.printed else height
+    top = high
+    for number, (cell, own, (left, _, width, _)) in enumerate(zip(data.cells, words, boxes, strict=True)):
+        row, place = divmod(number, columns)
+        if number and not place:
+            top -= (over[row - 1] + height + under) / page_height
+        for text in own:
+            text.set_y(text.get_position()[1] + top)
+        axes = page.add_axes((left, top - (over[row] + height) / page_height, width, height / page_height))
+        PICTURES[cell.statement.id].draw(axes, tuple(map(_bare, cell.lines)) if narrow else cell.lines)
         few_ticks(axes)
-        if kind == "narrow":
+        if narrow:
             axes.set(xlabel="", ylabel="", aspect="auto")
-        box = axes.get_position()
-        left = box.x0 - aside / layout.width
-        corner = left, box.y1 + theme.inches(page, over)
-        _words(page, cell.statement, corner, box.x1 - left, short=kind == "narrow")
+            if axes.containers:  # of bars there are more than numbers have room
+                axes.set_xticks([])
     return Drawing(page, {})
+
+
+def _bare(line: Line) -> Line:
+    """Leave of the label of a line its number."""
+    return replace(line, label=line.label.removeprefix("a = ").removesuffix("\u00b0").removesuffix(" mm"))
 
 
 def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
@@ -149,24 +170,31 @@ def _summary(data: Board, verdicts: Counter[Verdict]) -> str:
     return f"{whose}: {counts}"
 
 
-def _words(page: Page, one: Statement, corner: tuple[float, float], width: float, short: bool) -> None:
-    """Write number, verdict, of what it speaks unless `short`, and claims under the upper left corner of a
-    cell, shares of the page."""
-    (x, y), pixels = corner, page.get_figwidth() * page.dpi
+def _words(page: Page, one: Statement, left: float, right: float, short: bool) -> list[Text]:
+    """Write number, verdict, of what it speaks unless `short`, and claims between two shares of a page's
+    width, for now under its lower edge."""
+    pixels = page.get_figwidth() * page.dpi
     mark, colour = MARKS[one.verdict]
-    page.text(x, y, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
+    name = page.text(left, 0.0, one.id, fontsize=theme.LABEL, fontweight="bold", va="top")
     indent = INDENT / page.get_figwidth()
     style: dict[str, Any] = {"fontsize": theme.SMALL, "va": "top", "linespacing": 1.2}
-    verdict = page.text(x + indent, y, "", fontweight="bold", color=colour, **style)
+    verdict = page.text(left + indent, 0.0, "", fontweight="bold", color=colour, **style)
     verdict_words = one.verdict.value.partition(" on ")[0] if short else one.verdict.value
-    theme.fill(verdict, f"{mark}\u00a0{verdict_words}", (width - indent) * pixels)
+    theme.fill(verdict, f"{mark}\u00a0{verdict_words}", (right - left - indent) * pixels)
     lines = 1 + verdict.get_text().count("\n")
-    said = page.text(x, y - theme.inches(page, 0.04 + 0.19 * lines), "", **style)
+    said = page.text(left, -theme.inches(page, 0.04 + 0.19 * lines), "", **style)
     about, claims = WORDS[one.id]
-    whole = 0 if short else WHOLE
-    told = "  ".join(_claim(words, claim, whole) for words, claim in zip(claims, one.claims, strict=True))
+    told = [
+        _claim(words, claim, 0 if short else WHOLE) for words, claim in zip(claims, one.claims, strict=True)
+    ]
     where = "" if short else f"{one.source[0].upper()}{one.source[1:]}, {_kept(about)}: "
-    theme.fill(said, where + told, width * pixels)
+    theme.fill(said, where + ("\n" if short else "  ").join(told), (right - left) * pixels)
+    return [name, verdict, said]
+
+
+def _height(page: Page, words: Sequence[Text]) -> float:
+    """Give the inches that words under the lower edge of a page take."""
+    return -min(float(text.get_window_extent().y0) for text in words) / page.dpi
 
 
 def _kept(words: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ EDGES = ", shaft-angle errors leave edges"
 LEFT, RIGHT = 0.05, 0.99  # shares of the page's width
 CLOUD, GAP = 0.145, 0.058  # of a flank, and between charts
 CHARTS = Cells(left=0.9, right=0.25, across=0.95, down=0.65, most=2, least=1.3)
-CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 7.8
+CLOUDS_WIDE, CLOUD_TALL, BLOCK, COLUMN = 4.2, 1.9, 4.7, 7.65
 """Inches in print: of clouds beside charts, and over them, and of what stands on a flank where clouds are
 beside charts, and over them."""
 CLOUDS = ((5.0, "white", 0.12), (1.0, theme.BLUE, 0.08))
@@ -204,8 +205,8 @@ def _sections_in_print(page: theme.Page, low: float, high: float, count: int) ->
     for number in range(count):
         bottom, width = bottoms[number if wide else 0], layout.width if wide else layout.width / count
         start = 0.0 if wide else number * width
-        cells = replace(CHARTS, most=2 if wide else 1, left=CHARTS.left + (CLOUDS_WIDE if wide else 0.0))
-        top = bottom + own - theme.inches(page, 1.0 if wide else 1.95)
+        cells = replace(CHARTS, left=CHARTS.left + CLOUDS_WIDE) if wide else replace(CHARTS, most=1, down=0.5)
+        top = bottom + own - theme.inches(page, 1.0 if wide else 1.75)
         base = bottom + theme.inches(page, 0.55)
         foot = base if wide else top - theme.inches(page, CLOUD_TALL)
         room, left = CLOUDS_WIDE if wide else width - 0.3, start + 0.2
@@ -243,9 +244,9 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     )
     sections = (_sections_in_print if layout.printed else _sections)(page, low, high, len(data))
     looks = [(side.nominal.design, side.flank, panels.STRETCH) for side in data]
-    views = [panels.flank_views(*look, outside=True) for look in looks]
+    views = [viewpoint.flank_views(*look, outside=True) for look in looks]
     _, _, width, height = sections[0].clouds[0]
-    px_per_mm = panels.shared_scale(page, views, width, height - theme.inches(page, 0.1))
+    px_per_mm = _shared_scale(page, views, width, height - theme.inches(page, 0.1))
     pictures: dict[str, Picture] = {}
     for row, (side, section) in enumerate(zip(data, sections, strict=True)):
         words = f"{side.flank.capitalize()} flanks"
@@ -265,6 +266,18 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         _charts(page, side, section)
     _legend(page, data)
     return Drawing(page, pictures)
+
+
+def _shared_scale(
+    page: theme.Page, views: Sequence[Sequence[viewpoint.FlankView | None]], width: float, height: float
+) -> float:
+    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
+    width and height, shares of the page, and draw the scale."""
+    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * panels.LABEL))
+    px_per_mm = float(min(room.size / viewpoint.greatest_span(chain(*views))))
+    stretch = next((view.stretch for view in chain(*views) if view), panels.STRETCH)
+    viewpoint.scale_bars(page, px_per_mm, stretch, viewpoint.looks_of(chain(*views)))
+    return px_per_mm
 
 
 def _note(side: Side) -> str:
@@ -322,7 +335,7 @@ def _charts(page: theme.Page, side: Side, section: Section) -> None:
     axes = [page.add_axes(box) for box in section.charts]
     studies = [case for case in side.cases if case.study is not None and case.study.mountings.solved.any()]
     for one, (name, scale, label) in zip(axes, QUANTITIES, strict=False):
-        one.set_xlabel(label, fontsize=theme.SMALL)
+        one.set_xlabel(label, fontsize=theme.SMALL, labelpad=1.0)
         for case in studies:
             assert case.study is not None
             charts.spread(one, case.study, name, scale, case.colour, case.width)
@@ -342,14 +355,14 @@ def _counts(case: CaseStudy) -> str:
         return f"{case.name}: not studied" + (EDGES if touches_along_lines(case.design).all() else "")
     count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
     share = f"{count} of {every}" if count < every else f"all {every}"
-    changed = f"{case.study.limits_changed()} of them ended by another limit"
+    changed = f"{case.study.limits_changed()} ended by another limit"
     return f"{case.name}: {share} mountings have a path, {changed}"
 
 
 def _shares(axes: Axes, side: Side) -> None:
     """Draw mountings that end at other limits, and those without a path, against the size of the
     tolerances."""
-    axes.set_xlabel("times tolerances", fontsize=theme.SMALL)
+    axes.set_xlabel("times tolerances", fontsize=theme.SMALL, labelpad=1.0)
     axes.set_xscale("log")
     axes.set_xlim(FACTORS[0] / 1.1, 1.1 * FACTORS[-1])
     axes.set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
