@@ -49,6 +49,8 @@ RAMP = ("0.75", "0.6", "0.45")
 """Greys of the coefficients between none and the greatest."""
 SIDE = 0.6
 """Share of half the face from which a label stands on the inner side of its place."""
+LETTER = 0.6
+"""Width of a letter over its size, about."""
 NOTHING = "no path of contact on the flanks"
 
 
@@ -217,18 +219,21 @@ def _draw_view(looks: Sequence[Mapping[str, Any]], axes: Axes, lines: Lines) -> 
 
 def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], tip: Line) -> None:
     """Write labels over the ends of paths and over the tip: outwards at the outer ones, inwards near toe and
-    heel."""
+    heel; inwards and each higher than the one before it where they do not fit beside each other."""
     ends = sorted(
         (float(line["z_mm"][-1]), float(line["r_mm"][-1]), line.label, look["color"])
         for line, look in zip(paths, looks, strict=True)
         if line.label and np.isfinite(line["z_mm"][-1])
     )
-    inner = SIDE * tip["z_mm"][-1]
+    room = axes.get_window_extent().width * 72.0 / axes.get_figure(root=True).dpi
+    stacked = LETTER * theme.SMALL * sum(len(label) for *_, label, _ in ends[1:]) > 0.5 * room
+    inner = 0.0 if stacked else SIDE * tip["z_mm"][-1]
     for k, (z, r, label, colour) in enumerate(ends):
         side = "right" if k == 0 else "left" if k == len(ends) - 1 else "center"
         side = "left" if z < -inner else "right" if z > inner else side
         over = max(r, float(np.interp(z, tip["z_mm"], tip["r_mm"])))
-        theme.beside(axes, (z, over), label, (0.0, 3.0), ha=side, **_small(colour))
+        above = 3.0 + k * theme.SMALL if stacked else 3.0
+        theme.beside(axes, (z, over), label, (0.0, above), ha=side, **_small(colour))
 
 
 def _small(colour: str) -> dict[str, Any]:
