@@ -100,7 +100,7 @@ def make_figure(job: Job) -> Made:
     csv.writer(table, lineterminator="\n").writerows((header, *rows))
     found["csv"] = table.getvalue().encode()
     if job.layout.plain:
-        found["txt"] = caption_of(drawing.page).encode()
+        found["txt"] = theme.spelled(caption_of(drawing.page)).encode()
     return Made(found, drawing.triangles, time.perf_counter() - start)
 
 

@@ -255,7 +255,16 @@ def test_a_plain_page_leaves_its_words_to_a_file(tmp_path: Path) -> None:
     words = (tmp_path / "fig-11.txt").read_text(encoding="utf-8")
     assert words.startswith("Fig. 11")
     assert "Eq. 16" in words
+    assert "$" not in words
     assert list(csv.reader(io.StringIO((tmp_path / "fig-11.csv").read_text(encoding="utf-8"))))
+
+
+def test_formulas_are_spelled_in_a_file_of_words() -> None:
+    assert (
+        theme.spelled("$a_1$ = 0.001 mm$^{\u22121}$, $\\delta$ = 15 deg")
+        == "a1 = 0.001 mm\u207b\u00b9, \u03b4 = 15 deg"
+    )
+    assert theme.spelled("$y_a = a_j l_j^2$") == "ya = aj lj\u00b2"
 
 
 @pytest.mark.parametrize(

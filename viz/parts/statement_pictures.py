@@ -225,7 +225,7 @@ def _label_paths(axes: Axes, paths: Lines, looks: Sequence[Mapping[str, Any]], t
         for line, look in zip(paths, looks, strict=True)
         if line.label and np.isfinite(line["z_mm"][-1])
     )
-    room = axes.get_window_extent().width * 72.0 / axes.get_figure(root=True).dpi
+    room = axes.get_window_extent().width * 72.0 / axes.figure.dpi
     stacked = LETTER * theme.SMALL * sum(len(label) for *_, label, _ in ends[1:]) > 0.5 * room
     inner = 0.0 if stacked else SIDE * tip["z_mm"][-1]
     for k, (z, r, label, colour) in enumerate(ends):

@@ -6,6 +6,7 @@ size, so that a small page has the layout of a large one; in print it is laid ou
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -51,6 +52,10 @@ HEADING = 15.0
 LABEL = 13.0
 SMALL = 11.5
 
+GREEK = {"alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "delta": "\u03b4"}
+GREEK |= {"varphi": "\u03c6", "pi": "\u03c0"}
+RAISED = str.maketrans("\u2212123", "\u207b\u00b9\u00b2\u00b3")
+"""Letters of formulas where these are spelled in words."""
 MARGIN, WORDS = 0.4, 0.85  # inches: around a page, and what title and subtitle take
 AROUND = 1.0
 """Inches over and under a page whose height is not known yet; what is left of them is cut off."""
@@ -242,6 +247,13 @@ def legend(
         page.legend_entries.append(Entries(handles, columns, style))
     else:
         page.legend(handles=handles, ncols=columns, **style)
+
+
+def spelled(words: str) -> str:
+    """Give words with TeX's formulas in plain letters: $a_1$ as a1."""
+    words = re.sub(r"\\([a-z]+)", lambda found: GREEK.get(found[1], found[1]), words)
+    words = re.sub(r"\^\{?(\u2212?\d)\}?", lambda found: found[1].translate(RAISED), words)
+    return re.sub(r"[$_{}]", "", words)
 
 
 def signed(value: float, digits: int) -> str:

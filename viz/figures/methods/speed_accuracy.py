@@ -305,7 +305,7 @@ def finding(data: Sequence[SpeedCase]) -> str:
 
 def _plain(text: str) -> str:
     """Give a title for the caption."""
-    return text.replace("$", "").replace("_", "").replace(" = ", "\u00a0=\u00a0")
+    return theme.spelled(text).replace(" = ", "\u00a0=\u00a0")
 
 
 def failures(data: Sequence[SpeedCase]) -> str:

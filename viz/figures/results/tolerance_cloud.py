@@ -117,7 +117,7 @@ def compute(design: Design) -> tuple[Side, ...]:
 
 def _plain(words: str) -> str:
     """Give coefficients without raised and lowered letters, which would make all type around them larger."""
-    return words.replace(" mm$^{\u22121}$", "/mm").replace("$", "").replace("_", "")
+    return theme.spelled(words).replace(" mm\u207b\u00b9", "/mm")
 
 
 def _case(flank: str, name: str, design: Design, colour: str, width: float) -> CaseStudy:
