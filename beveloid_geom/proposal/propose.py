@@ -116,6 +116,8 @@ def _chosen(request: Request, found: Candidates, most: int) -> Choice:
         return Choice()
     values, figures = _looked_at(request, found)
     seen = _plain(values)
+    # What parabolas change is not among the figures.
+    relied_on = LITTLE if request.members[1].tool.parabola == 0.0 else math.inf
     chosen: list[int] = []
     warnings: list[str] = []
     for k in _ranked(request, values, figures):
@@ -123,7 +125,7 @@ def _chosen(request: Request, found: Candidates, most: int) -> Choice:
             break
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
-        if figures.reserve[k] > LITTLE or (text := _warning_of(design_of(request, values[:, k]))) is None:
+        if figures.reserve[k] > relied_on or (text := _warning_of(design_of(request, values[:, k]))) is None:
             chosen.append(k)
         else:
             warnings.append(text)
