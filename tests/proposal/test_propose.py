@@ -104,6 +104,40 @@ def test_a_gear_with_a_parabola_is_looked_at_whole() -> None:
     assert_sound(request, propose(request, 1))
 
 
+TIPS = {
+    "steep": Request(
+        module=1.0,
+        teeth=(38, 83),
+        face_widths=(36.4, 36.4),
+        shaft_angle=radians(71.66),
+        backlash=0.0136,
+        helix_angle=radians(-44.0),
+        least_cones=True,
+        pressure_angle=radians(22.5),
+        shift_limits=Bounds(-0.6, 0.8),
+    ),
+    "past the mesh": Request(
+        module=1.0,
+        teeth=(16, 53),
+        face_widths=(26.58, 55.37),
+        shaft_angle=radians(10.558),
+        backlash=0.01814,
+        offset=35.8694,
+        helix_angle=radians(-13.4524),
+        least_cones=True,
+        pressure_angle=radians(14.5),
+        shift_limits=Bounds(-0.6, 0.8),
+    ),
+}
+
+
+def test_tips_that_cut_are_not_proposed() -> None:
+    """Tips are deepest within a few modules of wide faces on steep axes; beyond the mesh they meet fillets
+    where a hundredth of a module of flank is left, as each pair of the second request does."""
+    assert_sound(TIPS["steep"], propose(TIPS["steep"]))
+    assert not works(TIPS["past the mesh"])
+
+
 def test_rounds_of_a_large_pressure_angle_fit_the_tool() -> None:
     request = replace(FIRST, pressure_angle=radians(25.0))
     proposals = propose(request, 1)
