@@ -8,7 +8,7 @@ the warning begins and 1 where nothing is left to be said:
     tip clearance                      0.05 ... 0.15 modules, about, where it is least
     margin of undercut                 0 ... 0.2, the least regularity of a flank over its greatest
     shift of the path on its flank     0.25 ... 0.1 of it, under 0.05 mm of offset, 0.01 deg of shaft angle
-    flank left below the tips          0.02 ... 0.07 modules (`tips`)
+    flank left below the tips          0 ... 0.1 modules (`tips`)
 
 and the least of them, over both flanks and both members, is the reserve of the pair.
 """
@@ -39,10 +39,8 @@ AMPLE_CLEARANCE = 0.1
 """Modules of tip clearance over which its reserve rises from 0 to 1, beginning at half of this, by which the
 estimate may be too great."""
 FLANKS = tuple(FLANK_SIGN)
-AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN = 0.5, 0.4, 0.2
-"""Where a reserve is 1: contact ratio above 1, modules, margin of undercut."""
-LEAST_LEFT, AMPLE_LEFT = 0.02, 0.07
-"""Modules of flank left below the tips between which its reserve rises from 0 to 1."""
+AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.1
+"""Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
 
 Rows: TypeAlias = list[int] | NDArray[np.intp]
 
@@ -113,8 +111,7 @@ def teeth_of(request: Request, values: FloatArray) -> Teeth:
     clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_lean(request, values, layout))
     links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
     sound = _least(links)
-    depth_link = (left.min(axis=0) / module - LEAST_LEFT) / (AMPLE_LEFT - LEAST_LEFT)
-    reserve = np.minimum(sound, _least([depth_link]))
+    reserve = np.minimum(sound, _least([left.min(axis=0) / (AMPLE_DEPTH * module)]))
     return Teeth(margin, crossing, normal_x, reserve, sound > 0.0)
 
 

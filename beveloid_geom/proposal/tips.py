@@ -13,7 +13,7 @@ axes k_j through the origin and k_m through C, numbers of teeth N_j and N_m of i
 by phi about the own axis this is A cos(phi) + B sin(phi) = D. Of both phi that one is meant at which N is
 nearer to the common normal. Where a tip goes deeper than the flank it still may pass the fillet, as flanks
 part beside the path of contact. Beyond the mesh it goes deeper yet, so that it can meet the fillet where no
-more than about 0.02 modules of the flank are left: a reserve begins above that (`figures`).
+more than about 0.02 modules of the flank are left.
 """
 
 from __future__ import annotations
