@@ -8,7 +8,7 @@ the warning begins and 1 where nothing is left to be said:
     tip clearance                      0.05 ... 0.15 modules, about, where it is least
     margin of undercut                 0 ... 0.2, the least regularity of a flank over its greatest
     shift of the path on its flank     0.25 ... 0.1 of it, under 0.05 mm of offset, 0.01 deg of shaft angle
-    flank left below the tips          0 ... 0.05 modules (`tips`)
+    flank left below the tips          0 ... 0.1 modules (`tips`)
 
 and the least of them, over both flanks and both members, is the reserve of the pair.
 """
@@ -39,7 +39,7 @@ AMPLE_CLEARANCE = 0.1
 """Modules of tip clearance over which its reserve rises from 0 to 1, beginning at half of this, by which the
 estimate may be too great."""
 FLANKS = tuple(FLANK_SIGN)
-AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.05
+AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.1
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
 
 Rows: TypeAlias = list[int] | NDArray[np.intp]

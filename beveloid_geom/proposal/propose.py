@@ -31,11 +31,13 @@ from .candidates import (
 )
 from .changes import Change, changes_of, others_of, rounded
 from .figures import FLANKS, Figures, Teeth, design_of, figures_of, teeth_of
-from .request import Request, faults_of
+from .request import Request, faults_of, usual_tool
 
 MOST = 3
 """Proposals on one request, if no other number is asked for."""
 LITTLE = 0.1
+"""Reserve up to which a pair is tried only if there is no better one."""
+FAIR = 0.25
 """Reserve up to which the figures that it is made of are not relied on, and a pair is looked at whole."""
 LOOKED = 64
 """Pairs of which paths are looked at, before all others."""
@@ -116,6 +118,9 @@ def _chosen(request: Request, found: Candidates, most: int) -> Choice:
         return Choice()
     values, figures = _looked_at(request, found)
     seen = _plain(values)
+    # What a parabola changes, or a tool that cuts far below the active flank, is not among the figures.
+    usual = request.members[1].tool == usual_tool(request.module, request.pressure_angle)
+    relied_on = FAIR if usual else math.inf
     chosen: list[int] = []
     warnings: list[str] = []
     for k in _ranked(request, values, figures):
@@ -123,7 +128,7 @@ def _chosen(request: Request, found: Candidates, most: int) -> Choice:
             break
         if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
             continue
-        if figures.reserve[k] > LITTLE or (text := _warning_of(design_of(request, values[:, k]))) is None:
+        if figures.reserve[k] > relied_on or (text := _warning_of(design_of(request, values[:, k]))) is None:
             chosen.append(k)
         else:
             warnings.append(text)

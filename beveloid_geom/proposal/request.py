@@ -10,6 +10,7 @@ from typing import NamedTuple
 from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
 from ..design.limits import in_degrees, outside
 from ..design.model import Member, Tool
+from ..gear.fillet import tool_round
 
 BACKLASH, MOST_BACKLASH = 0.04, 1.0
 """Modules of backlash if none is given, and at the most."""
@@ -67,7 +68,7 @@ class Request:
     @property
     def members(self) -> tuple[Member, Member]:
         """Pinion and gear, of which teeth, tool and face are meant."""
-        tool = Tool(self.module, self.pressure_angle)
+        tool = usual_tool(self.module, self.pressure_angle)
         if self.gear is not None:
             tool = replace(self.gear.tool, parabola=0.0)
         sizes = zip(self.teeth, self.face_widths, strict=True)
@@ -75,9 +76,18 @@ class Request:
         return pinion, self.gear or gear
 
 
+def usual_tool(module: float, pressure_angle: float) -> Tool:
+    """Give the usual basic rack, of a smaller tip round where the rounds of both flanks would overlap."""
+    tool = Tool(module, pressure_angle)
+    sine, cosine = math.sin(pressure_angle), math.cos(pressure_angle)
+    whole = (0.25 * math.pi * cosine - float(tool.dedendum) * sine) / (1.0 - sine)  # one arc for both
+    return replace(tool, tip_radius=min(float(tool.tip_radius), max(math.floor(100.0 * whole) / 100.0, 0.0)))
+
+
 _BACKLASH = Limit(
     0.0, MOST_BACKLASH, "modules", ((math.inf, "it is along the normal, usual are 0.02 to 0.1"),)
 )
+_PRESSURE = Limit(5.0, 32.0, "deg", ((math.inf, "the usual basic rack is pointed, usual are 14.5 to 25"),))
 _SHAFT = Limit(
     0.0,
     90.0,
@@ -103,7 +113,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
         yield Fault("", "module", text)
         return
     checks: list[tuple[str, tuple[float | None, ...], Limit]] = [
-        ("pressure_angle_deg", (request.pressure_angle,), tool["normal_pressure_angle"]),
+        ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), _PRESSURE),
         ("face_widths", request.face_widths, member["face_width"]),
         ("shaft_angle_deg", (request.shaft_angle,), _SHAFT),
         ("offset", (request.offset,), pair["offset"]),
@@ -191,6 +201,12 @@ def _parallel_faults(request: Request) -> Iterator[Fault]:
 
 def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
     """Find what does not go with a gear that is given whole."""
+    for tool in (gear.tool, request.members[0].tool):
+        try:
+            tool_round(tool, "right")
+        except ValueError as error:
+            yield Fault("", "gear", f"has a tool that cuts no fillets: {error}")
+            return
     if request.teeth[1] != gear.teeth:
         yield outside(
             "", "teeth", f"be {gear.teeth} of the gear, as --gear has", request.teeth[1], "change one"

@@ -1,17 +1,19 @@
 """How far tips stay from the fillets of the mate: what is left of the mate's flank below them.
 
 Unmodified flanks in contact lie on either side of the plane that touches both: a section of an involute
-helicoid is an involute, which stays on its own side of each of its tangents for half a turn. So nothing of a
-flank reaches into the other. A fillet is hollow and crosses that plane: what cuts is a tip that goes deeper
-than the flank of the mate. A point X of the tip edge with the outward normal N goes deepest where it is in
-mesh, where the conjugate flank that it would cut has it,
+helicoid is an involute, which stays for half a turn on its own side of each of its tangents. (At the ends of
+wide faces of steep helix this plane cuts the section below its base circle, and a flank crosses it near its
+root; of the pairs where this was found none cut.) A fillet is hollow and crosses that plane: what cuts is a
+tip that goes deep. A point X of the tip edge with the outward normal N is in mesh with the conjugate flank of
+the mate where
 
     k_j.(X x N) = -(N_j / N_m) k_m.((X - C) x N),
 
 axes k_j through the origin and k_m through C, numbers of teeth N_j and N_m of its member and the mate. Turned
 by phi about the own axis this is A cos(phi) + B sin(phi) = D. Of both phi that one is meant at which N is
-nearer to the common normal. Where the flank goes deeper than all these points no tip meets a fillet; where it
-does not one still may pass, as flanks part beside the path of contact.
+nearer to the common normal. Where a tip goes deeper than the flank it still may pass the fillet, as flanks
+part beside the path of contact. Beyond the mesh it goes deeper yet, so that it can meet the fillet where no
+more than about 0.02 modules of the flank are left.
 """
 
 from __future__ import annotations
@@ -32,8 +34,9 @@ from ..gear.rack import rack_of
 from ..pair.closing import ClosedLayout
 from ..pair.frames import Layout, layout_at, normal_of_unmodified
 
-PLACES = np.linspace(-0.5, 0.5, 7)
-"""Of a tip edge, over the narrower face, from the toe."""
+PLACES = 0.5 * np.linspace(-1.0, 1.0, 15) * np.abs(np.linspace(-1.0, 1.0, 15))
+"""Of a tip edge, over the narrower face: closer in its middle, where on axes that cross at a large angle the
+tips are deepest along a few modules."""
 
 
 def left_below_tips(

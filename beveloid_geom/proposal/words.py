@@ -6,9 +6,9 @@ import math
 import shlex
 from dataclasses import fields, replace
 
-from ..design.model import Design, Tool
+from ..design.model import Design
 from ..pair.mounting import mounting_of
-from .request import BACKLASH, Request
+from .request import BACKLASH, Request, usual_tool
 
 DEG = math.degrees(1.0)
 OPTIONS: dict[str, tuple[str, float]] = {
@@ -75,7 +75,7 @@ def requests_like(design: Design) -> tuple[Request, ...]:
     for members of different tools."""
     pinion, gear = design.members
     tool, module = pinion.tool, float(pinion.tool.normal_module)
-    if replace(tool, parabola=0.0) != Tool(tool.normal_module, tool.normal_pressure_angle):
+    if replace(tool, parabola=0.0) != usual_tool(module, float(tool.normal_pressure_angle)):
         return ()
     if replace(tool, parabola=0.0) != replace(gear.tool, parabola=0.0):
         return ()

@@ -15,7 +15,7 @@ from beveloid_geom.findings.remarks import quiet
 from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.crossing import crossing_as_mounted
 from beveloid_geom.proposal.candidates import candidates_of
-from beveloid_geom.proposal.propose import MOST, Proposal, Refused, propose
+from beveloid_geom.proposal.propose import MOST, Proposal, Refused, propose, works
 from beveloid_geom.proposal.request import Bounds, Request, faults_of
 from beveloid_geom.proposal.words import command_of, refusal, requests_like
 from tests.proposal.grid_search import grid_search_solves
@@ -93,6 +93,57 @@ def test_two_pinions_on_one_gear() -> None:
             assert one.design.gear == GEAR
             assert float(one.design.pair.offset) == offset
             assert float(one.design.pair.shaft_angle) == radians(7.0)
+
+
+def test_a_gear_with_a_parabola_is_looked_at_whole() -> None:
+    """A concave one lets edges touch earlier, which figures of unmodified flanks do not tell; a convex one
+    does not."""
+    held = [replace(GEAR, tool=replace(GEAR.tool, parabola=parabola)) for parabola in (0.001, -0.001)]
+    assert not works(replace(MARINE, offset=180.0, gear=held[0]))
+    request = replace(MARINE, offset=180.0, gear=held[1])
+    assert_sound(request, propose(request, 1))
+
+
+TIPS = {
+    "steep": Request(
+        module=1.0,
+        teeth=(38, 83),
+        face_widths=(36.4, 36.4),
+        shaft_angle=radians(71.66),
+        backlash=0.0136,
+        helix_angle=radians(-44.0),
+        least_cones=True,
+        pressure_angle=radians(22.5),
+        shift_limits=Bounds(-0.6, 0.8),
+    ),
+    "past the mesh": Request(
+        module=1.0,
+        teeth=(16, 53),
+        face_widths=(26.58, 55.37),
+        shaft_angle=radians(10.558),
+        backlash=0.01814,
+        offset=35.8694,
+        helix_angle=radians(-13.4524),
+        least_cones=True,
+        pressure_angle=radians(14.5),
+        shift_limits=Bounds(-0.6, 0.8),
+    ),
+}
+
+
+def test_tips_that_cut_are_not_proposed() -> None:
+    """Tips are deepest within a few modules of wide faces on steep axes; beyond the mesh they meet fillets
+    where a hundredth of a module of flank is left, as each pair of the second request does."""
+    assert_sound(TIPS["steep"], propose(TIPS["steep"]))
+    assert not works(TIPS["past the mesh"])
+
+
+def test_rounds_of_a_large_pressure_angle_fit_the_tool() -> None:
+    request = replace(FIRST, pressure_angle=radians(25.0))
+    proposals = propose(request, 1)
+    assert_sound(request, proposals)
+    assert proposals[0].design.pinion.tool.tip_radius == 0.31
+    assert FIRST.members[0].tool.tip_radius == 0.38
 
 
 def test_least_cones_are_least() -> None:
@@ -252,6 +303,14 @@ BAD = {
     "flat helices": (
         replace(FIRST, shaft_angle=radians(90.0), helix_limits=Bounds(radians(-30.0), radians(30.0))),
         "helix_limits_deg must reach to 44.87 deg",
+    ),
+    "pointed tool": (
+        replace(FIRST, pressure_angle=radians(33.0)),
+        "pressure_angle_deg must be between 5 and 32 deg, got 33.0: the usual basic rack is pointed",
+    ),
+    "no fillets": (
+        replace(MARINE, offset=180.0, gear=replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.6))),
+        "gear has a tool that cuts no fillets: tip_radius 0.6 is too large",
     ),
     "nothing given": (replace(FIRST, cone_angles=None), "nothing is given of the members: give one of"),
     "too much": (replace(FIRST, least_cones=True), "too much is given of the members"),
