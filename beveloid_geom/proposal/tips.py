@@ -2,8 +2,8 @@
 
 Unmodified flanks in contact lie on either side of the plane that touches both: a section of an involute
 helicoid is an involute, which stays for half a turn on its own side of each of its tangents. (At the ends of
-wide faces of steep helix this plane cuts the section below its base circle, and a flank crosses it near its
-root; of the pairs where this was found none cut.) A fillet is hollow and crosses that plane: what cuts is a
+wide faces of steep helix the plane touches the section below its base circle, and a flank crosses it near
+its root; no pair is known whose flanks cut there.) A fillet is hollow and crosses that plane: what cuts is a
 tip that goes deep. A point X of the tip edge with the outward normal N is in mesh with the conjugate flank of
 the mate where
 
