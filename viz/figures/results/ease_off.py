@@ -45,7 +45,7 @@ NOTE = (
     " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
     " where the flanks part. Orange: path of contact, from the dot to the arrow head. Grey: zero;"
     " dash-dotted: where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its"
-    " bar. Level lines: over the face, z from toe to heel, and the profile, $l_1$ from root to tip. Below:"
+    " bar. Level lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below:"
     " mean, twist, slopes and crownings along face and profile of the nearest surface of second order over"
     " both from \u22121 to 1, and the root mean square of the rest."
 )
