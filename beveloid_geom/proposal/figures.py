@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,14 +41,13 @@ FLANKS = tuple(FLANK_SIGN)
 AMPLE_RATIO, AMPLE_TIP, AMPLE_MARGIN, AMPLE_DEPTH = 0.5, 0.4, 0.2, 0.1
 """Where a reserve is 1: contact ratio above 1, modules, margin of undercut, modules."""
 
-Rows: TypeAlias = list[int] | NDArray[np.intp]
-
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Figures of n pairs: `contact_ratio`, `crossing` (rad) and `normal_x` of right and left flanks (2, n);
-    `margin` of undercut of pinion and gear (2, n); `reserve` (n,), and whether it is `possible` that nothing
-    is warned of (n,): tips that go deeper than the flank may still pass the fillet."""
+    """Figures of n pairs: `contact_ratio` (NaN where paths are not looked at yet), `crossing` (rad) and
+    `normal_x` of right and left flanks (2, n); `margin` of undercut of pinion and gear (2, n); `reserve`
+    (n,), -inf where a link of it is not known, and whether it is `possible` that nothing is warned of (n,):
+    tips that go deeper than the flank may still pass the fillet."""
 
     contact_ratio: FloatArray
     crossing: FloatArray
@@ -58,7 +56,7 @@ class Figures:
     reserve: FloatArray
     possible: Mask
 
-    def take(self, rows: Rows) -> Figures:
+    def take(self, rows: list[int] | NDArray[np.intp]) -> Figures:
         """Give those of some pairs."""
         return Figures(**{name: values[..., rows] for name, values in vars(self).items()})
 
@@ -76,25 +74,8 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-@dataclass(frozen=True, eq=False)
-class Teeth:
-    """What is known of n pairs without their paths: `margin` of undercut of pinion and gear (2, n);
-    `crossing` (rad) and `normal_x` of right and left flanks (2, n); the `reserve` that they leave (n,), -inf
-    where one is not known, and whether more is `possible` (n,), as in `Figures`."""
-
-    margin: FloatArray
-    crossing: FloatArray
-    normal_x: FloatArray
-    reserve: FloatArray
-    possible: Mask
-
-    def take(self, rows: Rows) -> Teeth:
-        """Give those of some pairs."""
-        return Teeth(**{name: values[..., rows] for name, values in vars(self).items()})
-
-
-def teeth_of(request: Request, values: FloatArray) -> Teeth:
-    """Find what is known of pairs (7, n) without their paths."""
+def teeth_of(request: Request, values: FloatArray) -> Figures:
+    """Find what figures of pairs (7, n) there are without their paths."""
     design, layout = pair_at(request.members, values)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
@@ -112,7 +93,7 @@ def teeth_of(request: Request, values: FloatArray) -> Teeth:
     links = tip / (AMPLE_TIP * module), clearance / (AMPLE_CLEARANCE * module) - 0.5, margin / AMPLE_MARGIN
     sound = _least(links)
     reserve = np.minimum(sound, _least([left.min(axis=0) / (AMPLE_DEPTH * module)]))
-    return Teeth(margin, crossing, normal_x, reserve, sound > 0.0)
+    return Figures(np.full_like(crossing, np.nan), crossing, normal_x, margin, reserve, sound > 0.0)
 
 
 def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
@@ -123,8 +104,8 @@ def _lean(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatAr
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def figures_of(request: Request, values: FloatArray, teeth: Teeth) -> Figures:
-    """Find the figures of pairs (7, n), whose `teeth` are known, in the layouts in which they close."""
+def figures_of(request: Request, values: FloatArray, teeth: Figures) -> Figures:
+    """Find the figures of pairs (7, n), of which those of the `teeth` are known, as they close."""
     design, layout = pair_at(request.members, values)
     offset = np.zeros_like(layout.offset) if request.offset == 0.0 else layout.offset
     design = replace(design, pair=Pair(offset, layout.shaft_angle))
@@ -139,7 +120,7 @@ def figures_of(request: Request, values: FloatArray, teeth: Teeth) -> Figures:
         share = np.zeros_like(ratio)
     path = _least(((ratio - 1.0) / AMPLE_RATIO, (warned - share) / (warned - noted)))
     reserve, possible = np.minimum(teeth.reserve, path), teeth.possible & (path > 0.0)
-    return Figures(ratio, teeth.crossing, teeth.normal_x, teeth.margin, reserve, possible)
+    return replace(teeth, contact_ratio=ratio, reserve=reserve, possible=possible)
 
 
 def _least(links: Sequence[FloatArray]) -> FloatArray:

@@ -30,7 +30,7 @@ from .candidates import (
     within,
 )
 from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, Teeth, design_of, figures_of, teeth_of
+from .figures import FLANKS, Figures, design_of, figures_of, teeth_of
 from .request import Request, faults_of, usual_tool
 
 MOST = 3
@@ -166,7 +166,7 @@ def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures
     return values[:, rows], figures
 
 
-def _ranked(request: Request, values: FloatArray, figures: Figures | Teeth) -> list[int]:
+def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
     """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
     equals that one is first whose drive flanks are nearer to line contact, then that of less helix. If there
     is none, the pair that lacks least: the clearance of tips, for one, is an estimate."""

@@ -339,6 +339,18 @@ def flank_rows(
     return pictures
 
 
+def shared_scale(
+    page: Page, views: Sequence[Sequence[FlankView | None]], width: float, height: float
+) -> float:
+    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
+    width and height, shares of the page, and draw the scale."""
+    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
+    px_per_mm = float(min(room.size / greatest_span(chain(*views))))
+    stretch = next((view.stretch for view in chain(*views) if view), STRETCH)
+    scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
+    return px_per_mm
+
+
 def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
     """Say in a caption how flanks are drawn: "right", "left" or "right and left" ones; as the paper does, or
     all from `outside`."""

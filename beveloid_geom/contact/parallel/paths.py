@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ BEYOND = 0.02
 BASES = tuple(basis_of(degree) for degree in (20, 40, 100, 200))
 LINE, POINT, NONE = 0, 1, 2
 """How flanks touch."""
-Lines = Callable[[FloatArray], tuple[FloatArray, Meeting]]
+Lines: TypeAlias = Callable[[FloatArray], tuple[FloatArray, Meeting]]
 """As of `on_lines`."""
 
 
@@ -185,6 +186,7 @@ def on_lines(pairing: Pairing) -> Lines:
     rack are linear in l1, everything else stands still."""
 
     def solved(l1: FloatArray) -> tuple[FloatArray, Meeting]:
+        """Solve at each l1."""
         l = np.array((l1, mate_parameter(pairing, l1, np.zeros(l1.shape))))
         return l, meet_on_parallel(pairing, l, np.zeros(l1.shape))
 
@@ -194,6 +196,7 @@ def on_lines(pairing: Pairing) -> Lines:
     (l, met), (far, other) = solved(0.0 * apart), solved(apart)
 
     def between(l1: FloatArray) -> tuple[FloatArray, Meeting]:
+        """Give what lies on the line through both that are solved."""
         share = l1 / apart
         l2, along, start = (
             near + share * (end - near)

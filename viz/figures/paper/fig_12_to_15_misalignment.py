@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from beveloid_geom import Design
 from beveloid_geom.pair.errors import mounted
 from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
+from beveloid_geom.studies.statements import is_papers
 
 from ...parts import panels, solved, viewpoint
 from ...parts.panels import Cell, Trace
@@ -77,12 +78,13 @@ class ErrorCase:
 
     def at(self, design: Design) -> ErrorCase:
         """Give the error at the module of a design, angles stay; of one with its errors at the mesh that of
-        the same kind there."""
+        the same kind there. What the note says holds for the paper's pair alone."""
         times = solved.as_large(design) if self.unit == "mm" else 1.0
         size = solved.two_digits(self.size * times) if times != 1.0 else self.size
         own = self.field, self.name
         field, name = AT_MESH.get(self.field, own) if design.errors_at == "mesh" else own
-        return replace(self, size=size, field=field, name=name)
+        note = self.note if is_papers(design) else ""
+        return replace(self, size=size, field=field, name=name, note=note)
 
     def label(self, sign: float) -> str:
         """Give the error with its sign and unit."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -246,7 +245,7 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
     looks = [(side.nominal.design, side.flank, panels.STRETCH) for side in data]
     views = [viewpoint.flank_views(*look, outside=True) for look in looks]
     _, _, width, height = sections[0].clouds[0]
-    px_per_mm = _shared_scale(page, views, width, height - theme.inches(page, 0.1))
+    px_per_mm = panels.shared_scale(page, views, width, height - theme.inches(page, 0.1))
     pictures: dict[str, Picture] = {}
     for row, (side, section) in enumerate(zip(data, sections, strict=True)):
         words = f"{side.flank.capitalize()} flanks"
@@ -266,18 +265,6 @@ def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
         _charts(page, side, section)
     _legend(page, data)
     return Drawing(page, pictures)
-
-
-def _shared_scale(
-    page: theme.Page, views: Sequence[Sequence[viewpoint.FlankView | None]], width: float, height: float
-) -> float:
-    """Give the pixels a mm at which every flank, with words over and under it, has room in a box of that
-    width and height, shares of the page, and draw the scale."""
-    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * panels.LABEL))
-    px_per_mm = float(min(room.size / viewpoint.greatest_span(chain(*views))))
-    stretch = next((view.stretch for view in chain(*views) if view), panels.STRETCH)
-    viewpoint.scale_bars(page, px_per_mm, stretch, viewpoint.looks_of(chain(*views)))
-    return px_per_mm
 
 
 def _note(side: Side) -> str:

@@ -99,7 +99,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     if layout.printed:  # the legend stands over the bars
         bars.set_ylim(top=LEGEND * bars.get_ylim()[1])
     bars.set_title("(d)  amplitudes of what runs", loc="left", pad=8.0, fontsize=theme.LABEL)
-    theme.legend(page, motion_graph.legend(), 5, 0.78, handlelength=2.2)
+    theme.legend(page, motion_graph.legend(), 5, 0.78, handlelength=2.2, columnspacing=1.2)
     return Drawing(page, {})
 
 
